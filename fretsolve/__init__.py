@@ -1,0 +1,22 @@
+"""fretsolve: fretting contact of elastic half-spaces with friction, stick and slip."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    "load_case": "fretsolve.case",
+    "run": "fretsolve.simulation",
+    "open_result": "fretsolve.history",
+}
+__all__ = ["__version__", "load_case", "open_result", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public functions on first use, so that ``fretsolve --help`` loads no numerics (PEP 562)."""
+    if name in _PUBLIC:
+        return getattr(importlib.import_module(_PUBLIC[name]), name)
+    raise AttributeError(f"module 'fretsolve' has no attribute {name!r}")

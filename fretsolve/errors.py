@@ -1,0 +1,95 @@
+"""Errors that a user can cause or must hear of, each with the exit code of the command that meets it.
+
+The text of an error is one line: what is wrong, the value, what would be right. Where in the case file it
+arose is added by whoever knows the file (`fretsolve.case.source`), as ``FILE:LINE: key.path: text``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+KeyPath = tuple[str | int, ...]
+"""Where a value stands in the case file, as in ``("load_path", 0, "P")``."""
+
+
+class FretsolveError(Exception):
+    """Base of all errors reported in one line without a traceback."""
+
+    exit_code = 70
+
+
+class CaseError(FretsolveError):
+    """The case file or the command line is wrong (exit code 2)."""
+
+    exit_code = 2
+
+    def __init__(self, message: str, key: KeyPath = (), file: Path | str | None = None, line: int | None = None):
+        super().__init__(message)
+        self.message = message
+        self.key = key
+        self.file = file
+        self.line = line
+
+    def __str__(self) -> str:
+        return located(self.message, self.key, self.file, self.line)
+
+
+class NoSolutionError(FretsolveError):
+    """The increment has no solution, or none was found (exit code 3).
+
+    `key` is relative to the case (where the offending load stands), once the load path has filled it in.
+    """
+
+    exit_code = 3
+
+    def __init__(self, message: str, component: str | None = None):
+        super().__init__(message)
+        self.message = message
+        self.component = component
+        self.key: KeyPath = ()
+        self.file: Path | str | None = None
+        self.line: int | None = None
+
+    def __str__(self) -> str:
+        return located(self.message, self.key, self.file, self.line)
+
+
+class SlidingError(NoSolutionError):
+    """The imposed tangential force or torque exceeds what friction can carry."""
+
+
+class NotConvergedError(NoSolutionError):
+    """The certificate was not met within the iteration limit."""
+
+
+class ContactLostError(NoSolutionError):
+    """No pressure field can balance the imposed load (lift-off, tilting over)."""
+
+
+class GridEdgeError(NoSolutionError):
+    """The contact reaches the edge of the potential contact area."""
+
+
+class FileError(FretsolveError):
+    """A file cannot be read or written (exit code 4)."""
+
+    exit_code = 4
+
+    def __init__(self, message: str, file: Path | str | None = None):
+        super().__init__(message)
+        self.message = message
+        self.file = file
+
+    def __str__(self) -> str:
+        return located(self.message, (), self.file, None)
+
+
+def dotted(key: KeyPath) -> str:
+    """``("load_path", 0, "P")`` as ``load_path.0.P``, the form that ``--set`` takes."""
+    return ".".join(str(part) for part in key)
+
+
+def located(message: str, key: KeyPath, file: Path | str | None, line: int | None) -> str:
+    """One line ``FILE:LINE: key.path: message`` of whatever of its parts is known."""
+    place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
+    return ": ".join([*place, *([dotted(key)] if key else []), message])
