@@ -1,0 +1,151 @@
+"""The load path: stages and cycles as the case file has them, and unrolled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Self
+
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+
+from ..errors import KeyPath
+from .base import Auto, CaseModel, Count, Length, refused_at
+from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused
+
+LOAD_PAIRS = (
+    ("P", "delta_z"),
+    ("Mx", "phi_x"),
+    ("My", "phi_y"),
+    ("Qx", "delta_x"),
+    ("Qy", "delta_y"),
+    ("Mz", "phi_z"),
+)
+"""Force or moment, and the displacement or rotation it works on: one of each is imposed at a time."""
+
+LARGEST_STAGE_COUNT = 100_000
+
+Force = Annotated[float, Quantity(FORCE)]
+Moment = Annotated[float, Quantity(MOMENT)]
+Angle = Annotated[float, Quantity(ANGLE)]
+
+
+class StageSpec(CaseModel):
+    """A stage: the totals to which it moves the load components that it names. The rest stays as it is."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "minProperties": 1,
+            "allOf": [{"not": {"required": list(pair)}} for pair in LOAD_PAIRS],
+        }
+    )
+
+    P: Annotated[float, Quantity(FORCE, least=0)] | None = Field(
+        default=None, description="normal force, compressive"
+    )
+    delta_z: Length | None = Field(default=None, description="approach of the bodies")
+    Mx: Moment | None = Field(default=None, description="moment of the pressure, sum of y p dA")
+    phi_x: Angle | None = Field(default=None, description="tilt that adds phi_x y to the approach")
+    My: Moment | None = Field(default=None, description="moment of the pressure, sum of x p dA")
+    phi_y: Angle | None = Field(default=None, description="tilt that adds phi_y x to the approach")
+    Qx: Force | None = Field(default=None, description="tangential force along x")
+    delta_x: Length | None = Field(default=None, description="rigid displacement along x")
+    Qy: Force | None = Field(default=None, description="tangential force along y")
+    delta_y: Length | None = Field(default=None, description="rigid displacement along y")
+    Mz: Moment | None = Field(default=None, description="torque about the normal")
+    phi_z: Angle | None = Field(default=None, description="rotation about the normal")
+    increments: Annotated[Count | None, Auto("10")] = Field(
+        default=None, description="number of increments, or auto: as many as the case needs"
+    )
+
+    @property
+    def targets(self) -> tuple[tuple[str, float], ...]:
+        """The components that the stage moves, each with its new total (mm, N, N*mm, rad)."""
+        named = ((name, getattr(self, name)) for pair in LOAD_PAIRS for name in pair)
+        return tuple((name, value) for name, value in named if value is not None)
+
+    @model_validator(mode="after")
+    def _one_of_each_pair(self) -> Self:
+        named = {name for name, _ in self.targets}
+        if not named:
+            components = ", ".join(name for pair in LOAD_PAIRS for name in pair)
+            raise refused(f"the stage moves nothing; at least one of {components} is needed")
+        both = [f"{force} and {motion}" for force, motion in LOAD_PAIRS if {force, motion} <= named]
+        if both:
+            raise refused(f"{', '.join(both)} can't be imposed at once; keep one of the two")
+        return self
+
+
+class Cycle(CaseModel):
+    """Stages that are run through several times."""
+
+    times: Count = Field(description="how often the stages are run through, such as 3")
+    stages: tuple[LoadStep, ...] = Field(min_length=1, description="the stages of one cycle, a list")
+
+
+class CycleSpec(CaseModel):
+    """An entry of the load path that is a cycle."""
+
+    cycle: Cycle
+
+
+def _step_tag(value: object) -> str:
+    # The tags appear in the locations of pydantic's errors and must differ from every key of the file.
+    is_cycle = "cycle" in value if isinstance(value, dict) else isinstance(value, CycleSpec)
+    return "(cycle)" if is_cycle else "(stage)"
+
+
+LoadStep = Annotated[
+    Annotated[StageSpec, Tag("(stage)")] | Annotated[CycleSpec, Tag("(cycle)")], Discriminator(_step_tag)
+]
+Cycle.model_rebuild()
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of the unrolled load path.
+
+    number: 1-based. key: where it stands in the case file. targets: components with their new totals (mm, N,
+    N*mm, rad). increments: None for as many as the case needs.
+    """
+
+    number: int
+    key: KeyPath
+    targets: tuple[tuple[str, float], ...]
+    increments: int | None
+
+
+def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
+    """The stages in the order in which they are run."""
+    return tuple(
+        Stage(number, key, stage.targets, stage.increments)
+        for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
+    )
+
+
+def stage_count(load_path: tuple[StageSpec | CycleSpec, ...]) -> int:
+    """How many stages `unrolled` gives."""
+    return sum(
+        step.cycle.times * stage_count(step.cycle.stages) if isinstance(step, CycleSpec) else 1
+        for step in load_path
+    )
+
+
+def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
+    """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
+    count = stage_count(load_path)
+    if count > LARGEST_STAGE_COUNT:
+        raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible")
+    key, first = next(_walk(load_path, ()))
+    if first.P is None and first.delta_z is None:
+        refused_at([(key, "the first stage presses nothing together; P or delta_z is needed in it")])
+    return load_path
+
+
+def _walk(steps: tuple[StageSpec | CycleSpec, ...], parent: KeyPath) -> Iterator[tuple[KeyPath, StageSpec]]:
+    for index, step in enumerate(steps):
+        key = (*parent, index)
+        if isinstance(step, StageSpec):
+            yield key, step
+        else:
+            for _ in range(step.cycle.times):
+                yield from _walk(step.cycle.stages, (*key, "cycle", "stages"))

@@ -1,0 +1,73 @@
+"""Reading a case: file and overrides to a validated `Case`, or to its problems with their lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ..errors import CaseError
+from .models import Case
+from .overrides import replaced, split_override
+from .problems import CaseErrors, translated
+from .schema import case_schema
+from .source import CaseSource, Override, YamlSyntaxError, case_error, parse, read_text
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
+    """Read and validate a case file.
+
+    overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation.
+    Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
+    line each), `FileError` if the file can't be read.
+    """
+    path = Path(path)
+    text = read_text(path)
+    try:
+        parsed = parse(text)
+    except YamlSyntaxError as error:
+        raise CaseError(str(error), (), path, error.line) from None
+    problems = [case_error(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws]
+    source = CaseSource(path, text, parsed.place)
+    if not problems and not isinstance(parsed.value, dict):
+        what = "the file is empty" if parsed.value is None else "the file does not hold a mapping"
+        raise source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
+    data = parsed.value
+    for override in overrides:
+        try:
+            data, source = _overridden(data, source, override)
+        except CaseError as problem:
+            problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
+    return _validated(data, source, problems)
+
+
+def _needed_keys() -> list[str]:
+    return [name for name, field in Case.model_fields.items() if field.is_required()]
+
+
+def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
+    key, parsed = split_override(text)
+    source = CaseSource(source.path, source.text, source.root, (*source.overrides, Override(key, text)))
+    if parsed.flaws:
+        raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
+    try:
+        return replaced(data, key, parsed.value), source
+    except LookupError as error:
+        raise source.problem(str(error.args[0]), key) from None
+
+
+def _validated(data: Any, source: CaseSource, problems: list[CaseError]) -> Case:
+    flawed = {problem.key for problem in problems}
+    try:
+        case = Case.model_validate(data, context=source.path.parent)
+    except ValidationError as error:
+        found = translated(error, data, case_schema(), source)
+        problems += [problem for problem in found if problem.key not in flawed]
+    if problems:
+        in_order = sorted(problems, key=lambda problem: problem.line or 0)
+        once = list({str(problem): problem for problem in in_order}.values())
+        raise once[0] if len(once) == 1 else CaseErrors(once)
+    case._source = source
+    return case

@@ -1,0 +1,202 @@
+"""The case: models of all that the case file states, in mm, N, MPa, rad."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic_core import CoreSchema, core_schema
+
+from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
+from .expectations import Expectation
+from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
+from .quantities import NUMBER, PRESSURE, Quantity, refused, shown
+from .source import CaseSource, Place
+from .surface_specs import Surfaces
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+
+FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"]
+
+
+class ElasticBody(CaseModel):
+    """A linear elastic, isotropic half-space."""
+
+    young_modulus: Annotated[float, Quantity(PRESSURE, above=0)] = Field(
+        description="Young's modulus, such as 200 GPa"
+    )
+    poisson_ratio: Annotated[float, Quantity(NUMBER, above=-1, most=0.5)] = Field(
+        description="Poisson's ratio, such as 0.3"
+    )
+
+
+class RigidBody(CaseModel):
+    """A body that does not deform."""
+
+
+class _FromFile:
+    """Annotation of a body: ``rigid``, or the mapping of an elastic one."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_wrap_validator_function(
+            self._read,
+            handler.generate_schema(ElasticBody),
+            serialization=core_schema.plain_serializer_function_ser_schema(self._write),
+        )
+
+    def _read(self, value: Any, elastic: core_schema.ValidatorFunctionWrapHandler) -> ElasticBody | RigidBody:
+        if value == "rigid" or isinstance(value, RigidBody):
+            return RigidBody()
+        if not isinstance(value, dict | ElasticBody):
+            needed = "rigid or {young_modulus: 200 GPa, poisson_ratio: 0.3}"
+            raise refused(f"{shown(value)} is not a body; {needed} is needed")
+        body: ElasticBody = elastic(value)
+        return body
+
+    def _write(self, body: ElasticBody | RigidBody) -> object:
+        return "rigid" if isinstance(body, RigidBody) else body.model_dump(mode="json")
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [{"const": "rigid"}, handler(schema)]}
+
+
+Body = Annotated[ElasticBody | RigidBody, _FromFile()]
+
+
+class GridSpec(CaseModel):
+    """The potential contact area and its cells. A `size` of None is chosen by the largest P."""
+
+    points: Annotated[tuple[Count, Count], Repeated(2)] = Field(
+        description="cells per side, or [nx, ny], such as 128"
+    )
+    size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), Auto("10 mm")] = Field(
+        default=None, description="[lx, ly] of the potential contact area, one value for both, or auto"
+    )
+    center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre")
+
+
+class FrictionSpec(CaseModel):
+    """Coulomb friction."""
+
+    coefficient: Annotated[float, Quantity(NUMBER, least=0)] = Field(
+        description="coefficient of friction, such as 0.1"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_number(cls, value: Any) -> Any:
+        return value if isinstance(value, dict | list | FrictionSpec) else {"coefficient": value}
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        mapping = handler(schema)
+        return {"anyOf": [handler.resolve_ref_schema(mapping)["properties"]["coefficient"], mapping]}
+
+
+class SolverSpec(CaseModel):
+    """When the solver is content, and when it gives up."""
+
+    tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
+        default=1e-6, description="bound on the residuals of the contact conditions"
+    )
+    precision: Literal["double", "single"] = Field(default="double", description="of the fields' arithmetic")
+    max_iterations: Count = Field(default=2000, description="of one solve")
+
+
+class OutputSpec(CaseModel):
+    """Which fields the result keeps; `shear` and `slip` stand for both of their components."""
+
+    fields: tuple[FieldName, ...] = Field(
+        default=("pressure", "shear", "slip", "zone"), description="fields to store"
+    )
+    every: Count = Field(default=1, description="fields are stored at every n-th increment")
+
+    @field_validator("fields")
+    @classmethod
+    def _each_once(cls, names: tuple[FieldName, ...]) -> tuple[FieldName, ...]:
+        repeated = [(i, name) for i, name in enumerate(names) if name in names[:i]]
+        refused_at(((i,), f"{name!r} is named twice; once is enough") for i, name in repeated)
+        return names
+
+
+class Case(CaseModel):
+    """Case file of fretsolve. A bare number is in mm, N, MPa, rad."""
+
+    title: str | None = Field(default=None, description="for people")
+    bodies: tuple[Body, Body] = Field(description="body 1, which is loaded, and body 2, which is held")
+    surface: Surfaces = Field(
+        description="undeformed separation: one surface, or a list of surfaces that add up"
+    )
+    grid: GridSpec = Field(description="grid of the potential contact area")
+    friction: FrictionSpec = Field(
+        default=FrictionSpec(coefficient=0.0), description="coefficient of friction"
+    )
+    coupling: Literal["auto", "none", "tangential", "full"] = Field(
+        default="auto",
+        description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
+        " tangential (and ux from qy, uy from qx), full (and between p and q), auto (what the case needs)",
+    )
+    load_path: tuple[LoadStep, ...] = Field(min_length=1, description="the stages, a list")
+    solver: SolverSpec = Field(SolverSpec(), description="limits of the solver")
+    output: OutputSpec = Field(OutputSpec(), description="what the result holds")
+    expect: tuple[Expectation, ...] = Field(default=(), description="what `fretsolve check` compares")
+
+    _source: CaseSource = PrivateAttr(default_factory=lambda: CaseSource(Path(), "", Place(1)))
+
+    @property
+    def source(self) -> CaseSource:
+        """The file that the case was read from; of no part in comparisons."""
+        return self._source
+
+    def stages(self) -> tuple[Stage, ...]:
+        """The load path with its cycles unrolled."""
+        return unrolled(self.load_path)
+
+    def effective(self) -> dict[str, Any]:
+        """The case with every default filled in, in the form of a case file, of values that JSON can hold."""
+        written: dict[str, Any] = _without_none(self.model_dump(mode="json"))
+        return written
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Case) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.__dict__.values()))
+
+    @field_validator("bodies")
+    @classmethod
+    def _one_deforms(cls, bodies: tuple[Body, Body]) -> tuple[Body, Body]:
+        if all(isinstance(body, RigidBody) for body in bodies):
+            raise refused("both bodies are rigid; at least one must be elastic")
+        return bodies
+
+    @field_validator("load_path")
+    @classmethod
+    def _runnable(cls, load_path: tuple[LoadStep, ...]) -> tuple[LoadStep, ...]:
+        return check_load_path(load_path)
+
+    @field_validator("expect")
+    @classmethod
+    def _stages_exist(cls, expect: tuple[Expectation, ...], info: ValidationInfo) -> tuple[Expectation, ...]:
+        if "load_path" not in info.data:  # refused itself
+            return expect
+        count = stage_count(info.data["load_path"])
+        refused_at(
+            ((i, "stage"), f"{wanted.stage} is beyond the load path; a stage from 1 to {count} is needed")
+            for i, wanted in enumerate(expect)
+            if wanted.stage is not None and wanted.stage > count
+        )
+        return expect
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, list) else value

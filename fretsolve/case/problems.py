@@ -1,0 +1,187 @@
+"""Pydantic's validation errors in the terms of the case file, each on one line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CaseError, KeyPath
+from .quantities import shown
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+    from pydantic_core import ErrorDetails
+
+    from .source import CaseSource
+
+
+class CaseErrors(CaseError):  # noqa: N818 - a plural
+    """Several problems of one case file, one line each."""
+
+    def __init__(self, problems: Collection[CaseError]):
+        first, *_ = self.problems = tuple(problems)
+        super().__init__(first.message, first.key, first.file, first.line)
+
+    def __reduce__(self) -> tuple[type[CaseErrors], tuple[tuple[CaseError, ...]]]:
+        return type(self), (self.problems,)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+def nearest(name: str, allowed: Collection[str]) -> str:
+    """Hint for a name that is not among the `allowed`: the one probably meant, or all of them."""
+    meant = _meant(name, allowed)
+    return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
+
+
+def _meant(name: str, allowed: Iterable[str]) -> str | None:
+    import difflib
+
+    by_lower = {candidate.lower(): candidate for candidate in allowed}
+    return next(
+        (by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None
+    )
+
+
+def translated(
+    error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource
+) -> list[CaseError]:
+    """The problems in `error`, which arose in `data` from `source`; `schema` is that of the case file."""
+    reader = _Reader(data, schema)
+    problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
+    unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
+    misspelt = {(*key[:-1], reader.meant(key)) for key in unknown}  # ends with None where no key is near
+    faulty = {
+        key[:depth]
+        for key, details in problems
+        if details["type"] != "too_short"
+        for depth in range(len(key) + 1)
+    }
+
+    def is_consequence(key: KeyPath, kind: str) -> bool:
+        if kind == "missing":  # under its right name
+            return key in misspelt or (*key[:-1], None) in misspelt
+        return kind == "too_short" and key in faulty  # pydantic counts the valid entries alone
+
+    return [
+        source.problem(reader.message(key, details), key)
+        for key, details in problems
+        if not is_consequence(key, details["type"])
+    ]
+
+
+class _Reader:
+    """Sees errors against what the user wrote and what could have been written."""
+
+    def __init__(self, data: Any, schema: Mapping[str, Any]):
+        self._data = data
+        self._schema = schema
+
+    def key(self, details: ErrorDetails) -> KeyPath:
+        """Where the error is: pydantic's location, less what the file does not have (tags of unions)."""
+        value, key = self._data, []
+        for part in details["loc"]:
+            inside = isinstance(value, dict) and part in value
+            if inside or (isinstance(value, list) and isinstance(part, int) and part < len(value)):
+                value = value[part]
+                key.append(part)
+        last = details["loc"][-1] if details["loc"] else 0
+        if details["type"] == "missing" and isinstance(last, str):
+            key.append(last)
+        return tuple(key)
+
+    def message(self, key: KeyPath, details: ErrorDetails) -> str:
+        """What is wrong, the value, what would be right."""
+        kind, limits, value = details["type"], details.get("ctx", {}), shown(self._value(key))
+        if kind == "refused":
+            return str(limits["message"])
+        if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
+            return f"{value} has the wrong number of entries; {self._length(key)} needed"
+        if kind == "missing":
+            return f"missing; needed is {self._description(key)}"
+        if kind == "extra_forbidden":
+            return self._unknown(str(key[-1]), self._keys(key[:-1]))
+        if kind == "literal_error":
+            return f"{value} is not allowed; {nearest(str(self._value(key)), _quoted(limits['expected']))}"
+        if kind == "greater_than_equal":
+            return f"{value} is too small; a whole number >= {limits['ge']} is needed"
+        if kind in ("model_type", "model_attributes_type", "dict_type"):
+            return f"{value} is not a mapping; one with the keys {', '.join(self._keys(key))} is needed"
+        needed = {
+            "int_type": "a whole number such as 10",
+            "int_from_float": "a whole number such as 10",
+            "string_type": "text in quotes",
+            "bool_type": "true or false",
+            "tuple_type": "a list such as [..., ...]",
+        }.get(kind)
+        return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
+
+    def meant(self, key: KeyPath) -> str | None:
+        """The key that an unknown `key` was probably meant to be."""
+        return _meant(str(key[-1]), self._keys(key[:-1]))
+
+    def _value(self, key: KeyPath) -> Any:
+        value = self._data
+        for part in key:
+            if not isinstance(value, dict | list) or (isinstance(value, dict) and part not in value):
+                return None
+            value = value[part]  # type: ignore[index]
+        return value
+
+    def _keys(self, key: KeyPath) -> list[str]:
+        return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))
+
+    def _unknown(self, name: str, allowed: list[str]) -> str:
+        if name in allowed:  # of another alternative, as P beside cycle
+            return f"key {shown(name)} can't stand beside the other keys here; remove it"
+        return f"unknown key {shown(name)}; {nearest(name, allowed)}"
+
+    def _description(self, key: KeyPath) -> str:
+        texts = [
+            part["properties"][key[-1]].get("description")
+            for part in self._nodes(key[:-1])
+            if key[-1] in part.get("properties", ())
+        ]
+        return next(filter(None, texts), "this key")
+
+    def _length(self, key: KeyPath) -> str:
+        array = next(node for node in self._nodes(key) if node.get("type") == "array")
+        if "maxItems" in array:
+            return f"{array['maxItems']} are"
+        return f"at least {array['minItems']} is"
+
+    def _nodes(self, key: KeyPath) -> list[Mapping[str, Any]]:
+        """What the schema allows at `key`: alternatives side by side, references followed."""
+        nodes = list(self._alternatives(self._schema))
+        for part in key:
+            nodes = [
+                inner
+                for node in nodes
+                for child in _children(node, part)
+                for inner in self._alternatives(child)
+            ]
+        return nodes
+
+    def _alternatives(self, node: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+        if "$ref" in node:
+            yield from self._alternatives(self._schema["$defs"][node["$ref"].rpartition("/")[2]])
+        for alternative in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+            yield from self._alternatives(alternative)
+        yield node
+
+
+def _children(node: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str, Any]]:
+    if isinstance(part, str):
+        if part in node.get("properties", ()):
+            yield node["properties"][part]
+    elif part < len(node.get("prefixItems", ())):
+        yield node["prefixItems"][part]
+    elif "items" in node:
+        yield node["items"]
+
+
+def _quoted(alternatives: str) -> list[str]:
+    """The names in pydantic's ``'a', 'b' or 'c'``."""
+    return re.findall("'([^']*)'", alternatives)

@@ -1,0 +1,302 @@
+"""The YAML text of a case: plain values, and the line on which each key stands.
+
+Scalars follow YAML 1.2's core schema rather than PyYAML's 1.1: ``1e-6`` is a number, ``yes`` and ``on`` are
+text, ``010`` is ten and ``1:30`` is no sexagesimal.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import CaseError, FileError, KeyPath
+from .quantities import shown
+
+_LARGEST_FILE = 4 * 1024 * 1024
+_DEEPEST_NESTING = 50
+_LARGEST_SIZE = 100_000
+_TAG = "tag:yaml.org,2002:"
+
+try:
+    from yaml import CSafeLoader as _BaseLoader
+except ImportError:  # PyYAML without libyaml
+    from yaml import SafeLoader as _BaseLoader  # type: ignore[assignment]
+
+
+class _Loader(_BaseLoader):
+    """PyYAML's safe loader with the scalars of YAML 1.2."""
+
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - PyYAML's interface
+
+
+_Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^(?:~|null|Null|NULL|)$"), ["~", "n", "N", ""])
+_Loader.add_implicit_resolver(_TAG + "bool", re.compile(r"^(?:[Tt]rue|TRUE|[Ff]alse|FALSE)$"), list("tTfF"))
+_Loader.add_implicit_resolver(_TAG + "int", re.compile(r"^[-+]?[0-9]+$"), list("-+0123456789"))
+_Loader.add_implicit_resolver(
+    _TAG + "float",
+    re.compile(
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+    ),
+    list("-+.0123456789"),
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value stands: the line of its key, and the places of what it contains."""
+
+    line: int
+    inside: dict[str | int, Place] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Override:
+    """A value given by ``--set KEY=VALUE`` in place of the file's."""
+
+    key: KeyPath
+    text: str
+
+    @property
+    def origin(self) -> str:
+        """As it stands on the command line, on one line."""
+        return f"--set {self.text if self.text.isprintable() else repr(self.text)}"
+
+
+@dataclass(frozen=True)
+class CaseSource:
+    """What a case was read from: the file, its text as written, and where each key stands in it."""
+
+    path: Path
+    text: str = field(repr=False)
+    root: Place = field(repr=False)
+    overrides: tuple[Override, ...] = ()
+
+    def locate(self, key: KeyPath) -> int | None:
+        """Line (1-based) of `key` or of its nearest parent; None where an override gave the value."""
+        if self._override(key) is not None:
+            return None
+        place = self.root
+        for part in key:
+            if part not in place.inside:
+                break
+            place = place.inside[part]
+        return place.line
+
+    def problem(self, message: str, key: KeyPath = ()) -> CaseError:
+        """The error of the value at `key`, with its file and line, or with the override that gave it."""
+        override = self._override(key)
+        if override is not None:
+            return case_error(message, key, override.origin)
+        within = [o.origin for o in self.overrides if key and o.key[: len(key)] == key]
+        message += f" (with {', '.join(within)})" if within else ""
+        return case_error(message, key, self.path, self.locate(key))
+
+    def _override(self, key: KeyPath) -> Override | None:
+        matching = (
+            override for override in reversed(self.overrides) if key[: len(override.key)] == override.key
+        )
+        return next(matching, None)
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """What is wrong with the YAML at a key (relative to the text that was parsed)."""
+
+    key: KeyPath
+    line: int
+    message: str
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """Plain values (dict, list, str, int, float, bool, None) of a YAML text, their places, and its flaws."""
+
+    value: Any
+    place: Place
+    flaws: tuple[Flaw, ...]
+
+
+class YamlSyntaxError(ValueError):
+    """The text is no YAML; `line` is 1-based, the text says what is wrong."""
+
+    def __init__(self, line: int, message: str):
+        super().__init__(message)
+        self.line = line
+
+
+def case_error(message: str, key: KeyPath, origin: Path | str, line: int | None = None) -> CaseError:
+    """The error at `key`, whose names may hold whatever YAML allows, on one line."""
+    printable = tuple(part if str(part).isprintable() else repr(part) for part in key)
+    return CaseError(message, printable, origin, line)
+
+
+def read_text(path: Path) -> str:
+    """The text of a case file. Raises `FileError` if it can't be read, `CaseError` if it can't be a case."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(_LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(f"can't be read: {reason}", path) from None
+    if len(content) > _LARGEST_FILE:
+        raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        message = f"byte 0x{content[error.start]:02x} is not UTF-8 text; a YAML text file in UTF-8 is needed"
+        raise CaseError(message, (), path, line) from None
+
+
+def parse(text: str) -> Parsed:
+    """Parse YAML; `YamlSyntaxError` if that is impossible, flaws where values can't be used."""
+    try:
+        _refuse_deep_nesting(text)
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        raise _syntax_error(error) from None
+    except yaml.reader.ReaderError as error:
+        line = text.encode()[: error.position].count(b"\n") + 1
+        raise YamlSyntaxError(line, f"the control character #x{error.character:02x} is not allowed") from None
+    except UnicodeEncodeError:
+        raise YamlSyntaxError(1, "the text is not valid Unicode") from None
+    if node is None:
+        return Parsed(None, Place(1), ())
+    builder = _Builder()
+    line = node.start_mark.line + 1
+    built = builder.build(node, (), line)
+    return Parsed(built.value, Place(line, built.inside), tuple(builder.flaws))
+
+
+def _refuse_deep_nesting(text: str) -> None:
+    """libyaml's composer recurses without a limit, so that nesting would overflow the C stack."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > _DEEPEST_NESTING:
+            line = event.start_mark.line + 1 if event.start_mark is not None else 1
+            raise YamlSyntaxError(line, f"values are nested more than {_DEEPEST_NESTING} levels deep")
+
+
+def _syntax_error(error: yaml.MarkedYAMLError) -> YamlSyntaxError:
+    mark = error.problem_mark if error.problem_mark is not None else error.context_mark
+    line = mark.line + 1 if mark is not None else 1
+    message = f"not valid YAML: {error.problem or error.context}"
+    if error.context and error.problem:
+        begun = error.context_mark.line + 1 if error.context_mark is not None else line
+        since = f" begun on line {begun}" if begun != line else ""
+        message += f", {error.context}{since}"
+    if error.problem and "tab character" in error.problem:
+        message += "; indent with spaces"
+    if error.problem and "cannot start any token" in error.problem:
+        message += "; indent with spaces, not tabs, and quote text that begins with @, ` or %"
+    return YamlSyntaxError(line, " ".join(message.split()))
+
+
+@dataclass(frozen=True)
+class _Built:
+    """A node's value and what it contains; size and depth count what aliases repeat."""
+
+    value: Any
+    inside: dict[str | int, Place] = field(default_factory=dict)
+    size: int = 1
+    depth: int = 1
+
+
+class _Builder:
+    """Turns YAML nodes into plain values; what an alias repeats is built once."""
+
+    def __init__(self) -> None:
+        self.flaws: list[Flaw] = []
+        self._done: dict[int, _Built] = {}
+        self._open: set[int] = set()
+
+    def build(self, node: yaml.Node, key: KeyPath, line: int) -> _Built:
+        """Value of `node`, whose key stands on `line`."""
+        identity = id(node)
+        if identity in self._open:
+            return self._refused(key, line, "the alias contains itself; a value without a loop is needed")
+        if identity not in self._done:
+            self._open.add(identity)
+            built = self._contents(node, key, line)
+            self._open.discard(identity)
+            if built.size > _LARGEST_SIZE or built.depth > _DEEPEST_NESTING:
+                built = self._refused(
+                    key,
+                    line,
+                    f"its aliases expand to more than {_LARGEST_SIZE} values or {_DEEPEST_NESTING} levels",
+                )
+            self._done[identity] = built
+        return self._done[identity]
+
+    def _contents(self, node: yaml.Node, key: KeyPath, line: int) -> _Built:
+        if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
+            return self._mapping(node, key)
+        if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
+            return self._sequence(node, key)
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, key, line)
+        return self._refused(key, line, f"unknown tag {shown(node.tag)}; a value without a tag is needed")
+
+    def _sequence(self, node: yaml.SequenceNode, key: KeyPath) -> _Built:
+        lines = [item.start_mark.line + 1 for item in node.value]
+        items = [self.build(item, (*key, i), lines[i]) for i, item in enumerate(node.value)]
+        inside: dict[str | int, Place] = {i: Place(lines[i], item.inside) for i, item in enumerate(items)}
+        return _collected([item.value for item in items], inside, items)
+
+    def _mapping(self, node: yaml.MappingNode, key: KeyPath) -> _Built:
+        items: dict[str, _Built] = {}
+        inside: dict[str | int, Place] = {}
+        for key_node, value_node in node.value:
+            line = key_node.start_mark.line + 1
+            if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _TAG + "str":
+                name = key_node.value if isinstance(key_node, yaml.ScalarNode) else "of several parts"
+                self._refused(key, line, f"the key {shown(name)} is not a name; keys are text")
+                continue
+            name = key_node.value
+            if name in items:
+                first = inside[name].line
+                message = f"duplicate key {shown(name)}, given first on line {first}; keep one of the two"
+                self._refused((*key, name), line, message)
+                continue
+            items[name] = self.build(value_node, (*key, name), line)
+            inside[name] = Place(line, items[name].inside)
+        return _collected({name: item.value for name, item in items.items()}, inside, items.values())
+
+    def _scalar(self, node: yaml.ScalarNode, key: KeyPath, line: int) -> _Built:
+        kind, text = node.tag.removeprefix(_TAG), node.value
+        try:
+            if kind == "str":
+                return _Built(text)
+            if kind == "int":
+                return _Built(int(text))
+            if kind == "float":
+                return _Built(float(text.lower().replace(".inf", "inf").replace(".nan", "nan")))
+        except ValueError:
+            return self._refused(key, line, f"{shown(text)} can't be read as a number")
+        if kind == "bool" and text.lower() in ("true", "false"):
+            return _Built(text.lower() == "true")
+        if kind == "null":
+            return self._refused(key, line, "no value is given; give one or remove the key")
+        return self._refused(key, line, f"unknown tag {shown(node.tag)}; a value without a tag is needed")
+
+    def _refused(self, key: KeyPath, line: int, message: str) -> _Built:
+        self.flaws.append(Flaw(key, line, message))
+        return _Built(None)
+
+
+def _collected(value: Any, inside: dict[str | int, Place], items: Collection[_Built]) -> _Built:
+    size = 1 + sum(item.size for item in items)
+    return _Built(value, inside, size, 1 + max((item.depth for item in items), default=0))

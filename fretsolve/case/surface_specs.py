@@ -1,0 +1,194 @@
+"""The undeformed separation h(x, y) as the case file states it: kinds of surfaces, which add up."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictBool,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema, core_schema
+
+from .base import CaseModel, Position, PositiveLength, Radius, Repeated
+from .quantities import ANGLE, LENGTH, Quantity, refused, shown
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+
+_HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+
+
+class _SurfaceModel(CaseModel):
+    center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin")
+
+
+class SphereSurface(_SurfaceModel):
+    """A sphere, as the paraboloid that osculates it."""
+
+    kind: ClassVar[Literal["sphere"]] = "sphere"
+    radius: Radius = Field(description="radius of curvature, negative where concave, such as 10 mm")
+
+
+class EllipsoidSurface(_SurfaceModel):
+    """A surface of two principal curvatures."""
+
+    kind: ClassVar[Literal["ellipsoid"]] = "ellipsoid"
+    radius_x: Radius = Field(description="radius of curvature along the first axis, such as 10 mm")
+    radius_y: Radius = Field(description="radius of curvature along the second axis, such as 20 mm")
+    angle: Annotated[float, Quantity(ANGLE)] = Field(default=0.0, description="from x to the first axis")
+
+
+def _axis_angle(value: object) -> object:
+    if value in ("x", "y"):
+        return 0.0 if value == "x" else math.pi / 2
+    if isinstance(value, str) and not any(map(str.isdigit, value)):
+        raise refused(f"{shown(value)} is not an axis; x, y or an angle such as '30 deg' is needed")
+    return value
+
+
+class CylinderSurface(_SurfaceModel):
+    """A cylinder lying on the plane: endless, crowned, or of finite length; `axis` is an angle from x."""
+
+    kind: ClassVar[Literal["cylinder"]] = "cylinder"
+    radius: Radius = Field(description="radius across the axis, negative where concave, such as 10 mm")
+    axis: Annotated[
+        float,
+        Quantity(ANGLE),
+        BeforeValidator(_axis_angle),
+        Field(json_schema_extra=lambda schema: schema["anyOf"].insert(0, {"enum": ["x", "y"]})),
+    ] = Field(description="direction of the axis: x, y, or its angle from x")
+    length: PositiveLength | None = Field(
+        default=None, description="of the straight part and its rounded ends together"
+    )
+    end_radius: PositiveLength | None = Field(default=None, description="radius that rounds the ends off")
+    crown_radius: PositiveLength | None = Field(
+        default=None, description="radius of the crown along the axis"
+    )
+
+    @model_validator(mode="after")
+    def _ends_fit(self) -> Self:
+        if self.end_radius is not None and self.length is None:
+            raise refused("end_radius is given without a length; give the length of the cylinder as well")
+        return self
+
+
+class ConeSurface(_SurfaceModel):
+    """A cone with its tip down."""
+
+    kind: ClassVar[Literal["cone"]] = "cone"
+    angle: Annotated[float, Quantity(ANGLE, above=0, below=math.pi / 2)] = Field(
+        description="between flank and contact plane, such as 2 deg"
+    )
+
+
+class PunchSurface(_SurfaceModel):
+    """A flat punch: round with a `radius`, or square with a `half_width`; its edge may be rounded."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]}
+    )
+
+    kind: ClassVar[Literal["punch"]] = "punch"
+    radius: PositiveLength | None = Field(default=None, description="of a round punch")
+    half_width: PositiveLength | None = Field(default=None, description="of a square punch")
+    edge_radius: Annotated[float, Quantity(LENGTH, least=0)] = Field(
+        default=0.0, description="0 for a sharp edge"
+    )
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        size = self.half_width if self.radius is None else self.radius
+        if size is None or (self.radius is not None and self.half_width is not None):
+            given = "neither is" if size is None else "both are"
+            raise refused(f"either radius or half_width is needed; {given} given")
+        if self.edge_radius > size:
+            message = f"edge_radius ({self.edge_radius:g} mm) is larger than the punch ({size:g} mm)"
+            raise refused(f"{message}; a smaller one is needed")
+        return self
+
+
+class HeightsSurface(_SurfaceModel):
+    """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
+
+    kind: ClassVar[Literal["heights"]] = "heights"
+    file: Path = Field(description="file of the map, relative to the case file")
+    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file")
+    spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(
+        default=None, description="[dx, dy] of the map, or one value for both, unless the file gives it"
+    )
+    unit: Annotated[float, Quantity(LENGTH, above=0, bare_unit=True)] = Field(
+        default=1.0, description="length unit of the values in the file, such as um"
+    )
+    invert: StrictBool = Field(
+        default=False, description="whether the file holds heights instead of separations"
+    )
+
+    @field_validator("file", mode="before")
+    @classmethod
+    def _from_case_folder(cls, value: object, info: ValidationInfo) -> object:
+        if not isinstance(value, str) or not value or "\0" in value:
+            raise refused(f"{shown(value)} is not the name of a file; one such as 'heights.npy' is needed")
+        folder = info.context if isinstance(info.context, Path) else Path()
+        return (folder / value).absolute()
+
+    @model_validator(mode="after")
+    def _dataset_named(self) -> Self:
+        if self.dataset is None and self.file.suffix.lower() in _HDF5_SUFFIXES:
+            raise refused(
+                f"dataset is missing; the name of one in the HDF5 file {self.file.name!r} is needed"
+            )
+        return self
+
+
+Surface = SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface | PunchSurface | HeightsSurface
+
+
+class SurfaceEntry(CaseModel):
+    """One surface as the file has it: its kind, and what belongs to the kind."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
+    sphere: SphereSurface | None = None
+    ellipsoid: EllipsoidSurface | None = None
+    cylinder: CylinderSurface | None = None
+    cone: ConeSurface | None = None
+    punch: PunchSurface | None = None
+    heights: HeightsSurface | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if len(self.model_fields_set) != 1:
+            kinds = ", ".join(sorted(self.model_fields_set)) or "none"
+            allowed = ", ".join(type(self).model_fields)
+            raise refused(f"one kind of surface ({allowed}) is needed, not {kinds}; several go in a list")
+        return self
+
+    @property
+    def surface(self) -> Surface:
+        """The one that is given."""
+        (kind,) = self.model_fields_set
+        surface: Surface = getattr(self, kind)
+        return surface
+
+
+class FromEntry:
+    """Annotation of a `Surface`: in the file it stands in a mapping of its kind."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(
+            lambda entry: entry.surface,
+            handler.generate_schema(SurfaceEntry),
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda surface: {surface.kind: surface.model_dump(mode="json")}
+            ),
+        )
+
+
+Surfaces = Annotated[tuple[Annotated[Surface, FromEntry()], ...], Field(min_length=1), Repeated(1)]

@@ -1,0 +1,131 @@
+"""``--set KEY=VALUE``: values in place of the file's, validated like the file's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fretsolve.case import ConeSurface, ElasticBody, load_case
+from fretsolve.errors import CaseError
+
+CASE = """\
+bodies: [{young_modulus: 1, poisson_ratio: 0.3}, rigid]
+surface: {sphere: {radius: 1}}
+grid: {points: 8}
+friction: 0.1
+load_path: [{P: 1}, {Qx: 2, increments: 3}]
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    (tmp_path / "case.yaml").write_text(CASE)
+    return tmp_path / "case.yaml"
+
+
+def test_values_in_mappings_and_lists(path: Path) -> None:
+    case = load_case(path, ["load_path.1.increments=5", "grid.points=[4, 6]", "load_path.0.P=2 kN"])
+    assert case.stages()[1].increments == 5
+    assert case.grid.points == (4, 6)
+    assert case.stages()[0].targets == (("P", 2000.0),)
+
+
+def test_optional_keys_are_made(path: Path) -> None:
+    case = load_case(path, ["solver.tolerance=1e-8", "title=a=b"])
+    assert case.solver.tolerance == 1e-8
+    assert case.title == "a=b"
+
+
+def test_whole_mappings_are_replaced(path: Path) -> None:
+    case = load_case(path, ["surface={cone: {angle: 0.1}}", "bodies.1={young_modulus: 2, poisson_ratio: 0}"])
+    assert case.surface == (ConeSurface(angle=0.1),)
+    assert case.bodies[1] == ElasticBody(young_modulus=2, poisson_ratio=0)
+
+
+def test_shorthand_gives_way_to_its_mapping(path: Path) -> None:
+    assert load_case(path, ["friction.coefficient=0.4"]).friction.coefficient == 0.4
+
+
+def test_last_override_wins(path: Path) -> None:
+    assert load_case(path, ["friction=0.2", "friction=0.3"]).friction.coefficient == 0.3
+
+
+def test_the_rest_of_the_file_stays(path: Path) -> None:
+    plain, changed = load_case(path), load_case(path, ["friction=0.2"])
+    assert changed.effective() == plain.effective() | {"friction": {"coefficient": 0.2}}
+    assert changed.source.locate(("friction",)) is None
+    assert changed.source.locate(("grid",)) == 3
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("grid.points", "KEY=VALUE is needed, such as grid.points=64"),
+        ("=3", "KEY=VALUE is needed, such as grid.points=64"),
+        ("grid..points=3", "KEY=VALUE is needed, such as grid.points=64"),
+        ("grid.points=", "grid.points: no value is given; KEY=VALUE is needed, such as grid.points=64"),
+        ("grid.points=~", "grid.points: no value is given; give one or remove the key"),
+        ("title='a", "title: not valid YAML: found unexpected end of stream, while scanning a quoted scalar"),
+        (
+            "grid={points: 1, points: 2}",
+            "grid.points: duplicate key 'points', given first on line 1; keep one of the two",
+        ),
+        ("grid.ponts=3", "grid.ponts: unknown key 'ponts'; did you mean 'points'?"),
+        ("grid.size=3 N", "grid.size: '3 N' is a force; a length such as '10 mm' is needed"),
+        (
+            "bodies.0={young_modulus: 1}",
+            "bodies.0.poisson_ratio: missing; needed is Poisson's ratio, such as 0.3",
+        ),
+        ("load_path.2.P=1", "load_path.2.P: the list has no entry 2; its entries are 0 to 1"),
+        ("load_path.P=1", "load_path.P: the list has no entry 'P'; its entries are 0 to 1"),
+        (
+            "grid.points.0=1",
+            "grid.points.0: there is no list with an entry 0; give the whole list, "
+            "as in grid.points=[64, 64]",
+        ),
+    ],
+)
+def test_mistake_names_the_override(path: Path, override: str, message: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case(path, [override])
+    assert str(caught.value) == f"--set {override}: {message}"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("bodies.0=rigid", "1: bodies: both bodies are rigid; at least one must be elastic"),
+        (
+            "load_path.0.delta_z=1",
+            "5: load_path.0: P and delta_z can't be imposed at once; keep one of the two",
+        ),
+        ("load_path.0.P.x=1", "5: load_path.0.P: {'x': 1} is not a force such as '400 N'"),
+    ],
+)
+def test_mistake_around_an_override_names_both(path: Path, override: str, message: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case(path, [override])
+    assert str(caught.value) == f"{path}:{message} (with --set {override})"
+
+
+def test_problems_of_file_and_overrides_are_reported_together(path: Path) -> None:
+    path.write_text(CASE.replace("radius: 1", "radius: 0"))
+    with pytest.raises(CaseError) as caught:
+        load_case(path, ["friction=-1", "grid.points"])
+    assert str(caught.value).split("\n") == [
+        "--set grid.points: KEY=VALUE is needed, such as grid.points=64",
+        "--set friction=-1: friction: -1 is out of range; a number >= 0 is needed",
+        f"{path}:2: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed",
+    ]
+
+
+def test_override_mends_the_file(path: Path) -> None:
+    path.write_text(CASE.replace("radius: 1", "radius: 0"))
+    assert load_case(path, ["surface.sphere.radius=-1"]).surface[0].kind == "sphere"
+
+
+def test_unprintable_override_stays_on_one_line(path: Path) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case(path, ["coupling=a\nb: c"])
+    assert "\n" not in str(caught.value)
