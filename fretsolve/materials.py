@@ -1,0 +1,69 @@
+"""Elastic constants of a pair of bodies, as the half-space solutions need them.
+
+Sources: Johnson, Contact Mechanics (1985), chapters 3 and 5; Dundurs (1969). Moduli are in MPa.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class ElasticBody(Protocol):
+    """What is asked of an elastic body: Young's modulus (MPa) and Poisson's ratio."""
+
+    @property
+    def young_modulus(self) -> float: ...
+
+    @property
+    def poisson_ratio(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Compliances:
+    """Sums over both bodies, with G_i = E_i / 2(1 + nu_i); a rigid body adds nothing (1/MPa).
+
+    A: sum (1 - nu_i)/G_i.  B: sum nu_i/G_i.  C: (1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2, which couples the normal
+    and the tangential problem and changes sign when the bodies are swapped.
+    """
+
+    A: float
+    B: float
+    C: float
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* (MPa), 1/E* = sum (1 - nu_i^2)/E_i; infinite for two rigid bodies."""
+        return 2.0 / self.A if self.A else math.inf
+
+    @property
+    def dundurs_constant(self) -> float:
+        """Dundurs' second constant beta = (C/2)/A, in [-1/2, 1/2]; 0 for two rigid bodies."""
+        return 0.5 * self.C / self.A if self.A else 0.0
+
+    @property
+    def tangential(self) -> float:
+        """Tangential compliance sum (2 - nu_i)/G_i (1/MPa) of Cattaneo and Mindlin."""
+        return 2.0 * self.A + self.B
+
+    @property
+    def torsional(self) -> float:
+        """Torsional compliance sum 1/G_i (1/MPa) of Lubkin."""
+        return self.A + self.B
+
+
+def compliances(body_1: ElasticBody | None, body_2: ElasticBody | None) -> Compliances:
+    """The pair's compliances; body 1 is loaded, body 2 is held, None is a rigid body."""
+    a_1, b_1, c_1 = _body_terms(body_1)
+    a_2, b_2, c_2 = _body_terms(body_2)
+    return Compliances(A=a_1 + a_2, B=b_1 + b_2, C=c_1 - c_2)
+
+
+def _body_terms(body: ElasticBody | None) -> tuple[float, float, float]:
+    """(1 - nu)/G, nu/G and (1 - 2 nu)/G of one body."""
+    if body is None:
+        return 0.0, 0.0, 0.0
+    nu = body.poisson_ratio
+    shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
+    return (1.0 - nu) / shear_modulus, nu / shear_modulus, (1.0 - 2.0 * nu) / shear_modulus
