@@ -1,0 +1,162 @@
+"""Proof of an increment: the contact conditions checked from tractions and displacements alone.
+
+The displacements come from one application of the elastic operator to the final tractions, not from the
+iteration's own recurrences. What is measured is listed with `fretsolve.state.Certificate`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.modes import Balance, NormalModes, TangentialModes, Vector
+from fretsolve.state import Certificate, Zone
+
+FloatArray = NDArray[np.floating]
+
+ON_THE_CIRCLE = 1e-10
+"""A cell slips where its shear is within this part of the friction bound."""
+
+LEAST_SLIP = 1e-3
+"""Slip directions count in full for slips down to this part of the rigid displacement increment; below it
+the angle's weight falls with the slip, also where nothing slips more."""
+
+LEAST_MOTION = 1e-6
+"""The rigid displacement increment counts as no smaller than this part of the elastic displacements, whose
+rounding it could not be told from otherwise."""
+
+TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A candidate for the end of an increment.
+
+    pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
+    motion: the same over the increment; previous_displacement: tangential, at the increment's start.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    uz: FloatArray
+    displacement: FloatArray
+    rigid: Vector
+    motion: Vector
+    previous_displacement: FloatArray
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What follows from a `Solution`: gap and slip increment in mm, zone, and the residuals."""
+
+    gap: FloatArray
+    slip: FloatArray
+    zone: NDArray[np.uint8]
+    certificate: Certificate
+
+
+class Examiner:
+    """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient."""
+
+    def __init__(
+        self, separation: FloatArray, friction: float, normal: NormalModes, tangential: TangentialModes
+    ):
+        self.separation = separation
+        self.friction = friction
+        self.normal = normal
+        self.tangential = tangential
+        self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
+
+    def examine(self, solution: Solution, normal: Balance, tangential: Balance) -> Evidence:
+        """Gap, slip and certificate; `normal` and `tangential` tell what was imposed."""
+        contact = solution.pressure > 0.0
+        bound = self.friction * solution.pressure
+        length = np.hypot(solution.shear[0], solution.shear[1])
+        gap = self._gap(solution)
+        slip = self._slip(solution, contact)
+        sticking = contact & (length < bound * (1.0 - ON_THE_CIRCLE))
+        if not slip.any():
+            sticking = contact
+        zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
+        zone[contact] = Zone.SLIP
+        zone[sticking] = Zone.STICK
+        motion = self.motion_scale(solution)
+        stick, across = self._slip_residuals(solution.shear, slip, sticking, motion)
+        certificate = Certificate(
+            gap=self._gap_residual(solution, gap, contact),
+            stick=stick,
+            slip=across,
+            bound=self._bound_residual(length, bound),
+            load=self._load_residual(solution, bound, normal, tangential),
+        )
+        return Evidence(gap, slip, zone, certificate)
+
+    def motion_scale(self, solution: Solution) -> float:
+        """Largest rigid displacement increment (mm; rotations times the grid's half side)."""
+        dz, tilt_x, tilt_y, dx, dy, turn = np.abs(solution.motion)
+        elastic = max(float(np.abs(solution.uz).max()), float(np.abs(solution.displacement).max()))
+        turned = max(tilt_x, tilt_y, turn) * self.reach
+        return float(max(dz, dx, dy, turned, LEAST_MOTION * elastic, TINY))
+
+    def _gap(self, solution: Solution) -> FloatArray:
+        gap = np.empty_like(self.separation)
+        self.normal.displacement(solution.rigid[:3], gap)
+        np.subtract(self.separation, gap, out=gap)
+        gap += solution.uz
+        return gap
+
+    def _slip(self, solution: Solution, contact: NDArray[np.bool_]) -> FloatArray:
+        """Slip increment of the cells in contact, 0 elsewhere [2.1]."""
+        slip = np.empty_like(solution.shear)
+        self.tangential.displacement(solution.motion[3:], slip)
+        slip += solution.previous_displacement
+        slip -= solution.displacement
+        slip *= contact
+        return slip
+
+    def _gap_residual(self, solution: Solution, gap: FloatArray, contact: NDArray[np.bool_]) -> float:
+        approach = max(abs(float(solution.rigid[0])), float(np.max(solution.uz, where=contact, initial=0.0)))
+        in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
+        penetration = -float(np.min(gap, where=~contact, initial=0.0))
+        return max(in_contact, penetration) / max(approach, TINY) if contact.any() else _penetrates(penetration)
+
+    def _slip_residuals(
+        self, shear: FloatArray, slip: FloatArray, sticking: NDArray[np.bool_], motion: float
+    ) -> tuple[float, float]:
+        distance = np.hypot(slip[0], slip[1])
+        stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
+        if not self.friction:
+            return stick, 0.0
+        cross = np.abs(shear[0] * slip[1] - shear[1] * slip[0])
+        along = shear[0] * slip[0] + shear[1] * slip[1]
+        weighted = np.arctan2(cross, along) * distance
+        largest = max(float(distance.max()), LEAST_SLIP * motion)
+        return stick, float(np.max(weighted, where=~sticking, initial=0.0)) / largest
+
+    def _bound_residual(self, length: FloatArray, bound: FloatArray) -> float:
+        return max(float((length - bound).max()), 0.0) / max(float(bound.max()), TINY)
+
+    def _load_residual(
+        self, solution: Solution, bound: FloatArray, normal: Balance, tangential: Balance
+    ) -> float:
+        """Worst imposed load's error over P or what friction can carry (moments: times the contact's reach)."""
+        found = self.normal.resultants(solution.pressure)
+        load, reach = float(found[0]), max(self.reach, TINY)
+        worst = 0.0
+        carried = float(bound.sum(dtype=np.float64)) * self.normal.cell_area
+        sheared = self.tangential.resultants(solution.shear)
+        for balance, resultant, scale, arms in (
+            (normal, found, load, (1.0, reach, reach)),
+            (tangential, sheared, carried, (1.0, 1.0, reach)),
+        ):
+            for mode in balance.forced_index:
+                error = abs(float(resultant[mode]) - balance.values[mode])
+                worst = max(worst, error / max(scale * arms[mode], TINY) if error else 0.0)
+        return worst
+
+
+def _penetrates(penetration: float) -> float:
+    """Without contact there is no length to measure against: any penetration at all is a failure."""
+    return 0.0 if penetration <= 0.0 else np.inf

@@ -1,0 +1,150 @@
+"""The elastic operator: displacements u2 - u1 of the two half-spaces' surfaces under pressure and shear.
+
+Sign convention: pressure >= 0 compressive, shear as it acts on body 2, displacement in the direction of the
+shear on body 2; uz opens the gap. The block operator on (p, qx, qy) is symmetric and positive definite.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve import influence
+from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution
+from fretsolve.materials import Compliances
+from fretsolve.model import Terms
+
+FloatArray = NDArray[np.floating]
+
+
+class ElasticOperator:
+    """Applies the influence coefficients on a grid of ``shape`` cells of ``spacing`` (mm).
+
+    Displacements in mm from tractions in MPa, written into the array given as the last argument. `applications`
+    counts the calls of its methods; `transforms` the forward-and-inverse pairs of transforms of one field.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        compliances: Compliances,
+        terms: Terms,
+        dtype: type[np.floating] = np.float64,
+        threads: int = 1,
+    ):
+        self.shape = shape
+        self.spacing = spacing
+        self.compliances = compliances
+        self.terms = terms
+        self.applications = 0
+        self._convolution = PaddedConvolution(shape, dtype, threads)
+        fields = 1 + (2 if terms.tangential else 0)
+        self._spectra = [self._convolution.spectrum_array() for _ in range(fields)]
+        self._build_kernels()
+
+    @property
+    def transforms(self) -> float:
+        """Pairs of transforms made so far."""
+        return self._convolution.transforms
+
+    def _build_kernels(self) -> None:
+        """Spectra of the influence coefficients that `terms` keep."""
+        inverse_distance = self._quadrant(influence.inverse_distance)
+        material, terms = self.compliances, self.terms
+        self.self_coefficient = material.A / (2 * math.pi) * float(inverse_distance[0, 0])
+        self._normal = self._spectrum(material.A / (2 * math.pi) * inverse_distance)
+        self._normal_inverse = self._convolution.inverse(self._normal)
+        if not terms.tangential:
+            return
+        ahead = self._quadrant(influence.along_x)
+        self.tangential_self_coefficient = (
+            material.A * float(inverse_distance[0, 0]) + material.B * float(ahead[0, 0])
+        ) / (2 * math.pi)
+        self._xx = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
+        ahead = self._quadrant(influence.along_y)
+        self._yy = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
+        if terms.cross:
+            self._xy = self._spectrum(
+                material.B / (2 * math.pi) * self._quadrant(influence.across), odd_x=True, odd_y=True
+            )
+        if terms.coupled:
+            scale = material.C / (4 * math.pi)
+            self._xz = self._spectrum(scale * self._quadrant(influence.radial_x), odd_x=True)
+            self._yz = self._spectrum(scale * self._quadrant(influence.radial_y), odd_y=True)
+
+    def _quadrant(self, function: influence.KernelFunction) -> NDArray[np.float64]:
+        dx, dy = self.spacing
+        x, y = (np.arange(count, dtype=np.float64) * side for count, side in zip(self.shape, (dx, dy), strict=True))
+        return function(x, y, dx, dy)
+
+    def _spectrum(
+        self, quadrant: NDArray[np.float64], odd_x: bool = False, odd_y: bool = False
+    ) -> KernelSpectrum:
+        return self._convolution.kernel_spectrum(quadrant, odd_x, odd_y)
+
+    def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
+        """``uz`` (nx, ny) from pressure (nx, ny)."""
+        self._convolve(((self._normal,),), (pressure,), (uz,))
+
+    def normal_inverse(self, uz: FloatArray, pressure: FloatArray) -> None:
+        """Pressure from ``uz`` by the inverse of the kernel's spectrum: a preconditioner, not the inverse.
+
+        Counted in `transforms`, but not as an application.
+        """
+        self._convolve(((self._normal_inverse,),), (uz,), (pressure,))
+        self.applications -= 1
+
+    def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
+        """Tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
+        if self.terms.cross:
+            kernels = ((self._xx, self._xy), (self._xy, self._yy))
+            self._convolve(kernels, (shear[0], shear[1]), (displacement[0], displacement[1]))
+        else:
+            self._convolve(((self._xx,),), (shear[0],), (displacement[0],))
+            self._convolve(((self._yy,),), (shear[1],), (displacement[1],))
+            self.applications -= 1
+
+    def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
+        """Tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""
+        kernels = ((self._xz,), (self._yz,))
+        self._convolve(kernels, (pressure,), (displacement[0], displacement[1]), turned_field=0)
+
+    def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
+        """``uz`` (nx, ny) from shear (2, nx, ny); `terms` must couple."""
+        self._convolve(((self._xz, self._yz),), (shear[0], shear[1]), (uz,), turned_displacement=0)
+
+    def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
+        """Normal and tangential displacement from pressure and shear, with every term that is kept."""
+        if not self.terms.coupled:
+            self.normal(pressure, uz)
+            self.tangential(shear, displacement)
+            self.applications -= 1
+            return
+        kernels = (
+            (self._normal, self._xz, self._yz),
+            (self._xz, self._xx, self._xy),
+            (self._yz, self._xy, self._yy),
+        )
+        fields = (pressure, shear[0], shear[1])
+        self._convolve(kernels, fields, (uz, displacement[0], displacement[1]), 0, 0)
+
+    def _convolve(
+        self,
+        kernels: KernelMatrix,
+        fields: Sequence[FloatArray],
+        displacements: Sequence[FloatArray],
+        turned_field: int | None = None,
+        turned_displacement: int | None = None,
+    ) -> None:
+        convolution = self._convolution
+        inputs, outputs = self._spectra[: len(fields)], self._spectra[: len(displacements)]
+        for field, spectrum in zip(fields, inputs, strict=True):
+            convolution.transform_rows(field, spectrum)
+        convolution.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
+        for displacement, spectrum in zip(displacements, outputs, strict=True):
+            convolution.restore_rows(spectrum, displacement)
+        self.applications += 1

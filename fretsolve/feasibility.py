@@ -1,0 +1,73 @@
+"""Loads that no contact can carry, found before iterating where the load alone tells, and contact at the edge."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
+from fretsolve.grid import Grid
+from fretsolve.modes import Balance
+
+FloatArray = NDArray[np.floating]
+
+
+def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> None:
+    """Raise ContactLostError where no pressure >= 0 on the grid has the imposed P, Mx, My.
+
+    The point of application (My/P, Mx/P) must lie among the cells that have material opposite.
+    """
+    load, mx, my = balance.imposed_resultant
+    if not balance.forced[0]:
+        return
+    if load == 0.0:
+        if mx or my:
+            raise ContactLostError("no contact can carry a moment at P = 0", "Mx" if mx else "My")
+        return
+    material = np.isfinite(separation)
+    if not material.any():
+        raise ContactLostError("the surfaces nowhere face each other on the grid, so P = 0 is all they carry", "P")
+    for name, mode, moment, axis, centers in (("Mx", 1, mx, 0, grid.y), ("My", 2, my, 1, grid.x)):
+        reached = centers[material.any(axis=axis)]
+        if balance.forced[mode] and not reached.min() <= moment / load <= reached.max():
+            raise ContactLostError(
+                f"the load acts at {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
+                f" ({reached.min():.6g} to {reached.max():.6g} mm), so the bodies tilt over",
+                name,
+            )
+
+
+def require_inside(pressure: FloatArray, grid: Grid) -> None:
+    """Raise GridEdgeError where the contact has reached the edge of the potential contact area."""
+    edges = {
+        "x": (pressure[0].any(), pressure[-1].any()),
+        "y": (pressure[:, 0].any(), pressure[:, -1].any()),
+    }
+    sides = [f"{sign}{axis}" for axis, reached in edges.items() for sign, at in zip("-+", reached, strict=True) if at]
+    if sides:
+        lx, ly = grid.size
+        raise GridEdgeError(
+            f"the contact reaches the edge ({', '.join(sides)}) of the potential contact area of"
+            f" {lx:.4g} x {ly:.4g} mm, where its pressure would be cut off"
+        )
+
+
+def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingError:
+    """The error for tangential loads that are 1/`factor` times what friction carries; capacity: mu P (N)."""
+    named = [
+        (name, unit, value)
+        for name, unit, value in zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), imposed.imposed_resultant, strict=True)
+        if value
+    ]
+    loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
+    limit = f"mu P = {capacity:.6g} N"
+    if factor > 0.0:
+        limit += f", {factor:.6g} of it can be carried"
+    return SlidingError(
+        f"gross sliding under {loads} ({limit}); lower the load, raise P or the friction, or impose"
+        f" {' and '.join(_MOTION[name] for name, _, _ in named)} instead",
+        named[0][0],
+    )
+
+
+_MOTION = {"Qx": "delta_x", "Qy": "delta_y", "Mz": "phi_z"}

@@ -1,0 +1,135 @@
+"""The load path: stages cut into increments, and what is imposed at the end of each.
+
+A stage moves the components that it names in equal steps from where they stand to their new totals; the rest
+stays as it is. A component that changes from force to displacement control, or back, starts from the value
+that the contact had at the stage's start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fretsolve.modes import Balance
+
+if TYPE_CHECKING:
+    from fretsolve.case import Stage
+    from fretsolve.model import Model
+    from fretsolve.state import Summary
+
+PAIRS = (
+    ("P", "delta_z"),
+    ("Mx", "phi_x"),
+    ("My", "phi_y"),
+    ("Qx", "delta_x"),
+    ("Qy", "delta_y"),
+    ("Mz", "phi_z"),
+)
+"""Load and displacement of each rigid mode, normal ones first; one of each pair is imposed."""
+
+INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
+"""What is imposed until a stage names something else of the pair."""
+
+TANGENTIAL_INCREMENTS = 10
+COUPLED_INCREMENTS = 20
+"""Equal increments of an automatic stage: a loop needs points to be drawn; where the pressure changes under
+friction the slip depends on the path, and its error falls with the number of increments."""
+
+
+@dataclass(frozen=True)
+class Increment:
+    """What is imposed at the end of an increment, as totals (N, mm, N mm, rad).
+
+    step: 0-based over the whole path; key: where the stage stands in the case file.
+    """
+
+    step: int
+    stage: Stage
+    normal: Balance
+    tangential: Balance
+
+
+@dataclass(frozen=True)
+class _PlannedStage:
+    """A stage with its first step, its number of increments, and what is imposed before and at its end."""
+
+    stage: Stage
+    first: int
+    increments: int
+    before: dict[str, float]
+    after: dict[str, float]
+
+
+class LoadPath:
+    """The stages of a case with the number of increments of each settled."""
+
+    def __init__(self, stages: Sequence[Stage], model: Model):
+        self._planned: list[_PlannedStage] = []
+        before, first = dict(INITIAL), 0
+        for stage in stages:
+            after = _after(before, stage)
+            count = stage.increments or automatic_increments(stage, before, model)
+            self._planned.append(_PlannedStage(stage, first, count, before, after))
+            before, first = after, first + count
+        self.increments = first
+
+    @property
+    def last_steps(self) -> tuple[int, ...]:
+        """The last step of each stage."""
+        return tuple(planned.first + planned.increments - 1 for planned in self._planned)
+
+    def normal_loads(self) -> tuple[Balance, ...]:
+        """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""
+        return tuple(_balance(planned.after, PAIRS[:3]) for planned in self._planned)
+
+    def increment(self, step: int, history: Sequence[Summary]) -> Increment:
+        """What is imposed at `step`; `history` holds the summaries of all steps before it."""
+        planned = next(p for p in reversed(self._planned) if p.first <= step)
+        start = history[planned.first - 1] if planned.first else None
+        part = (step - planned.first + 1) / planned.increments
+        values = {
+            name: _between(_start_value(name, planned.before, start), end, part)
+            for name, end in planned.after.items()
+        }
+        return Increment(step, planned.stage, _balance(values, PAIRS[:3]), _balance(values, PAIRS[3:]))
+
+
+def automatic_increments(stage: Stage, before: dict[str, float], model: Model) -> int:
+    """As many increments as the stage needs; one where one is exact: where nothing can slip."""
+    if not model.sheared:
+        return 1
+    normal = {name for pair in PAIRS[:3] for name in pair}
+    moves_pressure = any(name in normal for name, _ in stage.targets)
+    if model.terms.coupled and moves_pressure:
+        return COUPLED_INCREMENTS
+    moves_shear = any(name not in normal for name, _ in stage.targets)
+    at_rest = all(before.get(force, 1.0) == 0.0 for force, _ in PAIRS[3:5]) and before.get("phi_z") == 0.0
+    if moves_pressure and not moves_shear and at_rest and not model.terms.coupled:
+        return 1
+    return TANGENTIAL_INCREMENTS
+
+
+def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
+    after = dict(before)
+    for name, value in stage.targets:
+        partner = next(b if a == name else a for a, b in PAIRS if name in (a, b))
+        after.pop(partner, None)
+        after[name] = value
+    return after
+
+
+def _start_value(name: str, before: dict[str, float], start: Summary | None) -> float:
+    if name in before:
+        return before[name]
+    return float(getattr(start, name)) if start is not None else 0.0
+
+
+def _between(start: float, end: float, part: float) -> float:
+    return end if part == 1.0 else start + (end - start) * part
+
+
+def _balance(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> Balance:
+    forced = tuple(force in values for force, _ in pairs)
+    imposed = tuple(values[force if force in values else motion] for force, motion in pairs)
+    return Balance(forced, imposed)  # type: ignore[arg-type]

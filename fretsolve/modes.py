@@ -1,0 +1,123 @@
+"""Rigid-body modes on a grid and the resultants that belong to them.
+
+Normal: the rigid displacement is ``delta_z + phi_x y + phi_y x``; resultants P, Mx = sum y p, My = sum x p.
+Tangential: ``(delta_x - phi_z y, delta_y + phi_z x)``; resultants Qx, Qy, Mz = sum (x qy - y qx). [2.1]
+Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.grid import Grid
+
+FloatArray = NDArray[np.floating]
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What is imposed for three rigid modes: ``forced[i]`` tells a resultant from a displacement.
+
+    values: the imposed resultant (N, N mm) where forced, the imposed displacement (mm, rad) elsewhere.
+    """
+
+    forced: tuple[bool, bool, bool]
+    values: tuple[float, float, float]
+
+    def relative_to(self, rigid: Vector) -> Balance:
+        """The same with the imposed displacements counted from `rigid`."""
+        x, y, z = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
+        return Balance(self.forced, (x, y, z))
+
+    def with_loads_scaled(self, factor: float) -> Balance:
+        """The same with the imposed resultants multiplied by `factor`."""
+        x, y, z = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
+        return Balance(self.forced, (x, y, z))
+
+    @property
+    def forced_index(self) -> list[int]:
+        """Modes whose resultant is imposed."""
+        return [mode for mode in range(3) if self.forced[mode]]
+
+    @property
+    def imposed_displacement(self) -> Vector:
+        """The imposed displacements, 0 where the resultant is imposed."""
+        return np.array([0.0 if f else v for f, v in zip(self.forced, self.values, strict=True)])
+
+    @property
+    def imposed_resultant(self) -> Vector:
+        """The imposed resultants, 0 where the displacement is imposed."""
+        return np.array([v if f else 0.0 for f, v in zip(self.forced, self.values, strict=True)])
+
+
+def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> Vector:
+    """Amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
+
+    Singular directions (a contact of one cell cannot resist rotation) get no amplitude.
+    """
+    amplitudes = np.zeros(3)
+    if forced:
+        block = gram[np.ix_(forced, forced)]
+        scale = np.sqrt(np.maximum(np.diag(block), 0.0))
+        scale[scale == 0.0] = 1.0
+        scaled = block / np.outer(scale, scale)
+        solution = np.linalg.lstsq(scaled, right[forced] / scale, rcond=1e-12)[0]
+        amplitudes[forced] = solution / scale
+    return amplitudes
+
+
+class NormalModes:
+    """The modes (1, y, x) on a grid; integrals are over its cells' area."""
+
+    def __init__(self, grid: Grid):
+        self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
+
+    def sums(self, field: FloatArray) -> Vector:
+        """Sums of field (nx, ny) times each mode over the cells."""
+        along_x = field.sum(axis=1, dtype=np.float64)
+        along_y = field.sum(axis=0, dtype=np.float64)
+        return np.array([along_x.sum(), along_y @ self.y, along_x @ self.x])
+
+    def resultants(self, pressure: FloatArray) -> Vector:
+        """P (N), Mx, My (N mm) of a pressure (MPa)."""
+        return self.sums(pressure) * self.cell_area
+
+    def gram(self, weight: FloatArray | NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Weighted sums of products of the modes, 3 x 3."""
+        along_x = weight.sum(axis=1, dtype=np.float64)
+        along_y = weight.sum(axis=0, dtype=np.float64)
+        one, y, x = along_x.sum(), along_y @ self.y, along_x @ self.x
+        mixed = self.x @ (weight @ self.y)
+        return np.array(
+            [[one, y, x], [y, along_y @ self.y**2, mixed], [x, mixed, along_x @ self.x**2]], dtype=np.float64
+        )
+
+    def displacement(self, rigid: Vector, out: FloatArray) -> None:
+        """``out`` = rigid[0] + rigid[1] y + rigid[2] x."""
+        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out)
+
+
+class TangentialModes:
+    """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
+
+    def __init__(self, grid: Grid):
+        self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
+
+    def sums(self, field: FloatArray) -> Vector:
+        """Sums of field (2, nx, ny) times each mode over the cells."""
+        x_along_y = field[0].sum(axis=0, dtype=np.float64)
+        y_along_x = field[1].sum(axis=1, dtype=np.float64)
+        return np.array([x_along_y.sum(), y_along_x.sum(), y_along_x @ self.x - x_along_y @ self.y])
+
+    def resultants(self, shear: FloatArray) -> Vector:
+        """Qx, Qy (N), Mz (N mm) of a shear (MPa)."""
+        return self.sums(shear) * self.cell_area
+
+    def displacement(self, rigid: Vector, out: FloatArray) -> None:
+        """``out`` (2, nx, ny) = (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x)."""
+        out[0] = rigid[0] - rigid[2] * self.y[None, :]
+        out[1] = rigid[1] + rigid[2] * self.x[:, None]

@@ -1,0 +1,221 @@
+"""The normal contact problem: pressure and rigid approach at a given shear [2.2].
+
+    gap = separation + A p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
+
+with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` holds the undeformed surfaces and the normal
+displacement that the shear causes; +inf where there is no material.
+
+Primal-dual active set with conjugate gradients inside: on a fixed contact zone the gap is driven towards 0 by CG
+preconditioned with the inverse of the kernel's spectrum (Vollebregt, JOTA 162, 2014), kept orthogonal to the
+balance equations; then cells under tension leave the zone, cells that penetrate enter it, and the true gap is
+computed anew. Forced rigid displacements are the multipliers of the balance [25], [26].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.elastic import ElasticOperator
+from fretsolve.grid import Grid
+from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
+
+FloatArray = NDArray[np.floating]
+BoolArray = NDArray[np.bool_]
+
+REDUCTION = 0.2
+"""By how much CG reduces the gap on a fixed zone before the zone is looked at again."""
+
+
+@dataclass(frozen=True)
+class NormalResult:
+    """rigid: (delta_z, phi_x, phi_y); residual: largest |gap| in contact or penetration, over `scale` (mm)."""
+
+    rigid: Vector
+    iterations: int
+    residual: float
+    scale: float
+    converged: bool
+
+
+class NormalSolver:
+    """Working arrays of the normal problem on one grid; `solve` may be called any number of times."""
+
+    def __init__(self, operator: ElasticOperator, grid: Grid):
+        self.operator = operator
+        self.modes = NormalModes(grid)
+        shape = grid.shape
+        self._uz, self._gap, self._residual, self._direction, self._image, self._search = (
+            np.zeros(shape) for _ in range(6)
+        )
+        self._contact: BoolArray = np.zeros(shape, dtype=bool)
+        self._no_material: BoolArray = np.zeros(shape, dtype=bool)
+        self._gram = np.zeros((3, 3))
+
+    def solve(
+        self,
+        separation: FloatArray,
+        balance: Balance,
+        pressure: FloatArray,
+        tolerance: float,
+        max_iterations: int,
+        rigid: Vector,
+    ) -> NormalResult:
+        """Solve in place for `pressure` (nx, ny), which holds the first estimate.
+
+        separation: (nx, ny), mm; balance: of (P|delta_z, Mx|phi_x, My|phi_y); tolerance: on the residual;
+        max_iterations: of CG; rigid: estimate of the rigid displacements, used while there is no contact.
+        """
+        iterations, passes, rigid = 0, 0, rigid.copy()
+        self._start_zone(separation, balance, pressure)
+        self.operator.normal(pressure, self._uz)
+        while True:
+            rigid = self._rigid_displacement(separation, balance, rigid)
+            residual, scale = self._update_gap_and_zone(separation, rigid, tolerance)
+            unbalanced = self._unbalance(balance, pressure)
+            if residual <= tolerance and unbalanced <= tolerance:
+                return NormalResult(rigid, iterations, residual, scale, True)
+            if iterations >= max_iterations or passes >= max_iterations:
+                return NormalResult(rigid, iterations, residual, scale, False)
+            exact = True
+            if residual > tolerance:
+                target = max(REDUCTION, 0.3 * tolerance / residual)
+                iterations += self._reduce_gap(balance, pressure, target, max_iterations - iterations)
+                exact = not self._release_tension(pressure)
+            if not exact or unbalanced > 0.1 * tolerance or passes % 8 == 7:
+                self._restore_balance(balance, pressure)
+                self.operator.normal(pressure, self._uz)
+            passes += 1
+
+    def _start_zone(self, separation: FloatArray, balance: Balance, pressure: FloatArray) -> None:
+        """Contact where the estimate presses; everywhere at an even pressure if a load finds none."""
+        np.isinf(separation, out=self._no_material)
+        np.maximum(pressure, 0.0, out=pressure)
+        pressure[self._no_material] = 0.0
+        load = balance.values[0]
+        if balance.forced[0] and load <= 0.0:
+            pressure[:] = 0.0
+        np.greater(pressure, 0.0, out=self._contact)
+        if balance.forced[0] and load > 0.0:
+            if not self._contact.any():
+                np.logical_not(self._no_material, out=self._contact)
+                pressure[self._contact] = load
+            pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
+            self._restore_balance(balance, pressure)
+        self._gram = self.modes.gram(self._contact)
+
+    def _rigid_displacement(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
+        """Forced displacements by least squares of the gap over the contact zone [25]."""
+        imposed = balance.imposed_displacement
+        forced = balance.forced_index
+        gap, contact = self._gap, self._contact
+        np.add(separation, self._uz, out=gap)
+        if not contact.any():
+            open_rigid = np.where(balance.forced, rigid, imposed)
+            open_rigid[0] = 0.0
+            self.modes.displacement(open_rigid, self._residual)
+            np.subtract(gap, self._residual, out=gap)
+            open_rigid[0] = gap.min() if balance.forced[0] else imposed[0]
+            return open_rigid
+        self.modes.displacement(imposed, self._residual)
+        np.subtract(gap, self._residual, out=self._residual, where=contact)
+        self._residual[~contact] = 0.0
+        return imposed + solve_modes(self._gram, self.modes.sums(self._residual), forced)
+
+    def _update_gap_and_zone(self, separation: FloatArray, rigid: Vector, threshold: float) -> tuple[float, float]:
+        """True gap; penetrating cells join the contact. Returns the relative residual and its scale."""
+        gap, contact = self._gap, self._contact
+        self.modes.displacement(rigid, self._residual)
+        np.add(separation, self._uz, out=gap)
+        np.subtract(gap, self._residual, out=gap)
+        scale = max(abs(rigid[0]), float(np.max(self._uz, where=contact, initial=0.0)))
+        scale = scale or float(np.finfo(gap.dtype).tiny)
+        in_contact = float(np.max(np.abs(gap, out=self._residual), where=contact, initial=0.0))
+        penetration = -float(np.min(gap, where=~contact, initial=0.0))
+        if penetration > threshold * scale:
+            np.logical_or(contact, gap < -0.5 * threshold * scale, out=contact)
+            self._gram = self.modes.gram(contact)
+        return max(in_contact, penetration) / scale, scale
+
+    def _unbalance(self, balance: Balance, pressure: FloatArray) -> float:
+        """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""
+        if not balance.forced_index or not self._contact.any():
+            return 0.0
+        error = np.abs(self.modes.resultants(pressure) - balance.imposed_resultant)
+        load = self.modes.resultants(pressure)[0]
+        reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
+        return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
+
+    def _reduce_gap(self, balance: Balance, pressure: FloatArray, reduction: float, limit: int) -> int:
+        """Preconditioned CG on the contact zone until the gap's largest value is down by `reduction`."""
+        contact, residual, direction = self._contact, self._residual, self._direction
+        np.multiply(self._gap, -1.0, out=residual, where=contact)
+        residual[~contact] = 0.0
+        self._project(balance, residual)
+        start = float(np.abs(residual, out=self._image).max())
+        direction[:] = 0.0
+        previous, iteration = 1.0, 0
+        while iteration < limit:
+            self.operator.normal_inverse(residual, self._search)
+            self._search *= contact
+            self._project(balance, self._search)
+            current = float(np.vdot(residual, self._search))
+            if not current > 0.0:
+                break
+            direction *= current / previous
+            direction += self._search
+            previous = current
+            self.operator.normal(direction, self._image)
+            curvature = float(np.vdot(direction, self._image))
+            if not curvature > 0.0:
+                break
+            step = current / curvature
+            self._advance(step, pressure)
+            self._project(balance, residual)
+            iteration += 1
+            if float(np.abs(residual, out=self._image).max()) <= reduction * start:
+                break
+        return max(iteration, 1)
+
+    def _advance(self, step: float, pressure: FloatArray) -> None:
+        """Step along the direction: pressure, its displacement, and the residual on the contact."""
+        image = self._image
+        np.multiply(self._direction, step, out=self._search)
+        pressure += self._search
+        image *= step
+        self._uz += image
+        image *= self._contact
+        self._residual -= image
+
+    def _project(self, balance: Balance, field: FloatArray) -> None:
+        """Make a field on the contact zone orthogonal to the forced modes."""
+        forced = balance.forced_index
+        if forced:
+            amplitudes = solve_modes(self._gram, self.modes.sums(field), forced)
+            self.modes.displacement(amplitudes, self._image)
+            self._image *= self._contact
+            field -= self._image
+
+    def _release_tension(self, pressure: FloatArray) -> bool:
+        """Cells under tension leave the contact; tells whether there were any."""
+        tension = pressure < 0.0
+        if not tension.any():
+            return False
+        pressure[tension] = 0.0
+        self._contact &= ~tension
+        self._gram = self.modes.gram(self._contact)
+        return True
+
+    def _restore_balance(self, balance: Balance, pressure: FloatArray) -> None:
+        """Correct the pressure by p (a + b y + c x) so that the imposed resultants hold [26]."""
+        forced = balance.forced_index
+        missing = balance.imposed_resultant - self.modes.resultants(pressure)
+        if not forced or not self._contact.any():
+            return
+        gram = self.modes.gram(pressure) * self.modes.cell_area
+        self.modes.displacement(solve_modes(gram, missing, forced), self._image)
+        self._image *= pressure
+        pressure += self._image
+        np.maximum(pressure, 0.0, out=pressure)

@@ -1,0 +1,214 @@
+"""The way of a case: model, grid, surfaces, load path, and the loop over increments as a generator of states."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.grid import Grid
+from fretsolve.increment import IncrementSolver, Solved, Start
+from fretsolve.load_path import Increment, LoadPath
+from fretsolve.model import Model, derive_model
+from fretsolve.modes import Balance
+from fretsolve.sizing import MARGIN, contact_size
+from fretsolve.state import Certificate, Fields, State, Summary, Zone
+from fretsolve.surface import separation
+from fretsolve.wisdom import load_wisdom, save_wisdom
+
+if TYPE_CHECKING:
+    from fretsolve.case import Case
+
+RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case made ready: the model it needs, its grid and its load path."""
+
+    case: Case
+    model: Model
+    grid: Grid
+    load_path: LoadPath
+
+
+def prepare(case: Case) -> Scene:
+    """Model, grid (sized by the loads where the case says `auto`) and load path of `case`.
+
+    Raises CaseError or FileError where the surfaces cannot be had or no size holds the contact.
+    """
+    model = derive_model(case)
+    stages = case.stages()
+    load_path = LoadPath(stages, model)
+    size = case.grid.size or _automatic_size(case, model, load_path)
+    return Scene(case, model, Grid.from_size(case.grid.points, size, case.grid.center), load_path)
+
+
+def run(
+    case: Case | Scene, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
+) -> Iterator[State]:
+    """Solve `case` and yield a `State` per increment, each certified.
+
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: of the FFTs.
+    Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
+    """
+    scene = case if isinstance(case, Scene) else prepare(case)
+    load_wisdom()
+    solver = IncrementSolver(
+        scene.grid,
+        _separation(scene.case, scene.grid),
+        scene.model,
+        scene.case.solver.tolerance,
+        scene.case.solver.max_iterations,
+        threads,
+    )
+    save_wisdom()
+    state, summaries = start, list(history)
+    for step in range(len(summaries), scene.load_path.increments):
+        began = time.perf_counter()
+        increment = scene.load_path.increment(step, summaries)
+        before = scene.load_path.increment(step - 1, summaries).normal if step else None
+        try:
+            solved = solver.solve(increment, _start(state, before, scene.grid))
+        except NoSolutionError as error:
+            _locate(error, scene, increment)
+            raise
+        state = _state(solved, state, increment, scene, time.perf_counter() - began)
+        summaries.append(state.summary)
+        yield state
+
+
+def _separation(case: Case, grid: Grid) -> NDArray[np.float64]:
+    try:
+        return separation(case.surface, grid.x, grid.y)
+    except CaseError as error:
+        error.file, error.line = case.source.path, case.source.locate(error.key)
+        raise
+
+
+def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
+    """The closed form for a sphere on a flat, a search on coarse grids for everything else."""
+    loads = load_path.normal_loads()
+    compliances = model.compliances
+    first = 1.0
+    sphere = case.surface[0]
+    if sphere.kind == "sphere" and sphere.radius > 0.0:
+        radius = max(_hertz_radius(load, sphere.radius, compliances.contact_modulus) for load in loads)
+        centred = sphere.center == case.grid.center and len(case.surface) == 1
+        upright = not any(load.values[1] or load.values[2] for load in loads)
+        if radius > 0.0 and centred and upright:
+            return 2.0 * MARGIN * radius, 2.0 * MARGIN * radius
+        first = 2.0 * MARGIN * radius or first
+    try:
+        return contact_size(case.surface, compliances, loads, case.grid.center, first)
+    except CaseError as error:
+        error.file, error.line = case.source.path, case.source.locate(error.key)
+        raise
+
+
+def _hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
+    if load.forced[0]:
+        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
+    return math.sqrt(radius * max(load.values[0], 0.0))
+
+
+def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
+    if state is None:
+        nothing = np.zeros((2, *grid.shape))
+        return Start(nothing[0], nothing, nothing, np.zeros(6))
+    rigid = np.array([getattr(state.summary, name) for name in RIGID])
+    return Start(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
+
+
+def _state(
+    solved: Solved, previous: State | None, increment: Increment, scene: Scene, wall_time: float
+) -> State:
+    """Accumulate slip and work, and sum the increment up."""
+    solution, evidence = solved.solution, solved.evidence
+    distance = np.hypot(evidence.slip[0], evidence.slip[1])
+    bound = scene.model.friction * solution.pressure
+    if previous is None:
+        work_density = 0.5 * bound * distance
+        slip, slip_path, work_before = evidence.slip, distance, 0.0
+    else:
+        # The bound's mean over the increment: exact at constant pressure, of second order otherwise.
+        bound += scene.model.friction * previous.fields.pressure
+        work_density = 0.5 * bound * distance
+        slip, slip_path = previous.fields.slip + evidence.slip, previous.fields.slip_path + distance
+        work_before = previous.summary.work_total
+    work = float(work_density.sum()) * scene.grid.cell_area
+    if previous is not None:
+        work_density += previous.fields.work_density
+    fields = Fields(
+        solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
+    )
+    summary = _summary(solved, increment, scene.grid, work, work_before + work, wall_time)
+    return State(summary, fields, solution.displacement)
+
+
+def _summary(
+    solved: Solved, increment: Increment, grid: Grid, work: float, work_total: float, wall_time: float
+) -> Summary:
+    solution, zone = solved.solution, solved.evidence.zone
+    contact_area = float(np.count_nonzero(zone)) * grid.cell_area
+    stick_area = float(np.count_nonzero(zone == Zone.STICK)) * grid.cell_area
+    rigid = dict(zip(RIGID, map(float, solution.rigid), strict=True))
+    return Summary(
+        step=increment.step,
+        stage=increment.stage.number,
+        **dict(zip(("P", "Mx", "My"), map(float, solved.normal), strict=True)),
+        **dict(zip(("Qx", "Qy", "Mz"), map(float, solved.tangential), strict=True)),
+        **rigid,
+        contact_area=contact_area,
+        stick_area=stick_area,
+        contact_radius=math.sqrt(contact_area / math.pi),
+        stick_radius=math.sqrt(stick_area / math.pi),
+        max_pressure=float(solution.pressure.max()),
+        max_shear=float(np.hypot(solution.shear[0], solution.shear[1]).max()),
+        work=work,
+        work_total=work_total,
+        iterations_normal=solved.iterations_normal,
+        iterations_tangential=solved.iterations_tangential,
+        alternations=solved.alternations,
+        operator_applications=solved.operator_applications,
+        wall_time=wall_time,
+        **_residuals(solved.evidence.certificate),
+    )
+
+
+def _residuals(certificate: Certificate) -> dict[str, float]:
+    return {f"residual_{name}": float(value) for name, value in vars(certificate).items()}
+
+
+def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
+    """Say where in the case file the load stands that has no solution, and which size would hold the contact."""
+    stage = increment.stage
+    key: KeyPath = stage.key
+    if error.component in dict(stage.targets):
+        key = (*key, error.component)
+    if isinstance(error, GridEdgeError):
+        key = ("grid", "size")
+        error.message += _advised_size(scene, increment)
+    source = scene.case.source
+    error.key, error.file, error.line = key, source.path, source.locate(key)
+    error.message += f" (increment {increment.step}, stage {stage.number})"
+
+
+def _advised_size(scene: Scene, increment: Increment) -> str:
+    try:
+        size = contact_size(
+            scene.case.surface,
+            scene.model.compliances,
+            [increment.normal],
+            scene.grid.center,
+            max(scene.grid.size),
+        )
+    except CaseError:
+        return "; no size would hold it"
+    return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

@@ -1,0 +1,104 @@
+"""Size of the potential contact area from the loads: what `size: auto` means, and what an error can advise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fretsolve.elastic import ElasticOperator
+from fretsolve.errors import CaseError
+from fretsolve.grid import Grid
+from fretsolve.materials import Compliances
+from fretsolve.model import Terms
+from fretsolve.modes import Balance, NormalModes
+from fretsolve.normal import NormalSolver
+from fretsolve.surface import separation
+
+if TYPE_CHECKING:
+    from fretsolve.case import Surface
+
+Size = tuple[float, float]
+
+MARGIN = 1.2
+"""Sides of the area in units of the frictionless contact's extent about the centre."""
+
+TRIAL_POINTS = 48
+TRIAL_TOLERANCE = 1e-3
+MOST_TRIALS = 60
+FILLED = (0.55, 0.95)
+"""A trial has the right size where the contact fills this part of it, in both directions."""
+
+
+def contact_size(
+    surfaces: Sequence[Surface],
+    compliances: Compliances,
+    loads: Sequence[Balance],
+    center: Size = (0.0, 0.0),
+    first: float = 1.0,
+) -> Size:
+    """Sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`, with a margin.
+
+    Found by solving on coarse grids that follow the contact; `first` (mm) is where the search starts. Raises
+    CaseError where the contact always reaches the edge, as that of an endless cylinder does.
+    """
+    pressed = [load for load in dict.fromkeys(loads) if not load.forced[0] or load.values[0] > 0.0]
+    extent = np.zeros(2)
+    for load in pressed:
+        extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first))
+    if not extent.any():
+        raise CaseError(
+            "auto finds no contact anywhere on the load path; give the size of the potential contact area",
+            ("grid", "size"),
+        )
+    extent[extent == 0.0] = extent.max()
+    return MARGIN * float(extent[0]), MARGIN * float(extent[1])
+
+
+def _extent(
+    surfaces: Sequence[Surface], compliances: Compliances, load: Balance, center: Size, first: float
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
+    size = np.array([first, first])
+    for _ in range(MOST_TRIALS):
+        grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
+        contact = _contact(surfaces, compliances, load, grid)
+        if contact is None:
+            size *= 2.0
+            continue
+        if not contact.any():
+            return np.zeros(2)
+        reach_x = float(np.abs(grid.x - center[0])[contact.any(axis=1)].max()) + 0.5 * grid.dx
+        reach_y = float(np.abs(grid.y - center[1])[contact.any(axis=0)].max()) + 0.5 * grid.dy
+        extent = 2.0 * np.array([reach_x, reach_y])
+        filled = extent / size
+        if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
+            return extent
+        size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
+    raise CaseError(
+        f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give one, or a surface"
+        " that ends",
+        ("grid", "size"),
+    )
+
+
+def _contact(
+    surfaces: Sequence[Surface], compliances: Compliances, load: Balance, grid: Grid
+) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]] | None:
+    """Cells in contact on a trial grid; None where the grid is too small to carry the load."""
+    try:
+        gap = separation(surfaces, grid.x, grid.y)
+    except CaseError:
+        return None
+    if not np.isfinite(gap).any():
+        return None
+    reached = NormalModes(grid)
+    p, mx, my = load.imposed_resultant
+    for mode, moment, centers in ((1, mx, reached.y), (2, my, reached.x)):
+        if load.forced[0] and load.forced[mode] and not centers.min() <= moment / p <= centers.max():
+            return None
+    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, Terms(False, False, False))
+    pressure = np.zeros(grid.shape)
+    NormalSolver(operator, grid).solve(gap, load, pressure, TRIAL_TOLERANCE, 200, np.zeros(3))
+    return pressure > 0.0
