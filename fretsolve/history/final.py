@@ -1,0 +1,110 @@
+"""OUT itself, written once from the parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretsolve.history import durable
+from fretsolve.history.header import RunHeader
+from fretsolve.history.layout import (
+    HISTORY,
+    RESTART,
+    STEP,
+    Quantity,
+    X,
+    Y,
+    create_field,
+    describe,
+    stored_fields,
+)
+from fretsolve.history.parts import component, copy_fields, write_restart
+from fretsolve.state import State, Summary
+
+
+def write_result(
+    out: Path,
+    folder: Path,
+    header: RunHeader,
+    summaries: Sequence[Summary],
+    last_state: State | None,
+    sources: Sequence[Path],
+    failure: str | None,
+) -> None:
+    """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
+
+    summaries: of all increments; last_state: that of the last one, None if there is none. failure: why the
+    run failed, None for a complete one; a failed result keeps what a restart needs. Raises OSError,
+    FileError.
+    """
+    steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
+    copied = len(steps)
+    if last_state is not None and not header.stores_fields(last_state.summary.step):
+        steps.append(last_state.summary.step)
+    kept = stored_fields(header.fields)
+    with durable.new_hdf5(out, folder) as file:
+        _write_attributes(file, header, failure)
+        _write_history(file.create_group("history"), summaries)
+        group = file.create_group("fields")
+        scales = (_scale(group, STEP, steps), _scale(group, X, header.x), _scale(group, Y, header.y))
+        for quantity in kept:
+            dataset = create_field(group, quantity, len(steps), header.shape)
+            describe(dataset, quantity)
+            _attach(dataset, *scales)
+        copy_fields(sources, steps[:copied], group, kept)
+        if last_state is not None and copied < len(steps):
+            for quantity in kept:
+                group[quantity.name][-1] = component(last_state, quantity.name)
+        if failure is not None and last_state is not None:
+            write_restart(file, last_state, kept)
+            for quantity in RESTART:
+                if quantity.name in file["restart"]:
+                    describe(file["restart"][quantity.name], quantity)
+
+
+def attributes(header: RunHeader, status: str, failure: str | None = None) -> dict[str, Any]:
+    """The root attributes of a result."""
+    values: dict[str, Any] = {
+        "fretsolve_version": header.version,
+        "format_version": header.format_version,
+        "status": status,
+        "case_yaml": header.case_yaml,
+        "effective_case": header.effective_case,
+        "coupling": header.coupling,
+        "provenance": header.provenance,
+    }
+    return values if failure is None else {**values, "failure": failure}
+
+
+def _write_attributes(file: Any, header: RunHeader, failure: str | None) -> None:
+    status = "complete" if failure is None else "failed"
+    for name, value in attributes(header, status, failure).items():
+        file.attrs[name] = value
+
+
+def _write_history(group: Any, summaries: Sequence[Summary]) -> None:
+    scale = _scale(group, STEP, [summary.step for summary in summaries])
+    for quantity in HISTORY:
+        _attach(_column(group, quantity, [getattr(summary, quantity.name) for summary in summaries]), scale)
+
+
+def _scale(group: Any, quantity: Quantity, values: Any) -> Any:
+    dataset = _column(group, quantity, values)
+    dataset.make_scale(quantity.name)
+    return dataset
+
+
+def _column(group: Any, quantity: Quantity, values: Any) -> Any:
+    data = np.asarray(values, quantity.dtype)
+    checked = {"chunks": data.shape, "fletcher32": True} if data.size else {}
+    dataset = group.create_dataset(quantity.name, data=data, **checked)
+    describe(dataset, quantity)
+    return dataset
+
+
+def _attach(dataset: Any, *scales: Any) -> None:
+    for dimension, scale in zip(dataset.dims, scales, strict=True):
+        dimension.attach_scale(scale)

@@ -1,0 +1,223 @@
+"""Writing a result so that no completed increment is lost, whenever the run ends and however.
+
+Each increment is one file in ``OUT.parts/``, committed by a rename. OUT is written once, from the parts, when
+the run is complete or has failed. Where OUT exists it is the truth and its parts are leftovers.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self
+
+from fretsolve.errors import FileError
+from fretsolve.history import durable
+from fretsolve.history.final import write_result
+from fretsolve.history.header import RunHeader, require_same_run
+from fretsolve.history.lock import RunLock
+from fretsolve.history.parts import (
+    HEADER_NAME,
+    Part,
+    all_parts,
+    contiguous_parts,
+    merge_parts,
+    open_piece,
+    parts_folder,
+    write_part,
+)
+from fretsolve.history.stored import read_attributes, read_header
+from fretsolve.state import State, Summary
+
+MERGE_EVERY = 32
+"""Increments per merged part: bounds the number of files and the restart data that is kept without use."""
+
+
+class HistoryWriter:
+    """A result being written; a context manager, which stops the run where it is left without `finish`.
+
+    complete: OUT is there already and there is nothing to do. last_state: where to go on from, None for a
+    start at the beginning. summaries: of all committed increments. notes: what a person should hear of a
+    resume.
+    """
+
+    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None):
+        self.out = out
+        self.header = header
+        self.complete = False
+        self.last_state: State | None = None
+        self.summaries: list[Summary] = []
+        self.notes: list[str] = []
+        self._folder = parts_folder(out)
+        self._lock = lock
+        self._parts: list[Part] = []
+
+    @classmethod
+    def open(
+        cls, out: Path, header: RunHeader, *, resume: bool = False, overwrite: bool = False
+    ) -> HistoryWriter:
+        """Begin the result `out`, or go on with it.
+
+        Raises FileError where `out` or its parts exist and neither option is given, where they belong to
+        another run or are damaged, where another run writes them, and where the folder cannot be written.
+        """
+        if resume and overwrite:
+            raise ValueError("resume and overwrite exclude each other")
+        with _reported("cannot begin the result", out):
+            _require_free(out, allowed=resume or overwrite)
+            if resume and out.exists() and _status(out, header) == "complete":
+                return cls._finished(out, header)
+            writer = cls(out, header, RunLock.acquire(parts_folder(out)))
+            try:
+                writer._begin(resume, overwrite)
+            except BaseException:
+                writer.stop()
+                raise
+            return writer
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def append(self, state: State) -> None:
+        """Commit an increment: once this returns, no kill and no power cut takes it back.
+
+        Raises FileError where it cannot be written (all earlier increments stay), ValueError where `state`
+        does not follow the last one.
+        """
+        if state.summary.step != len(self.summaries):
+            raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
+        with _reported("cannot save the increment", self._folder, resumable=True):
+            self._parts.append(write_part(self._folder, self.header, state))
+            self.last_state = state
+            self.summaries.append(state.summary)
+            single = [part for part in self._parts if part.first == part.last]
+            if len(single) >= MERGE_EVERY:
+                self._merge(single, state)
+
+    def finish(self, status: Literal["complete", "failed"], message: str = "") -> None:
+        """Write OUT from the parts and remove these. `message`: why the run failed. Raises FileError."""
+        failure = message if status == "failed" else None
+        with _reported("cannot write the result", self.out, resumable=True):
+            sources = [part.path for part in self._parts]
+            write_result(
+                self.out, self._folder, self.header, self.summaries, self.last_state, sources, failure
+            )
+            self._clear()
+        self.stop()
+
+    def stop(self) -> None:
+        """Leave the committed increments for a later resume, and let other runs write."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    @classmethod
+    def _finished(cls, out: Path, header: RunHeader) -> HistoryWriter:
+        """For a result that is complete, whose parts a kill may have left behind."""
+        writer = cls(out, header, None)
+        with open_piece(out) as piece:
+            writer.summaries = piece.summaries()
+        if parts_folder(out).exists():
+            writer._lock = RunLock.acquire(parts_folder(out))
+            try:
+                durable.remove_temporaries(writer._folder)
+                writer._clear()
+            finally:
+                writer.stop()
+        writer.complete = True
+        return writer
+
+    def _begin(self, resume: bool, overwrite: bool) -> None:
+        _require_free(self.out, allowed=resume or overwrite)  # another run may have ended since
+        durable.remove_temporaries(self._folder)
+        if overwrite:
+            self._clear()
+            durable.remove(self.out)
+        elif self.out.exists():
+            self._take_up_failed()
+            return
+        if not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
+            self._clear()
+        elif resume:
+            self._take_up_stopped()
+        else:
+            raise FileError(
+                "a stopped run is there: --resume goes on with it, --overwrite starts anew", self._folder
+            )
+        durable.write_text(self._folder / HEADER_NAME, self.header.to_json())
+
+    def _take_up_failed(self) -> None:
+        """Turn a failed result back into parts: the next attempt starts from its last increment.
+
+        OUT goes last, so that a kill in between leaves it, and with it all there is.
+        """
+        _status(self.out, self.header)
+        self._clear()
+        durable.write_text(self._folder / HEADER_NAME, self.header.to_json())
+        with open_piece(self.out) as piece:
+            self.summaries = piece.summaries()
+            if self.summaries:
+                piece.verify()
+                self.last_state = piece.state()
+                self._parts = [merge_parts(self._folder, self.header, [self.out], self.last_state)]
+        durable.remove(self.out)
+
+    def _take_up_stopped(self) -> None:
+        """Go on after the last increment up to which all parts are sound."""
+        stored = read_header(self._folder)
+        require_same_run(self._folder, stored.effective_case, stored.version, self.header)
+        for part in contiguous_parts(self._folder):
+            try:
+                with open_piece(part.path) as piece:
+                    piece.verify()
+                    self.summaries += piece.summaries()
+                    self.last_state = piece.state()
+            except FileError as error:
+                self.notes.append(f"{error}; going on from increment {part.first}")
+                break
+            self._parts.append(part)
+        kept = {part.path for part in self._parts}
+        durable.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])
+
+    def _merge(self, single: list[Part], state: State) -> None:
+        merged = merge_parts(self._folder, self.header, [part.path for part in single], state)
+        self._parts = [part for part in self._parts if part not in single] + [merged]
+        durable.remove(*[part.path for part in single])
+
+    def _clear(self) -> None:
+        """Remove all parts, the header first: without it what is left counts as nothing."""
+        durable.remove(self._folder / HEADER_NAME)
+        durable.remove(*[part.path for part in all_parts(self._folder)])
+        self._parts = []
+
+
+def _require_free(out: Path, *, allowed: bool) -> None:
+    if out.is_dir():
+        raise FileError("is a folder, the result must be a file", out)
+    if out.exists() and not allowed:
+        raise FileError("exists: --overwrite replaces it, --resume goes on unless it is complete", out)
+
+
+def _status(out: Path, header: RunHeader) -> str:
+    """The status of the result `out` of the same run. Raises FileError where it is that of another one."""
+    attributes = read_attributes(out)
+    require_same_run(out, attributes["effective_case"], attributes["fretsolve_version"], header)
+    return str(attributes["status"])
+
+
+@contextmanager
+def _reported(action: str, file: Path, *, resumable: bool = False) -> Iterator[None]:
+    """Turn an OSError into a FileError that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        advice = "; the increments so far are kept, --resume goes on" if resumable else ""
+        raise FileError(f"{action}: {reason}{advice}", file) from error

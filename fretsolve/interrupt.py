@@ -1,0 +1,63 @@
+"""Signals: the first asks to stop after the increment, the second stops at once.
+
+Imported before anything heavy, since a signal that arrives during an import would end the process unasked.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from types import FrameType, TracebackType
+from typing import Any
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
+
+EXIT_STOPPED = 75
+"""EX_TEMPFAIL of sysexits.h: stopped, the completed increments are saved, `--resume` goes on.
+
+It holds as well for a stop at once, which loses but the increment under way.
+"""
+
+SAME_SIGNAL = 0.05
+"""Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
+
+NOTICE = "stopping after this increment; a second signal stops at once"
+
+
+class StopRequest:
+    """Catches SIGTERM, SIGINT and SIGUSR1 inside a `with` block, which must be in the main thread.
+
+    `requested` tells the load path to stop after its increment; `notice` is a line written to standard error
+    as soon as that is so (empty for none).
+    """
+
+    def __init__(self, notice: str = NOTICE):
+        self._notice = notice
+        self._first: float | None = None
+        self._previous: dict[signal.Signals, Any] = {}
+
+    @property
+    def requested(self) -> bool:
+        """Whether a signal has come."""
+        return self._first is not None
+
+    def __enter__(self) -> StopRequest:
+        for number in SIGNALS:
+            self._previous[number] = signal.signal(number, self._handle)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if self._first is None:
+            self._first = now
+            if self._notice:
+                os.write(2, f"fretsolve: {signal.Signals(number).name}: {self._notice}\n".encode())
+        elif now - self._first > SAME_SIGNAL:
+            os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open

@@ -1,0 +1,171 @@
+"""A result as a table for people: what ``fretsolve show`` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import IO
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from fretsolve.history import Result
+
+WIDTH = 100
+"""Columns of the report where the output is no terminal, and the least where it is one."""
+
+NOTHING = 1e-9
+"""A column is left out where all of it is below this share of its group's scale: round-off, not a load."""
+
+GAP = 2
+"""Blanks between two columns."""
+
+_RESIDUALS = ("residual_gap", "residual_stick", "residual_slip", "residual_bound", "residual_load")
+_COLUMNS = (
+    *("P", "Mx", "My", "Qx", "Qy", "Mz"),
+    *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
+    *("contact_radius", "stick_radius", "max_pressure", "max_shear", "work_total"),
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column as printed: a heading of two lines, the units, the cells."""
+
+    heading: tuple[str, str]
+    units: str
+    cells: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        return max(len(text) for text in (*self.heading, self.units, *self.cells))
+
+
+def print_report(result: Result, *, every_increment: bool = False, file: IO[str] | None = None) -> None:
+    """Print summary, table and totals to `file` (standard output by default), with colour on a terminal."""
+    console = Console(file=file, highlight=False)
+    if not console.is_terminal or console.width < WIDTH:
+        console = Console(file=file, highlight=False, width=WIDTH)
+    for line in summary(result):
+        console.print(escape(line), soft_wrap=True)
+    for table in history_tables(result, every_increment=every_increment, width=console.width):
+        console.print()
+        console.print(table)
+    for line in totals(result):
+        console.print(escape(line), soft_wrap=True)
+
+
+def summary(result: Result) -> list[str]:
+    """Lines on what the result is: title, status, case."""
+    title = result.effective_case.get("title") or result.path.name
+    status = f"{result.status}, {result.increments} increments"
+    if "failure" in result.attributes:
+        status += f": {result.attributes['failure']}"
+    dx, dy = (float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in (result.x, result.y))
+    nx, ny = len(result.x), len(result.y)
+    return [
+        str(title),
+        status,
+        f"coupling {result.coupling}, grid {nx} x {ny} cells on {nx * dx:.4g} x {ny * dy:.4g} mm,"
+        f" fretsolve {result.attributes['fretsolve_version']}",
+    ]
+
+
+def history_tables(result: Result, *, every_increment: bool = False, width: int = WIDTH) -> list[Table]:
+    """The history as one table, or several of at most `width` characters, each with `step` and `stage`.
+
+    One row per end of a stage, or per increment. Columns without anything but round-off are left out.
+    """
+    rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
+    if not len(rows):
+        return []
+    fixed = [
+        Column(("", name), "", tuple(str(value) for value in result.history[name][rows]))
+        for name in ("step", "stage")
+    ]
+    columns = [
+        Column(
+            _heading(name), result.units(name), tuple(f"{value:.4g}" for value in result.history[name][rows])
+        )
+        for name in relevant_columns(result)
+    ]
+    residuals = tuple(f"{value:.1e}" for value in worst_residuals(result)[rows])
+    columns.append(Column(("worst", "residual"), "1", residuals))
+    return [_table(part) for part in _split(fixed, columns, width)]
+
+
+def totals(result: Result) -> list[str]:
+    """Lines on the whole run: certificate, work and cost. Empty where there is no increment."""
+    if not result.increments:
+        return []
+    history = result.history
+    worst = worst_residuals(result)
+    step = int(worst.argmax())
+    name = max(_RESIDUALS, key=lambda residual: history[residual][step])
+    return [
+        f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
+        f" dissipated work {history['work_total'][-1]:.6g} {result.units('work_total')}",
+        f"{history['operator_applications'].sum()} operator applications,"
+        f" {history['wall_time'].sum():.3g} {result.units('wall_time')} of wall time",
+    ]
+
+
+def stage_ends(stage: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Increments after which the stage changes, the last included."""
+    return np.flatnonzero(np.append(np.diff(stage) != 0, True))[: len(stage)]
+
+
+def relevant_columns(result: Result) -> list[str]:
+    """Names of the columns that are more than round-off; `P` and `delta_z` always."""
+    history = result.history
+    scales = dict.fromkeys(_COLUMNS, 0.0)
+    if result.increments:
+        force, approach, radius = (
+            float(np.abs(history[name]).max()) for name in ("P", "delta_z", "contact_radius")
+        )
+        scales.update(dict.fromkeys(("Qx", "Qy"), force))
+        scales.update(dict.fromkeys(("Mx", "My", "Mz"), force * radius))
+        scales.update(dict.fromkeys(("delta_x", "delta_y"), approach))
+        scales.update(dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0))
+    return [
+        name
+        for name in _COLUMNS
+        if name in ("P", "delta_z") or np.abs(history[name]).max(initial=0.0) > NOTHING * scales[name]
+    ]
+
+
+def worst_residuals(result: Result) -> NDArray[np.float64]:
+    """The worst residual of the certificate of each increment, ``(increments,)``."""
+    worst: NDArray[np.float64] = np.max([result.history[name] for name in _RESIDUALS], axis=0)
+    return worst
+
+
+def _heading(name: str) -> tuple[str, str]:
+    """Long names in two lines; those of rigid displacements, which are short, in one."""
+    first, _, second = name.rpartition("_")
+    return (first, second) if len(second) > 1 and first else ("", name)
+
+
+def _split(fixed: Sequence[Column], columns: Sequence[Column], width: int) -> Iterator[list[Column]]:
+    used = start = sum(column.width + GAP for column in fixed)
+    part: list[Column] = []
+    for column in columns:
+        if part and used + column.width + GAP > width:
+            yield [*fixed, *part]
+            part, used = [], start
+        part.append(column)
+        used += column.width + GAP
+    yield [*fixed, *part]
+
+
+def _table(columns: Sequence[Column]) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
+    for column in columns:
+        table.add_column("\n".join((*column.heading, column.units)), justify="right", no_wrap=True)
+    for row in zip(*(column.cells for column in columns), strict=True):
+        table.add_row(*row)
+    return table

@@ -1,0 +1,57 @@
+"""SIGKILL at random moments: what was reported is readable, and a resume ends in the same file."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from runs import finish, readable, reported, run_line, start
+
+from fretsolve.history import open_result
+
+KILLS = int(os.environ.get("FRETSOLVE_KILLS", "25"))
+RUN = {"increments": 40, "points": 12, "every": 3}
+SEED = 20090131
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("reference") / "out.h5"
+    assert finish(run_line(out, **RUN))[0] == 0
+    return out
+
+
+def test_random_kills_lose_nothing(uninterrupted: Path, tmp_path: Path) -> None:
+    with open_result(uninterrupted) as result:
+        expected = result.history["P"]
+    delays = random.Random(SEED)
+    out = tmp_path / "out.h5"
+    kills = stopped_between = 0
+    seconds = _duration(tmp_path / "timing.h5")
+    while kills < KILLS:
+        already = readable(out, expected)
+        process = start(run_line(out, "--resume", **RUN))
+        time.sleep(delays.uniform(0.0, seconds))
+        process.send_signal(signal.SIGKILL)
+        output, messages = process.communicate()
+        assert "Traceback" not in messages
+        kills += process.returncode == -signal.SIGKILL
+        saved = readable(out, expected)
+        assert saved >= max(already, reported(output))
+        stopped_between += 0 < saved < RUN["increments"]
+        if process.returncode == 0 or kills == KILLS:
+            assert finish(run_line(out, "--resume", **RUN))[0] == 0
+            assert out.read_bytes() == uninterrupted.read_bytes()
+            assert not out.with_name("out.h5.parts").exists()
+            out.unlink()
+    assert stopped_between > KILLS // 4, "too few kills met a run under way"
+
+
+def _duration(out: Path) -> float:
+    begin = time.perf_counter()
+    assert finish(run_line(out, **RUN))[0] == 0
+    return time.perf_counter() - begin
