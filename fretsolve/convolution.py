@@ -229,6 +229,19 @@ class PaddedConvolution:
         doubled = np.repeat(values / (mx * my), 2, axis=1).astype(self._float)
         return KernelSpectrum(doubled, odd_x)
 
+    def direction(self, spacing: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+        """Unit wave vector's components, laid out like `KernelSpectrum.values`; 0 where it has no direction.
+
+        The highest wave number of an even padded length stands for both of its signs; a kernel odd in x and y
+        vanishes there, so the components' product must.
+        """
+        mx, my = self.padded
+        kx = np.arange(mx // 2 + 1, dtype=np.float64)[:, None] / (mx * spacing[0])
+        ky = np.repeat(np.arange(self.columns, dtype=np.float64), 2)[None, :] / (my * spacing[1])
+        length = np.hypot(kx, ky)
+        length[0, :2] = 1.0
+        return kx / length, ky / length
+
     def inverse(self, kernel: KernelSpectrum) -> KernelSpectrum:
         """The kernel whose spectrum is the inverse of an even kernel's, bounded away from infinity."""
         scale = float(self.padded[0] * self.padded[1])

@@ -67,6 +67,7 @@ class ElasticOperator:
         self._xx = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
         ahead = self._quadrant(influence.along_y)
         self._yy = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
+        self._inverse_xx, self._inverse_yy, self._inverse_xy = self._inverse_tangential()
         if terms.cross:
             self._xy = self._spectrum(
                 material.B / (2 * math.pi) * self._quadrant(influence.across), odd_x=True, odd_y=True
@@ -75,6 +76,28 @@ class ElasticOperator:
             scale = material.C / (4 * math.pi)
             self._xz = self._spectrum(scale * self._quadrant(influence.radial_x), odd_x=True)
             self._yz = self._spectrum(scale * self._quadrant(influence.radial_y), odd_y=True)
+
+    def _inverse_tangential(self) -> tuple[KernelSpectrum, KernelSpectrum, KernelSpectrum]:
+        """Spectra of the tangential operator's inverse: 1/r times a matrix in the direction of the wave vector k.
+
+        In an unbounded half-space shear along k meets A, shear across k meets A + B (in units of the spectrum of
+        1/(2 pi r)). The padded kernels' own matrix of spectra is not positive definite and cannot be inverted.
+        """
+        a, b = self.compliances.A, self.compliances.B
+        along_x, along_y = self._convolution.direction(self.spacing)
+        inverse = self._normal_inverse.values
+        if not self.terms.cross:
+            return (
+                KernelSpectrum(inverse / (1.0 + b / a * along_y**2), False),
+                KernelSpectrum(inverse / (1.0 + b / a * along_x**2), False),
+                KernelSpectrum(np.zeros((1, 1)), True),
+            )
+        across = inverse * (a / (a + b))
+        return (
+            KernelSpectrum(across * (1.0 + b / a * along_x**2), False),
+            KernelSpectrum(across * (1.0 + b / a * along_y**2), False),
+            KernelSpectrum(across * (b / a) * along_x * along_y, True),
+        )
 
     def _quadrant(self, function: influence.KernelFunction) -> NDArray[np.float64]:
         dx, dy = self.spacing
@@ -107,6 +130,21 @@ class ElasticOperator:
             self._convolve(((self._xx,),), (shear[0],), (displacement[0],))
             self._convolve(((self._yy,),), (shear[1],), (displacement[1],))
             self.applications -= 1
+
+    def tangential_inverse(self, displacement: FloatArray, shear: FloatArray) -> None:
+        """Shear (2, nx, ny) from displacement by the inverse of the spectrum: a preconditioner, not the inverse.
+
+        Counted in `transforms`, but not as an application.
+        """
+        fields, results = (displacement[0], displacement[1]), (shear[0], shear[1])
+        if self.terms.cross:
+            kernels = ((self._inverse_xx, self._inverse_xy), (self._inverse_xy, self._inverse_yy))
+            self._convolve(kernels, fields, results)
+            self.applications -= 1
+        else:
+            self._convolve(((self._inverse_xx,),), fields[:1], results[:1])
+            self._convolve(((self._inverse_yy,),), fields[1:], results[1:])
+            self.applications -= 2
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""

@@ -10,8 +10,10 @@ or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solut
 A semismooth Newton method with conjugate gradients inside. At fixed zones, with n = q/|q| and lam = s.n on the
 slip zone, the Newton equation is T (B + lam/bound) T dq = T s, T taking the part tangential to the friction
 circle [28]. lam/bound grows without limit towards the contact's edge, so CG is preconditioned by
-1/(k0 + lam/bound), k0 about the self-coefficient of a cell, and constrained to the balance equations. Then
-shear beyond the bound is put back on the circle and slips, and slipping cells with lam < 0 stick.
+W F W + (1 - W^2)/(k0 + lam/bound) with F the inverse of B's spectrum, W = k0/(k0 + lam/bound) and k0 about the
+self-coefficient of a cell: F in the stick zone, the diagonal deep in the slip zone. It is constrained to the
+balance equations. Then shear beyond the bound is put back on the circle and slips, and slipping cells with
+lam < 0 stick.
 """
 
 from __future__ import annotations
@@ -205,9 +207,7 @@ class TangentialSolver:
         direction[:] = 0.0
         previous, iteration = 1.0, 0
         while iteration < limit:
-            np.multiply(residual, self._weight, out=self._search)
-            self._balance_residual(balance)
-            np.multiply(residual, self._weight, out=self._search)
+            self._precondition(balance)
             current = float(np.vdot(residual, self._search))
             if not current > 0.0:
                 break
@@ -236,18 +236,35 @@ class TangentialSolver:
         """Largest length of a vector of the field."""
         return float(np.sqrt(np.einsum("kij,kij->ij", field, field, out=self._length).max()))
 
-    def _balance_residual(self, balance: Balance) -> None:
-        """Take from the residual the forced rigid motion that keeps the next direction in balance.
+    def _precondition(self, balance: Balance) -> None:
+        """`_search` from the residual, tangential and in balance; the residual loses its forced rigid motion."""
+        residual, image, search = self._slip, self._image, self._search
+        if balance.forced_index:
+            np.multiply(residual, self._weight, out=image)
+            self._rigid_pattern(self.modes.sums(image), balance, image)
+            residual -= image
+        np.multiply(residual, self._weight, out=image)
+        image *= self._self_coefficient
+        self.operator.tangential_inverse(image, search)
+        search *= self._weight
+        search *= self._self_coefficient
+        self._take_tangential(search)
+        np.multiply(self._weight, self._self_coefficient, out=self._scratch)
+        np.multiply(self._scratch, self._scratch, out=self._scratch)
+        np.subtract(1.0, self._scratch, out=self._scratch)
+        self._scratch *= self._weight
+        np.multiply(residual, self._scratch, out=image)
+        search += image
+        if balance.forced_index:
+            self._rigid_pattern(self.modes.sums(search), balance, image)
+            image *= self._weight
+            search -= image
 
-        `_search` holds the preconditioned residual.
-        """
-        forced = balance.forced_index
-        if forced:
-            amplitudes = solve_modes(self._gram, self.modes.sums(self._search), forced)
-            self.modes.displacement(amplitudes, self._search)
-            self._search *= self._contact
-            self._take_tangential(self._search)
-            self._slip -= self._search
+    def _rigid_pattern(self, resultant: Vector, balance: Balance, out: FloatArray) -> None:
+        """The forced rigid motion, tangential and in the contact, whose weighted resultant is `resultant`."""
+        self.modes.displacement(solve_modes(self._gram, resultant, balance.forced_index), out)
+        out *= self._contact
+        self._take_tangential(out)
 
     def _return_to_circle(self, bound: FloatArray, shear: FloatArray) -> None:
         """Shear beyond the bound slips; in the slip zone the shear goes back to the friction circle."""
