@@ -7,23 +7,22 @@ together cost little more than one exact solve.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.certificate import ON_THE_CIRCLE, Evidence, Examiner, Solution
-from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import require_inside, require_supported, sliding_error
 from fretsolve.grid import Grid
+from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.model import Model
 from fretsolve.modes import Balance, TangentialModes, Vector
-from fretsolve.normal import NormalSolver
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
 from fretsolve.state import Certificate
-from fretsolve.tangential import TangentialSolver
 
 FloatArray = NDArray[np.floating]
 
@@ -98,11 +97,8 @@ class IncrementSolver:
     ):
         self.grid, self.separation, self.model = grid, separation, model
         self.tolerance, self.max_iterations = tolerance, max_iterations
-        self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads=threads
-        )
-        self.normal = NormalSolver(self.operator, grid)
-        self.tangential = TangentialSolver(self.operator, grid) if model.sheared else None
+        self.level = Level(grid, model, threads)
+        self.operator, self.normal, self.tangential = self.level.operator, self.level.normal, self.level.tangential
         self._examiner = Examiner(separation, model.friction, self.normal.modes, TangentialModes(grid))
         self._separation = np.array(separation) if model.terms.coupled else separation
         self._known = np.zeros((2, *grid.shape))
@@ -113,7 +109,7 @@ class IncrementSolver:
 
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
-        before = self.operator.applications
+        before = self.level.applications
         require_supported(increment.normal, self.separation, self.grid)
         work = _Iterate(start.pressure.copy(), start.shear.copy(), start.rigid.copy())
         target, change = MARGIN * self.tolerance, FIRST_TOLERANCE
@@ -138,7 +134,7 @@ class IncrementSolver:
             if work.alternations >= MOST_ALTERNATIONS or target < MARGIN**4 * self.tolerance:
                 raise NotConvergedError(_unproved(work, change, self.tolerance))
 
-    def _proved(self, increment: Increment, start: Start, work: _Iterate, before: int) -> Solved | None:
+    def _proved(self, increment: Increment, start: Start, work: _Iterate, before: float) -> Solved | None:
         """The solution with its evidence, None where the certificate is not met."""
         uz, displacement = np.zeros(self.grid.shape), np.zeros((2, *self.grid.shape))
         if self.model.terms.tangential:
@@ -153,7 +149,7 @@ class IncrementSolver:
         if not evidence.certificate.worst <= self.tolerance:
             return None
         require_inside(work.pressure, self.grid)
-        spent = self.operator.applications - before
+        spent = math.ceil(self.level.applications - before)
         return Solved(
             solution,
             evidence,
@@ -170,6 +166,8 @@ class IncrementSolver:
         if unchanged and not self.model.terms.coupled:
             return
         separation = self._separation if self.model.sheared else self.separation
+        if work.alternations == 0 and not unchanged:
+            self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
         result = self.normal.solve(
             separation, increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
         )
@@ -198,6 +196,9 @@ class IncrementSolver:
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.grid.size) / 2
         largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach)
+        unlike_the_last = start.normal != increment.normal or not work.shear.any()
+        if work.alternations == 0 and unlike_the_last:
+            self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
         result = self.tangential.solve(
             self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest
         )

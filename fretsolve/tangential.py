@@ -115,12 +115,28 @@ class TangentialSolver:
         np.greater(bound, 0.0, out=self._contact)
         shear *= self._contact
         self.slipping &= self._contact
+        self._start_fresh_cells(bound, shear)
         self._normal[:] = 0.0
         self._stiffness[:] = 0.0
         self._return_to_circle(bound, shear)
         self._restore_balance(balance, bound, shear)
         self._return_to_circle(bound, shear)
         self._update_weight(balance)
+
+    def _start_fresh_cells(self, bound: FloatArray, shear: FloatArray) -> None:
+        """Cells new in contact slip like their neighbours; they lie at the contact's edge, where all slips."""
+        fresh = self._contact & ~shear.any(axis=0)
+        at = np.nonzero(fresh)
+        if at[0].size == 0 or at[0].size == np.count_nonzero(self._contact):
+            return
+        rows, columns = (np.minimum(index + 2, size + 1) for index, size in zip(at, bound.shape, strict=True))
+        padded = np.pad(shear, [(0, 0), (1, 1), (1, 1)])
+        around = sum(padded[:, rows - 1 + i, columns - 1 + j] for i in (-1, 0, 1) for j in (-1, 0, 1))
+        length = np.hypot(around[0], around[1])
+        moved = length > 0.0
+        cells = (at[0][moved], at[1][moved])
+        shear[:, cells[0], cells[1]] = around[:, moved] / length[moved] * bound[cells]
+        self.slipping[cells] = True
 
     def _update_weight(self, balance: Balance) -> None:
         """Preconditioner on the contact, and the Gram matrix of the forced modes in it."""

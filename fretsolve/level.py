@@ -1,0 +1,102 @@
+"""Solvers of one grid, and of coarser ones that give them first estimates.
+
+On each level the problem is first solved roughly on the next coarser grid and the estimate corrected by what
+changed there. It pays where an increment begins far from its end, as all do that change the normal load.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.coarse import Coarsening
+from fretsolve.elastic import ElasticOperator
+from fretsolve.grid import Grid
+from fretsolve.model import Model
+from fretsolve.modes import Balance, Vector
+from fretsolve.normal import NormalSolver
+from fretsolve.tangential import TangentialSolver
+
+FloatArray = NDArray[np.floating]
+
+COARSE_TOLERANCE = 1e-2
+"""Of a coarse problem, whose solution differs from the fine one's by about this much anyway."""
+
+COARSE_ITERATIONS = 60
+"""A coarse problem that takes more is left as it is: a poor estimate costs iterations, nothing else."""
+
+NEAR_THE_BOUND = 0.8
+"""A cell slips at first if its coarse cell does and its shear has this part of the bound."""
+
+
+class Level:
+    """Operator and solvers on `grid`, with a coarser level below as long as there are points enough."""
+
+    def __init__(self, grid: Grid, model: Model, threads: int = 1):
+        self.grid = grid
+        self.operator = ElasticOperator(
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads=threads
+        )
+        self.normal = NormalSolver(self.operator, grid)
+        self.tangential = TangentialSolver(self.operator, grid) if model.sheared else None
+        self._coarsening = Coarsening(grid)
+        coarse = self._coarsening.coarse
+        self.coarser = Level(coarse, model, threads) if coarse is not None else None
+
+    @property
+    def applications(self) -> float:
+        """Operator applications so far, those on coarser grids in parts of one on this grid."""
+        coarser = self.coarser
+        if coarser is None:
+            return float(self.operator.applications)
+        share = (coarser.grid.nx * coarser.grid.ny) / (self.grid.nx * self.grid.ny)
+        return self.operator.applications + share * coarser.applications
+
+    def estimate_normal(
+        self, separation: FloatArray, balance: Balance, pressure: FloatArray, rigid: Vector
+    ) -> None:
+        """Improve the estimate `pressure` (nx, ny) in place by a coarser solution."""
+        if self.coarser is None:
+            return
+        transfer, coarser = self._coarsening, self.coarser
+        before = transfer.restrict(pressure)
+        coarse_separation = transfer.restrict_separation(separation)
+        if pressure.any():
+            uz, coarse_uz = np.empty_like(pressure), np.empty_like(before)
+            self.operator.normal(pressure, uz)
+            coarser.operator.normal(before, coarse_uz)
+            coarse_separation += transfer.restrict(uz) - coarse_uz
+        after = before.copy()
+        coarser.estimate_normal(coarse_separation, balance, after, rigid)
+        coarser.normal.solve(coarse_separation, balance, after, COARSE_TOLERANCE, COARSE_ITERATIONS, rigid)
+        if pressure.any():
+            pressure += transfer.prolong(after - before)
+            np.maximum(pressure, 0.0, out=pressure)
+        else:
+            # Where contact ends the pressure falls like a square root, so its square interpolates well.
+            np.sqrt(transfer.prolong(np.square(after)), out=pressure)
+        pressure[np.isinf(separation)] = 0.0
+
+    def estimate_tangential(
+        self, known: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray, motion: float
+    ) -> None:
+        """Improve the estimate `shear` (2, nx, ny), and its slip zone, in place by a coarser solution."""
+        if self.coarser is None or self.tangential is None or self.coarser.tangential is None:
+            return
+        transfer, coarser = self._coarsening, self.coarser
+        before = transfer.restrict(shear)
+        coarse_bound = transfer.restrict(bound)
+        coarse_known = transfer.restrict(known)
+        if shear.any():
+            displacement, coarse_displacement = np.empty_like(shear), np.empty_like(before)
+            self.operator.tangential(shear, displacement)
+            coarser.operator.tangential(before, coarse_displacement)
+            coarse_known -= transfer.restrict(displacement) - coarse_displacement
+        after = before.copy()
+        solver = self.coarser.tangential
+        solver.slipping[:] = np.hypot(before[0], before[1]) >= NEAR_THE_BOUND * coarse_bound
+        coarser.estimate_tangential(coarse_known, balance, coarse_bound, after, motion)
+        solver.solve(coarse_known, balance, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
+        shear += transfer.prolong(after - before)
+        near = np.hypot(shear[0], shear[1]) >= NEAR_THE_BOUND * bound
+        np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
