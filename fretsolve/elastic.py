@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,41 +43,61 @@ class ElasticOperator:
         self.terms = terms
         self.applications = 0
         self._convolution = PaddedConvolution(shape, dtype, threads)
-        fields = 1 + (2 if terms.tangential else 0)
-        self._spectra = [self._convolution.spectrum_array() for _ in range(fields)]
-        self._build_kernels()
+        self._spectra: list[NDArray[np.complexfloating]] = []
 
     @property
     def transforms(self) -> float:
         """Pairs of transforms made so far."""
         return self._convolution.transforms
 
-    def _build_kernels(self) -> None:
-        """Spectra of the influence coefficients that `terms` keep."""
-        inverse_distance = self._quadrant(influence.inverse_distance)
-        material, terms = self.compliances, self.terms
-        self.self_coefficient = material.A / (2 * math.pi) * float(inverse_distance[0, 0])
-        self._normal = self._spectrum(material.A / (2 * math.pi) * inverse_distance)
-        self._normal_inverse = self._convolution.inverse(self._normal)
-        if not terms.tangential:
-            return
-        ahead = self._quadrant(influence.along_x)
-        self.tangential_self_coefficient = (
-            material.A * float(inverse_distance[0, 0]) + material.B * float(ahead[0, 0])
-        ) / (2 * math.pi)
-        self._xx = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
-        ahead = self._quadrant(influence.along_y)
-        self._yy = self._spectrum((material.A * inverse_distance + material.B * ahead) / (2 * math.pi))
-        self._inverse_xx, self._inverse_yy, self._inverse_xy = self._inverse_tangential()
-        if terms.cross:
-            self._xy = self._spectrum(
-                material.B / (2 * math.pi) * self._quadrant(influence.across), odd_x=True, odd_y=True
-            )
-        if terms.coupled:
-            scale = material.C / (4 * math.pi)
-            self._xz = self._spectrum(scale * self._quadrant(influence.radial_x), odd_x=True)
-            self._yz = self._spectrum(scale * self._quadrant(influence.radial_y), odd_y=True)
+    @property
+    def tangential_self_coefficient(self) -> float:
+        """Tangential displacement (mm) of a cell's centre under a unit shear (MPa) on the cell, along x."""
+        inverse_distance = self._quadrant(influence.inverse_distance, (1, 1))[0, 0]
+        along = self._quadrant(influence.along_x, (1, 1))[0, 0]
+        return float(self.compliances.A * inverse_distance + self.compliances.B * along) / (2 * math.pi)
 
+    # Spectra of the influence coefficients, each computed when a solve first needs it.
+
+    @cached_property
+    def _normal(self) -> KernelSpectrum:
+        return self._spectrum(self.compliances.A / (2 * math.pi) * self._quadrant(influence.inverse_distance))
+
+    @cached_property
+    def _normal_inverse(self) -> KernelSpectrum:
+        return self._convolution.inverse(self._normal)
+
+    @cached_property
+    def _xx(self) -> KernelSpectrum:
+        return self._spectrum(self._direct(influence.along_x))
+
+    @cached_property
+    def _yy(self) -> KernelSpectrum:
+        return self._spectrum(self._direct(influence.along_y))
+
+    @cached_property
+    def _xy(self) -> KernelSpectrum:
+        scale = self.compliances.B / (2 * math.pi)
+        return self._spectrum(scale * self._quadrant(influence.across), odd_x=True, odd_y=True)
+
+    @cached_property
+    def _xz(self) -> KernelSpectrum:
+        scale = self.compliances.C / (4 * math.pi)
+        return self._spectrum(scale * self._quadrant(influence.radial_x), odd_x=True)
+
+    @cached_property
+    def _yz(self) -> KernelSpectrum:
+        scale = self.compliances.C / (4 * math.pi)
+        return self._spectrum(scale * self._quadrant(influence.radial_y), odd_y=True)
+
+    def _direct(self, along: influence.KernelFunction) -> NDArray[np.float64]:
+        """ux from qx or uy from qy."""
+        quadrant = self.compliances.A * self._quadrant(influence.inverse_distance)
+        quadrant += self.compliances.B * self._quadrant(along)
+        quadrant /= 2 * math.pi
+        return quadrant
+
+    @cached_property
     def _inverse_tangential(self) -> tuple[KernelSpectrum, KernelSpectrum, KernelSpectrum]:
         """Spectra of the tangential operator's inverse: 1/r times a matrix in the direction of the wave vector k.
 
@@ -99,9 +120,11 @@ class ElasticOperator:
             KernelSpectrum(across * (b / a) * along_x * along_y, True),
         )
 
-    def _quadrant(self, function: influence.KernelFunction) -> NDArray[np.float64]:
-        dx, dy = self.spacing
-        x, y = (np.arange(count, dtype=np.float64) * side for count, side in zip(self.shape, (dx, dy), strict=True))
+    def _quadrant(
+        self, function: influence.KernelFunction, shape: tuple[int, int] | None = None
+    ) -> NDArray[np.float64]:
+        (nx, ny), (dx, dy) = shape or self.shape, self.spacing
+        x, y = np.arange(nx, dtype=np.float64) * dx, np.arange(ny, dtype=np.float64) * dy
         return function(x, y, dx, dy)
 
     def _spectrum(
@@ -137,13 +160,14 @@ class ElasticOperator:
         Counted in `transforms`, but not as an application.
         """
         fields, results = (displacement[0], displacement[1]), (shear[0], shear[1])
+        xx, yy, xy = self._inverse_tangential
         if self.terms.cross:
-            kernels = ((self._inverse_xx, self._inverse_xy), (self._inverse_xy, self._inverse_yy))
+            kernels = ((xx, xy), (xy, yy))
             self._convolve(kernels, fields, results)
             self.applications -= 1
         else:
-            self._convolve(((self._inverse_xx,),), fields[:1], results[:1])
-            self._convolve(((self._inverse_yy,),), fields[1:], results[1:])
+            self._convolve(((xx,),), fields[:1], results[:1])
+            self._convolve(((yy,),), fields[1:], results[1:])
             self.applications -= 2
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
@@ -179,6 +203,8 @@ class ElasticOperator:
         turned_displacement: int | None = None,
     ) -> None:
         convolution = self._convolution
+        while len(self._spectra) < max(len(fields), len(displacements)):
+            self._spectra.append(convolution.spectrum_array())
         inputs, outputs = self._spectra[: len(fields)], self._spectra[: len(displacements)]
         for field, spectrum in zip(fields, inputs, strict=True):
             convolution.transform_rows(field, spectrum)

@@ -1,9 +1,4 @@
-"""One increment: normal and tangential problem alternated until the certificate holds (Panagiotopoulos 1975).
-
-The normal problem is solved at the shear of the last pass, the tangential one at the new pressure. While shear and
-pressure still move each other, both are solved only a little more exactly than the last change; so all passes
-together cost little more than one exact solve.
-"""
+"""One increment: solved on a window around the contact, proved on the whole grid."""
 
 from __future__ import annotations
 
@@ -13,48 +8,36 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.certificate import ON_THE_CIRCLE, Evidence, Examiner, Solution
+from fretsolve.alternation import ADVICE, Alternation, Iterate, Start
+from fretsolve.certificate import Evidence, Examiner, Solution
 from fretsolve.errors import NotConvergedError
-from fretsolve.feasibility import require_inside, require_supported, sliding_error
+from fretsolve.feasibility import require_inside, require_supported
 from fretsolve.grid import Grid
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.model import Model
-from fretsolve.modes import Balance, TangentialModes, Vector
-from fretsolve.sliding import AT_THE_LIMIT, load_factor
+from fretsolve.modes import NormalModes, TangentialModes, Vector
 from fretsolve.state import Certificate
+from fretsolve.window import FREE_CELLS, Window, window_around
 
 FloatArray = NDArray[np.floating]
-
-FIRST_TOLERANCE = 1e-2
-"""Of the first pass of a coupled increment."""
-
-PASS_REDUCTION = 0.05
-"""How much more exactly than the last pass's change a pass is solved."""
-
-MOST_ALTERNATIONS = 200
 
 MARGIN = 0.3
 """The solvers' own tolerance in units of the case's: their residuals and the certificate's differ a little."""
 
+KEPT_WINDOWS = 2
+"""A contact whose extent wavers between two sizes of window needs no new spectra at each increment."""
 
-@dataclass(frozen=True)
-class Start:
-    """What an increment starts from: tractions, tangential displacement, and rigid displacements.
-
-    pressure: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    displacement: FloatArray
-    rigid: Vector
-    normal: Balance | None = None
+MOST_PROOFS = 12
+"""How often an increment is taken up again after a window too small or a certificate not met."""
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A certified increment and what it took. normal, tangential: resultants (P, Mx, My) and (Qx, Qy, Mz)."""
+    """A certified increment and what it took. normal, tangential: resultants (P, Mx, My) and (Qx, Qy, Mz).
+
+    operator_applications: those on windows and coarser grids in parts of one on the whole grid, rounded up.
+    """
 
     solution: Solution
     evidence: Evidence
@@ -66,25 +49,8 @@ class Solved:
     operator_applications: int
 
 
-@dataclass
-class _Iterate:
-    """What the passes change: tractions, rigid displacements and the counts.
-
-    approach: length that the gap is measured against (mm).
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    rigid: Vector
-    approach: float = 0.0
-    certificate: Certificate | None = None
-    iterations_normal: int = 0
-    iterations_tangential: int = 0
-    alternations: int = 0
-
-
 class IncrementSolver:
-    """Solvers and operator of one scene: a grid, a model and the undeformed surfaces."""
+    """Solvers and operator of one scene: a grid, a model and the undeformed surfaces (nx, ny)."""
 
     def __init__(
         self,
@@ -96,60 +62,118 @@ class IncrementSolver:
         threads: int = 1,
     ):
         self.grid, self.separation, self.model = grid, separation, model
-        self.tolerance, self.max_iterations = tolerance, max_iterations
+        self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
         self.level = Level(grid, model, threads)
-        self.operator, self.normal, self.tangential = self.level.operator, self.level.normal, self.level.tangential
-        self._examiner = Examiner(separation, model.friction, self.normal.modes, TangentialModes(grid))
-        self._separation = np.array(separation) if model.terms.coupled else separation
-        self._known = np.zeros((2, *grid.shape))
-        self._bound = np.zeros(grid.shape)
+        self._examiner = Examiner(separation, model.friction, NormalModes(grid), TangentialModes(grid))
+        self.windows_made = 0
+        self._alternations: dict[Window, Alternation] = {}
+        self._spent = 0.0
 
     def solve(self, increment: Increment, start: Start) -> Solved:
         """Solve an increment from `start` and prove it.
 
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
-        before = self.level.applications
+        before = self.applications
         require_supported(increment.normal, self.separation, self.grid)
-        work = _Iterate(start.pressure.copy(), start.shear.copy(), start.rigid.copy())
-        target, change = MARGIN * self.tolerance, FIRST_TOLERANCE
-        coupled = self.model.terms.coupled and self.model.sheared
-        if self.tangential is not None:
-            bound = np.multiply(start.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)
-            np.greater_equal(np.hypot(start.shear[0], start.shear[1]), bound, out=self.tangential.slipping)
-        if coupled:
-            self._couple_normal(work)
-        while True:
-            tolerance = max(target, PASS_REDUCTION * change) if coupled else target
-            self._normal_pass(increment, start, work, tolerance)
-            settled = not coupled or change < FIRST_TOLERANCE
-            self._tangential_pass(increment, start, work, tolerance, settled)
-            work.alternations += 1
-            change = self._couple_normal(work) if coupled else 0.0
-            if change <= target:
-                solved = self._proved(increment, start, work, before)
-                if solved is not None:
-                    return solved
+        work = Iterate(start.pressure.copy(), start.shear.copy(), start.rigid.copy())
+        if start.normal != increment.normal:
+            self._estimate(increment, work)
+        target = MARGIN * self.tolerance
+        expected = work.pressure > 0.0
+        free = FREE_CELLS
+        for _ in range(MOST_PROOFS):
+            alternation, window = self._window_for(expected, free)
+            self._pass_in_window(alternation, window, increment, start, work, target)
+            expected |= work.pressure > 0.0
+            if not window.holds(expected):
+                free *= 4
+                continue
+            solution = self._solution(start, work)
+            evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
+            if evidence.certificate.worst <= self.tolerance:
+                require_inside(work.pressure, self.grid)
+                return self._solved(solution, evidence, work, math.ceil(self.applications - before))
+            expected |= evidence.gap < 0.0
+            if window.holds(expected):
                 target *= MARGIN
-            if work.alternations >= MOST_ALTERNATIONS or target < MARGIN**4 * self.tolerance:
-                raise NotConvergedError(_unproved(work, change, self.tolerance))
+        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance))
 
-    def _proved(self, increment: Increment, start: Start, work: _Iterate, before: float) -> Solved | None:
-        """The solution with its evidence, None where the certificate is not met."""
+    @property
+    def applications(self) -> float:
+        """Operator applications so far, in parts of one on the whole grid."""
+        inside = sum(
+            alternation.level.applications * self._share(window)
+            for window, alternation in self._alternations.items()
+            if alternation.level is not self.level
+        )
+        return self.level.applications + inside + self._spent
+
+    def _estimate(self, increment: Increment, work: Iterate) -> None:
+        """Pressure from coarser grids, at the shear's normal displacement where it counts."""
+        separation = self.separation
+        if self.model.terms.coupled and work.shear.any():
+            uz = np.empty_like(work.pressure)
+            self.level.operator.normal_from_shear(work.shear, uz)
+            separation = np.add(separation, uz, out=uz)
+        self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
+
+    def _share(self, window: Window) -> float:
+        """Cells of the window over those of the grid."""
+        return window.count / (self.grid.nx * self.grid.ny)
+
+    def _window_for(self, expected: NDArray[np.bool_], free: int) -> tuple[Alternation, Window]:
+        """A window that holds the expected contact, with the solvers on it; those of the last ones are kept."""
+        if self.level.coarser is None:
+            expected = np.ones_like(expected)  # too small a grid to gain by a part of it
+        window = window_around(expected, free)
+        alternation = self._alternations.pop(window, None)
+        if alternation is None:
+            if len(self._alternations) == KEPT_WINDOWS:
+                before = self.applications
+                del self._alternations[next(iter(self._alternations))]
+                self._spent += before - self.applications
+            self.windows_made += 1
+            whole = window.count == self.grid.nx * self.grid.ny
+            level = self.level if whole else Level(window.part_of(self.grid), self.model, self._threads)
+            part = np.ascontiguousarray(self.separation[window.cells])
+            alternation = Alternation(level, part, self.model, self.max_iterations)
+        self._alternations[window] = alternation
+        return alternation, window
+
+    def _pass_in_window(
+        self,
+        alternation: Alternation,
+        window: Window,
+        increment: Increment,
+        start: Start,
+        work: Iterate,
+        target: float,
+    ) -> None:
+        """Run the passes on the window's part of `start` and `work`, and write the tractions back."""
+        cells, vectors = window.cells, window.vector_cells
+        part_of_start = Start(
+            start.pressure[cells], start.shear[vectors], start.displacement[vectors], start.rigid, start.normal
+        )
+        whole = work.pressure, work.shear
+        work.pressure = np.ascontiguousarray(whole[0][cells])
+        work.shear = np.ascontiguousarray(whole[1][vectors])
+        alternation.run(increment, part_of_start, work, target)
+        whole[0][:], whole[1][:] = 0.0, 0.0
+        whole[0][cells], whole[1][vectors] = work.pressure, work.shear
+        work.pressure, work.shear = whole
+
+    def _solution(self, start: Start, work: Iterate) -> Solution:
+        """Tractions with their displacements, computed afresh on the whole grid."""
         uz, displacement = np.zeros(self.grid.shape), np.zeros((2, *self.grid.shape))
         if self.model.terms.tangential:
-            self.operator.all(work.pressure, work.shear, uz, displacement)
+            self.level.operator.all(work.pressure, work.shear, uz, displacement)
         else:
-            self.operator.normal(work.pressure, uz)
-        solution = Solution(
-            work.pressure, work.shear, uz, displacement, work.rigid, work.rigid - start.rigid, start.displacement
-        )
-        evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
-        work.certificate = evidence.certificate
-        if not evidence.certificate.worst <= self.tolerance:
-            return None
-        require_inside(work.pressure, self.grid)
-        spent = math.ceil(self.level.applications - before)
+            self.level.operator.normal(work.pressure, uz)
+        motion = work.rigid - start.rigid
+        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, start.displacement)
+
+    def _solved(self, solution: Solution, evidence: Evidence, work: Iterate, applications: int) -> Solved:
         return Solved(
             solution,
             evidence,
@@ -158,101 +182,14 @@ class IncrementSolver:
             work.iterations_normal,
             work.iterations_tangential,
             work.alternations,
-            spent,
+            applications,
         )
 
-    def _normal_pass(self, increment: Increment, start: Start, work: _Iterate, tolerance: float) -> None:
-        unchanged = start.normal == increment.normal and work.alternations == 0
-        if unchanged and not self.model.terms.coupled:
-            return
-        separation = self._separation if self.model.sheared else self.separation
-        if work.alternations == 0 and not unchanged:
-            self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
-        result = self.normal.solve(
-            separation, increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
-        )
-        work.iterations_normal += result.iterations
-        work.rigid[:3] = result.rigid
-        work.approach = result.scale
-        if not result.converged:
-            raise NotConvergedError(
-                f"the normal problem is not solved after {result.iterations} iterations: the largest gap error is"
-                f" {result.residual:.2g} of delta_z, {tolerance:.2g} is needed; {_ADVICE}"
-            )
 
-    def _tangential_pass(
-        self, increment: Increment, start: Start, work: _Iterate, tolerance: float, settled: bool
-    ) -> None:
-        if self.tangential is None:
-            self._slide_without_friction(increment, start, work)
-            return
-        np.multiply(work.pressure, self.model.friction, out=self._bound)
-        balance = self._carried(increment, start, settled)
-        if self.model.terms.coupled:
-            self.operator.tangential_from_pressure(work.pressure, self._known)
-            np.subtract(start.displacement, self._known, out=self._known)
-        else:
-            self._known[:] = start.displacement
-        motion = work.rigid[:3] - start.rigid[:3]
-        reach = max(self.grid.size) / 2
-        largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach)
-        unlike_the_last = start.normal != increment.normal or not work.shear.any()
-        if work.alternations == 0 and unlike_the_last:
-            self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
-        result = self.tangential.solve(
-            self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest
-        )
-        work.iterations_tangential += result.iterations
-        work.rigid[3:] = start.rigid[3:] + result.rigid
-        if not result.converged:
-            raise NotConvergedError(
-                f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error"
-                f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {_ADVICE}"
-            )
-
-    def _carried(self, increment: Increment, start: Start, settled: bool) -> Balance:
-        """The tangential balance as increments; a load that friction cannot carry is an error once the pressure is
-        settled, and cut to what it can carry while it is not."""
-        imposed = increment.tangential
-        balance = imposed.relative_to(start.rigid[3:])
-        factor = load_factor(self._bound, balance, self._examiner.tangential)
-        if factor > 1.0 + AT_THE_LIMIT:
-            return balance
-        only_forces = increment.normal.forced[0] and not imposed.forced[2]
-        if settled or only_forces:
-            raise sliding_error(imposed, factor, float(self._bound.sum()) * self.grid.cell_area)
-        return balance.with_loads_scaled(0.9 * factor)
-
-    def _slide_without_friction(self, increment: Increment, start: Start, work: _Iterate) -> None:
-        imposed = increment.tangential
-        if self.model.friction == 0.0 and imposed.imposed_resultant.any():
-            raise sliding_error(imposed, 0.0, 0.0)
-        work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
-
-    def _couple_normal(self, work: _Iterate) -> float:
-        """Separation as the shear deforms it; its largest change in the contact over the approach."""
-        uz, separation = self._bound, self._separation
-        self.operator.normal_from_shear(work.shear, uz)
-        np.add(self.separation, uz, out=uz)
-        contact = work.pressure > 0.0
-        np.subtract(uz, separation, out=separation, where=contact)
-        change = float(np.max(np.abs(separation), where=contact, initial=0.0))
-        separation[:] = uz
-        return change / (work.approach or 1.0)
-
-
-def _unproved(work: _Iterate, change: float, tolerance: float) -> str:
+def _unproved(certificate: Certificate, tolerance: float) -> str:
     """Why an increment is given up."""
-    if work.certificate is None:
-        return (
-            f"pressure and shear still change each other after {work.alternations} alternations, by {change:.2g} of"
-            f" delta_z; {_ADVICE}"
-        )
-    residuals = {name: getattr(work.certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
+    residuals = {name: getattr(certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
     name = max(residuals, key=lambda key: residuals[key])
     return (
-        f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed; {_ADVICE}"
+        f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed; {ADVICE}"
     )
-
-
-_ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"

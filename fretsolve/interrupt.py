@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -58,6 +59,7 @@ class StopRequest:
         if self._first is None:
             self._first = now
             if self._notice:
-                os.write(2, f"fretsolve: {signal.Signals(number).name}: {self._notice}\n".encode())
+                with suppress(OSError):  # whoever read the messages may have ended by the same signal
+                    os.write(2, f"fretsolve: {signal.Signals(number).name}: {self._notice}\n".encode())
         elif now - self._first > SAME_SIGNAL:
             os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open

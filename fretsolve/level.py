@@ -6,6 +6,8 @@ changed there. It pays where an increment begins far from its end, as all do tha
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,11 +39,19 @@ class Level:
         self.operator = ElasticOperator(
             grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads=threads
         )
-        self.normal = NormalSolver(self.operator, grid)
-        self.tangential = TangentialSolver(self.operator, grid) if model.sheared else None
         self._coarsening = Coarsening(grid)
         coarse = self._coarsening.coarse
         self.coarser = Level(coarse, model, threads) if coarse is not None else None
+
+    @cached_property
+    def normal(self) -> NormalSolver:
+        """Solver of the normal problem on this grid."""
+        return NormalSolver(self.operator, self.grid)
+
+    @cached_property
+    def tangential(self) -> TangentialSolver:
+        """Solver of the tangential problem on this grid; the model must have shear."""
+        return TangentialSolver(self.operator, self.grid)
 
     @property
     def applications(self) -> float:
@@ -81,7 +91,7 @@ class Level:
         self, known: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray, motion: float
     ) -> None:
         """Improve the estimate `shear` (2, nx, ny), and its slip zone, in place by a coarser solution."""
-        if self.coarser is None or self.tangential is None or self.coarser.tangential is None:
+        if self.coarser is None:
             return
         transfer, coarser = self._coarsening, self.coarser
         before = transfer.restrict(shear)

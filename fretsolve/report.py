@@ -45,12 +45,14 @@ class Column:
         return max(len(text) for text in (*self.heading, self.units, *self.cells))
 
 
-def print_report(result: Result, *, every_increment: bool = False, file: IO[str] | None = None) -> None:
-    """Print summary, table and totals to `file` (standard output by default), with colour on a terminal."""
+def print_report(
+    result: Result, *, heading: bool = True, every_increment: bool = False, file: IO[str] | None = None
+) -> None:
+    """Print heading, table and totals to `file` (standard output by default), with colour on a terminal."""
     console = Console(file=file, highlight=False)
     if not console.is_terminal or console.width < WIDTH:
         console = Console(file=file, highlight=False, width=WIDTH)
-    for line in summary(result):
+    for line in summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
     for table in history_tables(result, every_increment=every_increment, width=console.width):
         console.print()

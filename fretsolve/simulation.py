@@ -1,53 +1,29 @@
-"""The way of a case: model, grid, surfaces, load path, and the loop over increments as a generator of states."""
+"""The loop over the increments of a case, as a generator of states."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fretsolve.alternation import Start
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.grid import Grid
-from fretsolve.increment import IncrementSolver, Solved, Start
-from fretsolve.load_path import Increment, LoadPath
-from fretsolve.model import Model, derive_model
-from fretsolve.modes import Balance
-from fretsolve.sizing import MARGIN, contact_size
+from fretsolve.increment import IncrementSolver, Solved
+from fretsolve.load_path import Increment
+from fretsolve.scene import Scene, prepare
+from fretsolve.sizing import contact_size
 from fretsolve.state import Certificate, Fields, State, Summary, Zone
-from fretsolve.surface import separation
 from fretsolve.wisdom import load_wisdom, save_wisdom
 
 if TYPE_CHECKING:
     from fretsolve.case import Case
+    from fretsolve.modes import Balance
 
 RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A case made ready: the model it needs, its grid and its load path."""
-
-    case: Case
-    model: Model
-    grid: Grid
-    load_path: LoadPath
-
-
-def prepare(case: Case) -> Scene:
-    """Model, grid (sized by the loads where the case says `auto`) and load path of `case`.
-
-    Raises CaseError or FileError where the surfaces cannot be had or no size holds the contact.
-    """
-    model = derive_model(case)
-    stages = case.stages()
-    load_path = LoadPath(stages, model)
-    size = case.grid.size or _automatic_size(case, model, load_path)
-    return Scene(case, model, Grid.from_size(case.grid.points, size, case.grid.center), load_path)
 
 
 def run(
@@ -62,14 +38,13 @@ def run(
     load_wisdom()
     solver = IncrementSolver(
         scene.grid,
-        _separation(scene.case, scene.grid),
+        scene.separation(),
         scene.model,
         scene.case.solver.tolerance,
         scene.case.solver.max_iterations,
         threads,
     )
-    save_wisdom()
-    state, summaries = start, list(history)
+    state, summaries, windows = start, list(history), 0
     for step in range(len(summaries), scene.load_path.increments):
         began = time.perf_counter()
         increment = scene.load_path.increment(step, summaries)
@@ -79,43 +54,13 @@ def run(
         except NoSolutionError as error:
             _locate(error, scene, increment)
             raise
+        if solver.windows_made > windows:
+            # Before the increment is given out: a resumed run must transform by the same plans.
+            save_wisdom()
+            windows = solver.windows_made
         state = _state(solved, state, increment, scene, time.perf_counter() - began)
         summaries.append(state.summary)
         yield state
-
-
-def _separation(case: Case, grid: Grid) -> NDArray[np.float64]:
-    try:
-        return separation(case.surface, grid.x, grid.y)
-    except CaseError as error:
-        error.file, error.line = case.source.path, case.source.locate(error.key)
-        raise
-
-
-def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
-    """The closed form for a sphere on a flat, a search on coarse grids for everything else."""
-    loads = load_path.normal_loads()
-    compliances = model.compliances
-    first = 1.0
-    sphere = case.surface[0]
-    if sphere.kind == "sphere" and sphere.radius > 0.0:
-        radius = max(_hertz_radius(load, sphere.radius, compliances.contact_modulus) for load in loads)
-        centred = sphere.center == case.grid.center and len(case.surface) == 1
-        upright = not any(load.values[1] or load.values[2] for load in loads)
-        if radius > 0.0 and centred and upright:
-            return 2.0 * MARGIN * radius, 2.0 * MARGIN * radius
-        first = 2.0 * MARGIN * radius or first
-    try:
-        return contact_size(case.surface, compliances, loads, case.grid.center, first)
-    except CaseError as error:
-        error.file, error.line = case.source.path, case.source.locate(error.key)
-        raise
-
-
-def _hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
-    if load.forced[0]:
-        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
-    return math.sqrt(radius * max(load.values[0], 0.0))
 
 
 def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:

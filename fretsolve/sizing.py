@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import CaseError
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
 from fretsolve.model import Terms
 from fretsolve.modes import Balance, NormalModes
-from fretsolve.normal import NormalSolver
 from fretsolve.surface import separation
 
 if TYPE_CHECKING:
@@ -87,6 +85,9 @@ def _contact(
     surfaces: Sequence[Surface], compliances: Compliances, load: Balance, grid: Grid
 ) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]] | None:
     """Cells in contact on a trial grid; None where the grid is too small to carry the load."""
+    from fretsolve.elastic import ElasticOperator  # as late as here: most cases are sized by a formula
+    from fretsolve.normal import NormalSolver
+
     try:
         gap = separation(surfaces, grid.x, grid.y)
     except CaseError:

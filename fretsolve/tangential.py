@@ -129,9 +129,11 @@ class TangentialSolver:
         at = np.nonzero(fresh)
         if at[0].size == 0 or at[0].size == np.count_nonzero(self._contact):
             return
-        rows, columns = (np.minimum(index + 2, size + 1) for index, size in zip(at, bound.shape, strict=True))
         padded = np.pad(shear, [(0, 0), (1, 1), (1, 1)])
-        around = sum(padded[:, rows - 1 + i, columns - 1 + j] for i in (-1, 0, 1) for j in (-1, 0, 1))
+        around = np.zeros((2, at[0].size))
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                around += padded[:, at[0] + 1 + i, at[1] + 1 + j]
         length = np.hypot(around[0], around[1])
         moved = length > 0.0
         cells = (at[0][moved], at[1][moved])

@@ -106,7 +106,7 @@ class SolverSpec(CaseModel):
     tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
         default=1e-6, description="bound on the residuals of the contact conditions"
     )
-    precision: Literal["double", "single"] = Field(default="double", description="of the fields' arithmetic")
+    precision: Literal["double"] = Field(default="double", description="of the arithmetic")
     max_iterations: Count = Field(default=2000, description="of one solve")
 
 

@@ -1,0 +1,185 @@
+"""The passes of an increment: normal and tangential problem alternated (Panagiotopoulos 1975) on one window.
+
+The normal problem is solved at the shear of the last pass, the tangential one at the new pressure. While shear and
+pressure still move each other, both are solved only a little more exactly than the last change; so all passes
+together cost little more than one exact solve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.certificate import ON_THE_CIRCLE
+from fretsolve.errors import NotConvergedError
+from fretsolve.feasibility import sliding_error
+from fretsolve.level import Level
+from fretsolve.load_path import Increment
+from fretsolve.model import Model
+from fretsolve.modes import Balance, TangentialModes, Vector
+from fretsolve.sliding import AT_THE_LIMIT, load_factor
+
+FloatArray = NDArray[np.floating]
+
+FIRST_TOLERANCE = 1e-2
+"""Of the first pass of a coupled increment."""
+
+PASS_REDUCTION = 0.05
+"""How much more exactly than the last pass's change a pass is solved."""
+
+MOST_ALTERNATIONS = 200
+
+ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"
+
+
+@dataclass(frozen=True)
+class Start:
+    """What an increment starts from: tractions, tangential displacement, and rigid displacements.
+
+    pressure: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
+    normal: what was imposed of the normal problem.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    displacement: FloatArray
+    rigid: Vector
+    normal: Balance | None = None
+
+
+@dataclass
+class Iterate:
+    """What the passes change: tractions, rigid displacements and the counts.
+
+    approach: length that the gap is measured against (mm); change: what the last pass's shear did to the gap, over
+    the approach.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    rigid: Vector
+    approach: float = 0.0
+    change: float = FIRST_TOLERANCE
+    iterations_normal: int = 0
+    iterations_tangential: int = 0
+    alternations: int = 0
+
+
+class Alternation:
+    """Passes on the grid of `level` between surfaces of `separation` (nx, ny)."""
+
+    def __init__(self, level: Level, separation: FloatArray, model: Model, max_iterations: int):
+        self.level, self.model, self.max_iterations = level, model, max_iterations
+        self._undeformed = separation
+        self._coupled = model.terms.coupled and model.sheared
+        self._separation = np.array(separation) if self._coupled else separation
+        self._tangential_modes = TangentialModes(level.grid)
+        if model.sheared:
+            self._known = np.zeros((2, *level.grid.shape))
+            self._bound = np.zeros(level.grid.shape)
+
+    def run(self, increment: Increment, start: Start, work: Iterate, target: float) -> None:
+        """Pass until pressure and shear change each other by less than `target` and both are solved to it.
+
+        `work` is changed in place. Raises SlidingError or NotConvergedError.
+        """
+        if self.model.sheared:
+            self._mark_slipping(work)
+        if self._coupled:
+            self._couple_normal(work)
+            work.change = FIRST_TOLERANCE
+        while True:
+            tolerance = max(target, PASS_REDUCTION * work.change) if self._coupled else target
+            settled = not self._coupled or work.change < FIRST_TOLERANCE
+            self._normal_pass(increment, start, work, tolerance)
+            self._tangential_pass(increment, start, work, tolerance, settled)
+            work.alternations += 1
+            work.change = self._couple_normal(work) if self._coupled else 0.0
+            if work.change <= target:
+                return
+            if work.alternations >= MOST_ALTERNATIONS:
+                raise NotConvergedError(
+                    f"pressure and shear still change each other after {work.alternations} alternations, by"
+                    f" {work.change:.2g} of delta_z; {ADVICE}"
+                )
+
+    def _mark_slipping(self, work: Iterate) -> None:
+        bound = np.multiply(work.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)
+        np.greater_equal(np.hypot(work.shear[0], work.shear[1]), bound, out=self.level.tangential.slipping)
+
+    def _normal_pass(self, increment: Increment, start: Start, work: Iterate, tolerance: float) -> None:
+        if not self._coupled and work.alternations == 0 and start.normal == increment.normal:
+            return
+        result = self.level.normal.solve(
+            self._separation, increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
+        )
+        work.iterations_normal += result.iterations
+        work.rigid[:3] = result.rigid
+        work.approach = result.scale
+        if not result.converged:
+            raise NotConvergedError(
+                f"the normal problem is not solved after {result.iterations} iterations: the largest gap error is"
+                f" {result.residual:.2g} of delta_z, {tolerance:.2g} is needed; {ADVICE}"
+            )
+
+    def _tangential_pass(
+        self, increment: Increment, start: Start, work: Iterate, tolerance: float, settled: bool
+    ) -> None:
+        if not self.model.sheared:
+            self._slide_without_friction(increment, start, work)
+            return
+        np.multiply(work.pressure, self.model.friction, out=self._bound)
+        balance = self._carried(increment, start, settled)
+        if self.model.terms.coupled:
+            self.level.operator.tangential_from_pressure(work.pressure, self._known)
+            np.subtract(start.displacement, self._known, out=self._known)
+        else:
+            self._known[:] = start.displacement
+        motion = work.rigid[:3] - start.rigid[:3]
+        reach = max(self.level.grid.size) / 2
+        largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach)
+        unlike_the_last = start.normal != increment.normal or not work.shear.any()
+        if work.alternations == 0 and unlike_the_last:
+            self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
+        result = self.level.tangential.solve(
+            self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest
+        )
+        work.iterations_tangential += result.iterations
+        work.rigid[3:] = start.rigid[3:] + result.rigid
+        if not result.converged:
+            raise NotConvergedError(
+                f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error"
+                f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
+            )
+
+    def _carried(self, increment: Increment, start: Start, settled: bool) -> Balance:
+        """The tangential balance as increments; a load that friction cannot carry is an error once the pressure is
+        settled, and cut to what it can carry while it is not."""
+        imposed = increment.tangential
+        balance = imposed.relative_to(start.rigid[3:])
+        factor = load_factor(self._bound, balance, self._tangential_modes)
+        if factor > 1.0 + AT_THE_LIMIT:
+            return balance
+        only_forces = increment.normal.forced[0] and not imposed.forced[2]
+        if settled or only_forces:
+            raise sliding_error(imposed, factor, float(self._bound.sum()) * self.level.grid.cell_area)
+        return balance.with_loads_scaled(0.9 * factor)
+
+    def _slide_without_friction(self, increment: Increment, start: Start, work: Iterate) -> None:
+        imposed = increment.tangential
+        if self.model.friction == 0.0 and imposed.imposed_resultant.any():
+            raise sliding_error(imposed, 0.0, 0.0)
+        work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
+
+    def _couple_normal(self, work: Iterate) -> float:
+        """Separation as the shear deforms it; its largest change in the contact over the approach."""
+        uz, separation = self._bound, self._separation
+        self.level.operator.normal_from_shear(work.shear, uz)
+        np.add(self._undeformed, uz, out=uz)
+        contact = work.pressure > 0.0
+        np.subtract(uz, separation, out=separation, where=contact)
+        change = float(np.max(np.abs(separation), where=contact, initial=0.0))
+        separation[:] = uz
+        return change / (work.approach or 1.0)

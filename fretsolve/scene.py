@@ -1,0 +1,82 @@
+"""A case made ready to be solved: the model it needs, its grid and its load path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fretsolve.errors import CaseError
+from fretsolve.grid import Grid
+from fretsolve.load_path import LoadPath
+from fretsolve.model import Model, derive_model
+from fretsolve.sizing import MARGIN, contact_size
+from fretsolve.surface import separation
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fretsolve.case import Case
+    from fretsolve.modes import Balance
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case made ready: the model it needs, its grid and its load path."""
+
+    case: Case
+    model: Model
+    grid: Grid
+    load_path: LoadPath
+
+    def separation(self) -> NDArray[np.float64]:
+        """Undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
+
+        Raises FileError where a height map cannot be read, CaseError where it does not fit the case.
+        """
+        try:
+            return separation(self.case.surface, self.grid.x, self.grid.y)
+        except CaseError as error:
+            raise _in_file(error, self.case) from None
+
+
+def prepare(case: Case) -> Scene:
+    """Model, grid (sized by the loads where the case says `auto`) and load path of `case`.
+
+    Raises CaseError or FileError where the surfaces cannot be had or no size holds the contact.
+    """
+    model = derive_model(case)
+    load_path = LoadPath(case.stages(), model)
+    size = case.grid.size or _automatic_size(case, model, load_path)
+    return Scene(case, model, Grid.from_size(case.grid.points, size, case.grid.center), load_path)
+
+
+def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
+    """The closed form for a sphere on a flat, a search on coarse grids for everything else."""
+    loads = load_path.normal_loads()
+    first = 1.0
+    sphere = case.surface[0]
+    if sphere.kind == "sphere" and sphere.radius > 0.0:
+        radius = max(_hertz_radius(load, sphere.radius, model.compliances.contact_modulus) for load in loads)
+        side = 2.0 * MARGIN * radius
+        centred = sphere.center == case.grid.center and len(case.surface) == 1
+        upright = not any(load.values[1] or load.values[2] for load in loads)
+        if radius > 0.0 and centred and upright:
+            return side, side
+        first = side or first
+    try:
+        return contact_size(case.surface, model.compliances, loads, case.grid.center, first)
+    except CaseError as error:
+        raise _in_file(error, case) from None
+
+
+def _hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
+    if load.forced[0]:
+        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
+    return math.sqrt(radius * max(load.values[0], 0.0))
+
+
+def _in_file(error: CaseError, case: Case) -> CaseError:
+    """The same error with its place in the case file."""
+    return case.source.problem(error.message, error.key)
