@@ -1,0 +1,199 @@
+"""Regenerate the figures of the README: certified values reached, residuals of the shipped cases, cost.
+
+    python benchmarks/figures.py              # everything, about two minutes on one core
+    python benchmarks/figures.py certified    # or one of: certified, residuals, cost
+    python benchmarks/figures.py --into README.md
+
+Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
+References: closed forms (`fretsolve.closed_forms`) with the deviations of an independent, certified solve on 256 x 256
+cells, ten increments per stage where pressure and shear act on each other. Deviations of the dissimilar bodies are
+from the closed forms of the similar ones, which have the same contact modulus.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import fretsolve
+from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin
+from fretsolve.scene import prepare
+from fretsolve.state import State
+
+CASES = Path(__file__).resolve().parent.parent / "cases"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A certified value and where it is found: the last state of a stage."""
+
+    case: str
+    quantity: str
+    stage: int
+    certified: float
+    found: Callable[[State], float]
+
+
+def attribute(name: str) -> Callable[[State], float]:
+    """The history's scalar of that name."""
+    return lambda state: float(getattr(state.summary, name))
+
+
+def central_shear(state: State) -> float:
+    """Mean |shear| of the four cells about the centre."""
+    shear = np.hypot(*state.fields.shear)
+    nx, ny = shear.shape
+    return float(shear[nx // 2 - 1 : nx // 2 + 1, ny // 2 - 1 : ny // 2 + 1].mean())
+
+
+def ratio_to_contact(state: State) -> float:
+    """Stick radius over contact radius."""
+    return state.summary.stick_radius / state.summary.contact_radius
+
+
+def certified_rows() -> list[Row]:
+    """The certified values, from closed forms and deviations."""
+    case = fretsolve.load_case(CASES / "mode1_similar.yaml")
+    material = prepare(case).model.compliances
+    hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
+    mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
+    torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
+    p0, dz, a = hertz.max_pressure, hertz.delta_z, hertz.contact_radius
+    return [
+        Row("mode1_similar", "delta_z, mm", 1, dz, attribute("delta_z")),
+        Row("mode1_similar", "p0, MPa", 1, p0, attribute("max_pressure")),
+        Row("mode1_similar", "a, mm", 1, a, attribute("contact_radius")),
+        Row("mode1_similar", "c at A, mm", 2, mindlin.stick_radius, attribute("stick_radius")),
+        Row("mode1_similar", "shear at the centre at A, MPa", 2, 1.0013 * mindlin.center_shear, central_shear),
+        Row("mode1_similar", "delta_x at A, mm", 2, (1 - 0.00084) * mindlin.delta_x, attribute("delta_x")),
+        Row("mode1_similar", "work A to E, mJ", 6, 1.40881e-2, attribute("work_total")),
+        Row("mode1_dissimilar", "p0 at A, MPa", 2, 1.0167 * p0, attribute("max_pressure")),
+        Row("mode1_dissimilar", "delta_z at A, mm", 2, (1 - 0.00057) * dz, attribute("delta_z")),
+        Row("mode1_dissimilar", "delta_x at A, mm", 2, 1.2091 * mindlin.delta_x, attribute("delta_x")),
+        Row("mode1_dissimilar", "c at A, mm", 2, 0.0675, attribute("stick_radius")),
+        Row("mode1_dissimilar", "c at B, mm", 3, 0.2459, attribute("stick_radius")),
+        Row("mode1_dissimilar", "c at E, mm", 6, 0.1300, attribute("stick_radius")),
+        Row("mode1_dissimilar", "delta_x at B, mm", 3, 0.345111e-3, attribute("delta_x")),
+        Row("mode1_dissimilar", "delta_x at C, mm", 4, -0.685202e-3, attribute("delta_x")),
+        Row("mode1_dissimilar", "delta_x at D, mm", 5, 0.013253e-3, attribute("delta_x")),
+        Row("mode1_dissimilar", "delta_x at E, mm", 6, 0.986285e-3, attribute("delta_x")),
+        Row("mode2_dissimilar", "c/a", 1, 0.487, ratio_to_contact),
+        Row("mode2_dissimilar", "p0, MPa", 1, 1.0369 * p0, attribute("max_pressure")),
+        Row("mode3_similar", "c, mm", 2, 1.0013 * torsion.stick_radius, attribute("stick_radius")),
+        Row("mode3_similar", "phi_z, rad", 2, (1 - 0.00022) * 1.45053e-3, attribute("phi_z")),
+        Row("mode3_dissimilar", "p0, MPa", 2, 1.0379 * p0, attribute("max_pressure")),
+        Row("mode3_dissimilar", "c, mm", 2, (1 - 0.636) * torsion.stick_radius, attribute("stick_radius")),
+        Row("mode3_dissimilar", "delta_z, mm", 2, (1 - 0.00160) * dz, attribute("delta_z")),
+        Row("mode3_dissimilar", "phi_z, rad", 2, 1.179 * torsion.phi_z, attribute("phi_z")),
+    ]
+
+
+def stage_ends(case: str) -> dict[int, State]:
+    """The last state of each stage on 128 x 128 cells."""
+    loaded = fretsolve.load_case(CASES / f"{case}.yaml", ["grid.points=128"])
+    return {state.summary.stage: state for state in fretsolve.run(loaded)}
+
+
+def print_certified() -> None:
+    """Certified values against those found on 128 x 128 cells."""
+    rows = certified_rows()
+    ends = {case: stage_ends(case) for case in dict.fromkeys(row.case for row in rows)}
+    cell = prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
+    print(f"128 x 128 cells; a cell is {cell:.4f} mm.\n")
+    print("| case | quantity | certified | found | deviation |")
+    print("| --- | --- | --- | --- | --- |")
+    for row in rows:
+        found = row.found(ends[row.case][row.stage])
+        if row.quantity.startswith("work"):  # the path begins with the rise to A, which is not part of the cycle
+            found -= row.found(ends[row.case][2])
+        deviation = f"{100 * (found / row.certified - 1):+.3f} %"
+        if row.quantity[:2] in ("a,", "c ", "c,"):
+            deviation += f" ({(found - row.certified) / cell:+.2f} cells)"
+        print(f"| {row.case} | {row.quantity} | {row.certified:.6g} | {found:.6g} | {deviation} |")
+
+
+def print_residuals() -> None:
+    """Worst residual of the certificate over each shipped case, at the tolerance it asks for."""
+    names = ("gap", "stick", "slip", "bound", "load")
+    print("| case | increments | tolerance |", " | ".join(names), "|")
+    print("| --- " * (3 + len(names)) + "|")
+    for path in sorted(CASES.glob("*.yaml")):
+        case = fretsolve.load_case(path)
+        summaries = [state.summary for state in fretsolve.run(case)]
+        worst = [max(getattr(s, f"residual_{name}") for s in summaries) for name in names]
+        values = " | ".join(f"{value:.1e}" for value in worst)
+        print(f"| {path.stem} | {len(summaries)} | {case.solver.tolerance:.0e} | {values} |")
+
+
+def print_cost() -> None:
+    """Operator applications, seconds and memory of the figures that the README names."""
+    states = _run("mode1_similar", "grid.points=256", "grid.size=0.9")
+    first, second = states[0].summary, states[1].summary
+    print("| job | operator applications | seconds |")
+    print("| --- | --- | --- |")
+    print(f"| Hertz, 256 x 256 on 0.9 mm | {first.operator_applications} | {first.wall_time:.2f} |")
+    print(f"| mode I.2, the same, one increment 0 to 36 N | {second.operator_applications} | {second.wall_time:.2f} |")
+    began = time.perf_counter()
+    coupled = _run("mode2_dissimilar", "grid.points=128", "load_path.0.increments=10")
+    seconds, spent = time.perf_counter() - began, sum(state.summary.operator_applications for state in coupled)
+    print(f"| mode II, 128 x 128, {len(coupled)} increments | {spent} | {seconds:.1f} |")
+    child = subprocess.run([sys.executable, __file__, "memory"], capture_output=True, text=True, check=True)
+    print(child.stdout.strip())
+
+
+def print_memory() -> None:
+    """Peak memory of this process after indentation and one increment on 1024 x 1024 cells."""
+    case = fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=1024", "expect=[]"])
+    states = fretsolve.run(case)
+    summaries = [next(states).summary for _ in range(2)]
+    seconds = sum(summary.wall_time for summary in summaries)
+    spent = sum(summary.operator_applications for summary in summaries)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"| mode I.2, 1024 x 1024, indentation and one increment ({peak:.2f} GiB) | {spent} | {seconds:.1f} |")
+
+
+def _run(case: str, *overrides: str) -> list[State]:
+    loaded = fretsolve.load_case(CASES / f"{case}.yaml", [*overrides, "expect=[]"])
+    return list(fretsolve.run(loaded))
+
+
+PARTS = {"certified": print_certified, "residuals": print_residuals, "cost": print_cost}
+
+
+def printed(part: str) -> str:
+    """What a part prints."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        PARTS[part]()
+    return text.getvalue()
+
+
+def put_into(file: Path) -> None:
+    """Replace the figures between their marks in `file`."""
+    content = file.read_text()
+    for part in PARTS:
+        pattern = re.compile(rf"(<!-- figures: {part} -->\n).*?(<!-- end of figures -->)", re.DOTALL)
+        if pattern.search(content):
+            figures = printed(part)
+            content = pattern.sub(lambda marks, text=figures: f"{marks[1]}\n{text}\n{marks[2]}", content)
+    file.write_text(content)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["memory"]:
+        print_memory()
+    elif sys.argv[1:2] == ["--into"]:
+        put_into(Path(sys.argv[2]))
+    else:
+        for name in sys.argv[1:] or list(PARTS):
+            print(f"\n### {name}\n\n{printed(name)}")
