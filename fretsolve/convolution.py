@@ -229,21 +229,13 @@ class PaddedConvolution:
         doubled = np.repeat(values / (mx * my), 2, axis=1).astype(self._float)
         return KernelSpectrum(doubled, odd_x)
 
-    def direction(self, spacing: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-        """Unit wave vector's components, laid out like `KernelSpectrum.values`; 0 where it has no direction.
-
-        The highest wave number of an even padded length stands for both of its signs; a kernel odd in x and y
-        vanishes there, so the components' product must.
-        """
+    def wave_numbers(self, spacing: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+        """Angular wave numbers along x ``(mx//2 + 1, 1)`` and y ``(1, 2 (my//2 + 1))``, as `KernelSpectrum` has them."""
         mx, my = self.padded
-        kx = np.arange(mx // 2 + 1, dtype=np.float64)[:, None] / (mx * spacing[0])
-        ky = np.repeat(np.arange(self.columns, dtype=np.float64), 2)[None, :] / (my * spacing[1])
-        length = np.hypot(kx, ky)
-        length[0, :2] = 1.0
-        return kx / length, ky / length
+        kx = 2.0 * np.pi / (mx * spacing[0]) * np.arange(mx // 2 + 1, dtype=np.float64)[:, None]
+        ky = 2.0 * np.pi / (my * spacing[1]) * np.repeat(np.arange(self.columns, dtype=np.float64), 2)[None, :]
+        return kx, ky
 
-    def inverse(self, kernel: KernelSpectrum) -> KernelSpectrum:
-        """The kernel whose spectrum is the inverse of an even kernel's, bounded away from infinity."""
-        scale = float(self.padded[0] * self.padded[1])
-        bounded = np.maximum(kernel.values * scale, 1e-6 * scale * kernel.values.max())
-        return KernelSpectrum(1.0 / (bounded * scale), kernel.odd_x)
+    def spectrum_from_symbol(self, symbol: FloatArray, odd_x: bool) -> KernelSpectrum:
+        """A kernel given by its spectrum at `wave_numbers`."""
+        return KernelSpectrum((symbol / (self.padded[0] * self.padded[1])).astype(self._float), odd_x)

@@ -65,7 +65,23 @@ class ElasticOperator:
 
     @cached_property
     def _normal_inverse(self) -> KernelSpectrum:
-        return self._convolution.inverse(self._normal)
+        return self._convolution.spectrum_from_symbol(1.0 / self._symbol(), odd_x=False)
+
+    def _symbol(self) -> NDArray[np.float64]:
+        """Spectrum of uz from p on an unbounded grid: A/k times that of a cell, with the nearest aliases.
+
+        The padded kernel's own spectrum ripples about it, down to negative values where dx and dy differ.
+        """
+        kx, ky = self._convolution.wave_numbers(self.spacing)
+        dx, dy = self.spacing
+        total = np.zeros((kx.size, ky.size))
+        for shifted_x in (kx, kx - 2 * math.pi / dx):
+            for shifted_y in (ky, ky - 2 * math.pi / dy):
+                length = np.hypot(shifted_x, shifted_y)
+                # A wave longer than the grid counts as one of its length: k = 0 has no value of its own.
+                np.maximum(length, math.pi / max(self.shape[0] * dx, self.shape[1] * dy), out=length)
+                total += np.sinc(shifted_x * dx / (2 * math.pi)) * np.sinc(shifted_y * dy / (2 * math.pi)) / length
+        return self.compliances.A * total
 
     @cached_property
     def _xx(self) -> KernelSpectrum:
@@ -102,23 +118,22 @@ class ElasticOperator:
         """Spectra of the tangential operator's inverse: 1/r times a matrix in the direction of the wave vector k.
 
         In an unbounded half-space shear along k meets A, shear across k meets A + B (in units of the spectrum of
-        1/(2 pi r)). The padded kernels' own matrix of spectra is not positive definite and cannot be inverted.
+        1/(2 pi r)).
         """
         a, b = self.compliances.A, self.compliances.B
-        along_x, along_y = self._convolution.direction(self.spacing)
-        inverse = self._normal_inverse.values
+        kx, ky = self._convolution.wave_numbers(self.spacing)
+        length = np.hypot(kx, ky)
+        length[0, :2] = 1.0
+        along_x, along_y = kx / length, ky / length
+        inverse = 1.0 / self._symbol()
+        make = self._convolution.spectrum_from_symbol
         if not self.terms.cross:
-            return (
-                KernelSpectrum(inverse / (1.0 + b / a * along_y**2), False),
-                KernelSpectrum(inverse / (1.0 + b / a * along_x**2), False),
-                KernelSpectrum(np.zeros((1, 1)), True),
-            )
-        across = inverse * (a / (a + b))
-        return (
-            KernelSpectrum(across * (1.0 + b / a * along_x**2), False),
-            KernelSpectrum(across * (1.0 + b / a * along_y**2), False),
-            KernelSpectrum(across * (b / a) * along_x * along_y, True),
-        )
+            inverse_xx, inverse_yy = inverse / (1.0 + b / a * along_y**2), inverse / (1.0 + b / a * along_x**2)
+            return make(inverse_xx, False), make(inverse_yy, False), make(np.zeros((1, 1)), True)
+        inverse *= a / (a + b)
+        inverse_xx, inverse_yy = inverse * (1.0 + b / a * along_x**2), inverse * (1.0 + b / a * along_y**2)
+        inverse *= b / a * along_x * along_y
+        return make(inverse_xx, False), make(inverse_yy, False), make(inverse, True)
 
     def _quadrant(
         self, function: influence.KernelFunction, shape: tuple[int, int] | None = None
