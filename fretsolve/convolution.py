@@ -230,7 +230,7 @@ class PaddedConvolution:
         return KernelSpectrum(doubled, odd_x)
 
     def wave_numbers(self, spacing: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-        """Angular wave numbers along x ``(mx//2 + 1, 1)`` and y ``(1, 2 (my//2 + 1))``, as `KernelSpectrum` has them."""
+        """Angular wave numbers along x ``(mx//2 + 1, 1)`` and y ``(1, 2 (my//2 + 1))``, as in `KernelSpectrum`."""
         mx, my = self.padded
         kx = 2.0 * np.pi / (mx * spacing[0]) * np.arange(mx // 2 + 1, dtype=np.float64)[:, None]
         ky = 2.0 * np.pi / (my * spacing[1]) * np.repeat(np.arange(self.columns, dtype=np.float64), 2)[None, :]
