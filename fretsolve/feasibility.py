@@ -60,11 +60,10 @@ def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingEr
         if value
     ]
     loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
-    limit = f"mu P = {capacity:.6g} N"
-    if factor > 0.0:
-        limit += f", {factor:.6g} of it can be carried"
+    carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     return SlidingError(
-        f"gross sliding under {loads} ({limit}); lower the load, raise P or the friction, or impose"
+        f"gross sliding under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
+        f" the friction, or impose"
         f" {' and '.join(_MOTION[name] for name, _, _ in named)} instead",
         named[0][0],
     )

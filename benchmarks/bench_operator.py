@@ -1,0 +1,64 @@
+"""The elastic operator against the floor, in asv's shape; ``python benchmarks/bench_operator.py`` prints a table."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+from work_unit import work_unit
+
+import fretsolve
+from fretsolve.elastic import ElasticOperator
+from fretsolve.model import Terms
+from fretsolve.scene import prepare
+
+CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"
+PARTS = ("normal", "tangential", "all")
+
+
+class Operator:
+    """Seconds and WU of an application, by grid and part of the operator."""
+
+    params = ((64, 128, 256, 512, 1024), PARTS)
+    param_names = ("points", "part")
+
+    def setup(self, points: int, part: str) -> None:
+        """Operator, and arrays for its arguments."""
+        material = prepare(fretsolve.load_case(CASE)).model.compliances
+        self.operator = ElasticOperator((points, points), (0.01, 0.01), material, Terms(True, True, True))
+        random = np.random.default_rng(0)
+        pressure, shear = random.random((points, points)), random.random((2, points, points))
+        uz, displacement = np.empty_like(pressure), np.empty_like(shear)
+        arguments = {
+            "normal": (pressure, uz),
+            "tangential": (shear, displacement),
+            "all": (pressure, shear, uz, displacement),
+        }
+        self.apply = lambda: getattr(self.operator, part)(*arguments[part])
+        self.apply()
+
+    def time_application(self, points: int, part: str) -> None:
+        """One application."""
+        self.apply()
+
+    def track_work_units(self, points: int, part: str) -> float:
+        """WU of an application, both measured here."""
+        seconds = []
+        for _ in range(15):
+            began = time.perf_counter()
+            self.apply()
+            seconds.append(time.perf_counter() - began)
+        return float(np.median(seconds)) / work_unit(points)
+
+
+if __name__ == "__main__":
+    print("| points | WU, s |", " | ".join(f"{part}, WU" for part in PARTS), "|")
+    print("| --- " * (2 + len(PARTS)) + "|")
+    for points in Operator.params[0]:
+        costs = []
+        for part in PARTS:
+            bench = Operator()
+            bench.setup(points, part)
+            costs.append(f"{bench.track_work_units(points, part):.2f}")
+        print(f"| {points} | {work_unit(points):.5f} |", " | ".join(costs), "|", flush=True)
