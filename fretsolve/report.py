@@ -19,7 +19,7 @@ WIDTH = 100
 """Columns of the report where the output is no terminal, and the least where it is one."""
 
 NOTHING = 1e-9
-"""A column is left out where all of it is below this share of its group's scale: round-off, not a load."""
+"""Below this share of its group's scale a value is round-off: it is printed as 0, a column of it left out."""
 
 GAP = 2
 """Blanks between two columns."""
@@ -90,9 +90,7 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
         for name in ("step", "stage")
     ]
     columns = [
-        Column(
-            _heading(name), result.units(name), tuple(f"{value:.4g}" for value in result.history[name][rows])
-        )
+        Column(_heading(name), result.units(name), _cells(result, name, rows))
         for name in relevant_columns(result)
     ]
     residuals = tuple(f"{value:.1e}" for value in worst_residuals(result)[rows])
@@ -123,21 +121,32 @@ def stage_ends(stage: NDArray[np.int64]) -> NDArray[np.intp]:
 
 def relevant_columns(result: Result) -> list[str]:
     """Names of the columns that are more than round-off; `P` and `delta_z` always."""
-    history = result.history
-    scales = dict.fromkeys(_COLUMNS, 0.0)
-    if result.increments:
-        force, approach, radius = (
-            float(np.abs(history[name]).max()) for name in ("P", "delta_z", "contact_radius")
-        )
-        scales.update(dict.fromkeys(("Qx", "Qy"), force))
-        scales.update(dict.fromkeys(("Mx", "My", "Mz"), force * radius))
-        scales.update(dict.fromkeys(("delta_x", "delta_y"), approach))
-        scales.update(dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0))
     return [
         name
         for name in _COLUMNS
-        if name in ("P", "delta_z") or np.abs(history[name]).max(initial=0.0) > NOTHING * scales[name]
+        if name in ("P", "delta_z")
+        or np.abs(result.history[name]).max(initial=0.0) > _round_off(result, name)
     ]
+
+
+def _round_off(result: Result, name: str) -> float:
+    """What counts as 0 in the column `name`: a share of the load or the displacement that goes with it."""
+    if not result.increments:
+        return 0.0
+    force, approach, radius = (
+        float(np.abs(result.history[column]).max()) for column in ("P", "delta_z", "contact_radius")
+    )
+    scales = dict.fromkeys(("Qx", "Qy"), force)
+    scales |= dict.fromkeys(("Mx", "My", "Mz"), force * radius)
+    scales |= dict.fromkeys(("delta_x", "delta_y"), approach)
+    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
+    return NOTHING * scales.get(name, 0.0)
+
+
+def _cells(result: Result, name: str, rows: NDArray[np.intp]) -> tuple[str, ...]:
+    """The values of a column, round-off as 0."""
+    nothing = _round_off(result, name)
+    return tuple(f"{value:.4g}" if abs(value) > nothing else "0" for value in result.history[name][rows])
 
 
 def worst_residuals(result: Result) -> NDArray[np.float64]:

@@ -140,9 +140,9 @@ def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
     if isinstance(error, GridEdgeError):
         key = ("grid", "size")
         error.message += _advised_size(scene, increment)
-    source = scene.case.source
-    error.key, error.file, error.line = key, source.path, source.locate(key)
-    error.message += f" (increment {increment.step}, stage {stage.number})"
+    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
+    place = scene.case.source.problem(message, key)
+    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
 
 
 def _advised_size(scene: Scene, increment: Increment) -> str:

@@ -226,9 +226,11 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
 
 
 def _reason(error: Exception, what: str) -> str:
-    message = str(error)
+    message = " ".join(str(error).split())
     if isinstance(error, PermissionError):
         return "no permission to read the file"
+    if isinstance(error, IsADirectoryError):
+        return "a folder; the file of a result is needed"
     if "truncated file" in message:
         return "the file is truncated: it was not copied or written to its end"
     if "file signature not found" in message:

@@ -1,0 +1,217 @@
+"""The command line: options, and how commands end. It knows everyone and computes nothing.
+
+Only click is imported here; what a command needs is imported when it is called. Exit codes: 0 done, 1 a check
+missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written, 70 a bug, 75 stopped by a signal.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from fretsolve import __version__
+from fretsolve.commands.streams import tolerant_streams
+from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.interrupt import StopRequest
+
+EXIT_BUG = 70
+
+MOST_THREADS = 256
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class CommandLine(click.Group):
+    """A group whose commands return their exit code, and whose errors are one line each."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run the command line and exit; see `click.Command.main`."""
+        if not standalone_mode:
+            return super().main(args, prog_name, complete_var, standalone_mode, **extra)
+        with tolerant_streams():
+            code = _exit_code(lambda: super(CommandLine, self).main(args, prog_name, complete_var, False, **extra))
+        sys.exit(code)
+
+
+def _exit_code(command: Callable[[], int | None]) -> int:
+    """The exit code of `command`, after the message of the error that it ended with, if any."""
+    try:
+        code = command() or 0
+        sys.stdout.flush()
+    except click.UsageError as error:
+        place = error.ctx.command_path if error.ctx is not None else "fretsolve"
+        message, code = f"{place}: {error.format_message()} (see {place} --help)", error.exit_code
+    except click.Abort:
+        _end_by(signal.SIGINT)
+        message, code = "interrupted", 128 + signal.SIGINT
+    except FretsolveError as error:
+        message, code = str(error), error.exit_code
+    except MemoryError:
+        message, code = "the memory does not suffice; fewer grid.points are needed", CaseError.exit_code
+    except Exception as error:
+        if os.environ.get("FRETSOLVE_DEBUG"):
+            raise
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
+        code = EXIT_BUG
+    else:
+        return code
+    print(message, file=sys.stderr)
+    return code
+
+
+def _end_by(number: signal.Signals) -> None:
+    """End as a process does that does not catch the signal, so that a shell's loop over cases ends as well."""
+    signal.signal(number, signal.SIG_DFL)
+    signal.raise_signal(number)
+
+
+def _set_up_numerics(threads: int = 1) -> None:
+    """Tell the libraries how many threads to use, before they are loaded.
+
+    OpenBLAS has nothing to do here, but would start a thread per core; threads of OpenMP that wait busily lose
+    a thousandfold where others use the machine; OMP_NUM_THREADS=1 would silently keep the FFTs from using more.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    os.environ["OMP_NUM_THREADS"] = str(threads)
+
+
+@click.group(
+    cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
+)
+@click.version_option(__version__, "-V", "--version", message="fretsolve %(version)s")
+@click.pass_context
+def main(context: click.Context) -> None:
+    """Solve fretting contact: elastic bodies pressed together with friction, sticking and slipping.
+
+    Exit codes: 0 done, 1 a check missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written,
+    70 a bug, 75 stopped by a signal (--resume goes on).
+    """
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        context.exit(2)
+    _set_up_numerics()
+
+
+def _overrides(command: Command) -> Command:
+    """The option `--set`."""
+    option = click.option(
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Put a value in place of the case's, as in --set grid.points=64; may be repeated.",
+    )
+    return option(command)
+
+
+_CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
+
+
+@main.command()
+@click.argument("case", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    metavar="OUT",
+    help="The result file; by default that of the case with .h5.",
+)
+@_overrides
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
+@click.option("--overwrite", is_flag=True, help="Replace a result that is there.")
+@click.option(
+    "--threads",
+    type=click.IntRange(1, MOST_THREADS),
+    default=1,
+    show_default=True,
+    help="Threads of the Fourier transforms.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def run(
+    case: Path,
+    out: Path | None,
+    overrides: tuple[str, ...],
+    resume: bool,
+    overwrite: bool,
+    threads: int,
+    quiet: bool,
+) -> int:
+    """Solve CASE and write the result.
+
+    Every completed increment is saved at once. SIGINT (Ctrl-C), SIGTERM and SIGUSR1 stop the run after its
+    increment, a second one at once; --resume goes on.
+    """
+    if resume and overwrite:
+        raise click.UsageError("--resume and --overwrite exclude each other.")
+    _set_up_numerics(threads)
+    with StopRequest() as stop:
+        from fretsolve.commands.run import Order, run_case
+
+        return run_case(Order(case, out, overrides, resume, overwrite, threads, quiet), stop)
+
+
+@main.command()
+@_CASES
+@_overrides
+def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
+    """Read each CASE and print what it comes to: values, model, grid, stages, memory and cost. Solves nothing."""
+    from fretsolve.commands.validate import validate_cases
+
+    return validate_cases(cases, overrides)
+
+
+@main.command()
+@_CASES
+@click.option(
+    "--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write the outcome as JUnit XML as well."
+)
+@_overrides
+def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...]) -> int:
+    """Solve each CASE in memory and compare with what it expects.
+
+    All cases are run. The exit code is that of the worst outcome: a file that cannot be read or written (4), a
+    wrong case (2), no solution (3), a value that is off (1).
+    """
+    from fretsolve.commands.check import check_cases
+
+    return check_cases(cases, overrides, junit)
+
+
+@main.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
+def show(out: Path, every_increment: bool) -> int:
+    """Print the result OUT as a table; it may still be growing."""
+    from fretsolve.history import open_result
+    from fretsolve.report import print_report
+
+    with open_result(out) as result:
+        print_report(result, every_increment=every_increment)
+    return 0
+
+
+@main.command()
+def schema() -> int:
+    """Print the JSON Schema of the case file, for editors."""
+    import json
+
+    from fretsolve.case import case_schema
+
+    print(json.dumps(case_schema(), indent=2, ensure_ascii=False))
+    return 0

@@ -1,0 +1,151 @@
+"""``fretsolve check``: cases solved in memory and compared with what they expect."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.case import HISTORY_DIMENSIONS, load_case
+from fretsolve.commands.description import warn
+from fretsolve.commands.junit import write_junit
+from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
+from fretsolve.estimate import require_memory
+from fretsolve.scene import prepare
+from fretsolve.simulation import run
+
+if TYPE_CHECKING:
+    from fretsolve.case import Expectation
+    from fretsolve.state import Summary
+
+EXIT_MISSED = 1
+
+SEVERITY = (0, EXIT_MISSED, NoSolutionError.exit_code, CaseError.exit_code, FileError.exit_code)
+"""Exit codes from the best outcome to the worst."""
+
+HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "ok")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An expectation, and what was found at the end of its stage (1-based); None where the run did not get there."""
+
+    expected: Expectation
+    stage: int
+    found: float | None
+
+    @property
+    def allowed(self) -> float:
+        """Largest deviation, in the quantity's units."""
+        if self.expected.rel is not None:
+            return self.expected.rel * abs(self.expected.value)
+        return self.expected.abs or 0.0
+
+    @property
+    def deviation(self) -> float | None:
+        """Found less expected, in the quantity's units."""
+        return None if self.found is None else self.found - self.expected.value
+
+    @property
+    def ok(self) -> bool:
+        """Whether the value was found, and within the tolerance."""
+        return self.deviation is not None and abs(self.deviation) <= self.allowed
+
+    def cells(self) -> tuple[str, ...]:
+        """As a row under `HEADINGS`."""
+        units = HISTORY_DIMENSIONS[self.expected.quantity].unit
+        found = "not reached" if self.found is None else f"{self.found:.7g} {units}".rstrip()
+        return (
+            str(self.stage),
+            self.expected.quantity,
+            f"{self.expected.value:.7g} {units}".rstrip(),
+            found,
+            self._measured(self.deviation, "+"),
+            self._measured(self.allowed, ""),
+            "yes" if self.ok else "NO",
+        )
+
+    def _measured(self, amount: float | None, sign: str) -> str:
+        """A deviation as the expectation states its tolerance: in per cent, or in the quantity's units."""
+        if amount is None:
+            return "-"
+        if self.expected.rel is not None:
+            return f"{100.0 * amount / abs(self.expected.value):{sign}.3g} %"
+        return f"{amount:{sign}.3g} {HISTORY_DIMENSIONS[self.expected.quantity].unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check of one case came to. error: what kept it from its end; seconds: of solving."""
+
+    case: Path
+    comparisons: tuple[Comparison, ...] = ()
+    error: FretsolveError | None = None
+    seconds: float = field(default=0.0, compare=False)
+
+    @property
+    def exit_code(self) -> int:
+        """That of the error, else whether something missed."""
+        if self.error is not None:
+            return self.error.exit_code
+        return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED
+
+
+def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
+    """Check each case and report it at once; the worst exit code."""
+    outcomes = []
+    for path in cases:
+        outcome = check_case(path, overrides)
+        _report(outcome)
+        outcomes.append(outcome)
+    code = max((outcome.exit_code for outcome in outcomes), key=SEVERITY.index)
+    passed = sum(outcome.exit_code == 0 for outcome in outcomes)
+    print(f"{passed} of {len(outcomes)} cases as expected", flush=True)
+    if junit is not None:
+        write_junit(junit, outcomes)
+    return code
+
+
+def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
+    """Solve a case as far as it can be solved, and compare."""
+    summaries: list[Summary] = []
+    try:
+        case = load_case(path, overrides)
+        if not case.expect:
+            raise case.source.problem(
+                "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)
+            )
+        scene = prepare(case)
+        require_memory(scene)
+    except FretsolveError as error:
+        return Outcome(path, error=error)
+    warn(scene, *scene.model.warnings)
+    failure = None
+    try:
+        for state in run(scene):
+            summaries.append(state.summary)
+    except NoSolutionError as error:
+        failure = error
+    ends = scene.load_path.last_steps
+    comparisons = []
+    for expected in case.expect:
+        stage = expected.stage or len(ends)
+        step = ends[stage - 1]
+        found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
+        comparisons.append(Comparison(expected, stage, found))
+    return Outcome(path, tuple(comparisons), failure, sum(summary.wall_time for summary in summaries))
+
+
+def _report(outcome: Outcome) -> None:
+    print(outcome.case)
+    if outcome.comparisons:
+        rows = [HEADINGS, *(comparison.cells() for comparison in outcome.comparisons)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            print("  " + "  ".join(cells).rstrip())
+    sys.stdout.flush()
+    if outcome.error is not None:
+        print(outcome.error, file=sys.stderr)

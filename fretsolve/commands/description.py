@@ -1,0 +1,36 @@
+"""Lines on what a case comes to, for `run` and `validate`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fretsolve.model import Model
+    from fretsolve.scene import Scene
+
+
+def model_lines(model: Model) -> list[str]:
+    """One line per part of the model: whether it is kept, and why."""
+    width = max(len(decision.part) for decision in model.decisions)
+    return [
+        f"{decision.part:{width}}  {'on ' if decision.kept else 'off'}  {decision.reason}"
+        for decision in model.decisions
+    ]
+
+
+def grid_line(scene: Scene) -> str:
+    """Cells, size and cell side of the grid, and whether the size was chosen."""
+    grid = scene.grid
+    chosen = " (auto)" if scene.case.grid.size is None else ""
+    at = f" about ({grid.x0:g}, {grid.y0:g}) mm" if grid.x0 or grid.y0 else ""
+    return (
+        f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
+        f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
+    )
+
+
+def warn(scene: Scene, *texts: str) -> None:
+    """Print warnings of the case to standard error, one line each."""
+    for text in texts:
+        print(f"{scene.case.source.path}: warning: {text}", file=sys.stderr)

@@ -1,0 +1,163 @@
+"""``fretsolve run``: a case solved into a result file that survives whatever ends the run."""
+
+from __future__ import annotations
+
+import json
+import platform
+import shlex
+import sys
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.case import HeightsSurface, load_case
+from fretsolve.commands.description import grid_line, model_lines, warn
+from fretsolve.commands.progress import progress
+from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.estimate import require_memory
+from fretsolve.history import HistoryWriter, RunHeader, open_result
+from fretsolve.interrupt import EXIT_STOPPED
+from fretsolve.report import print_report
+from fretsolve.scene import Scene, prepare
+from fretsolve.simulation import run
+
+if TYPE_CHECKING:
+    from fretsolve.case import Case
+    from fretsolve.interrupt import StopRequest
+
+LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
+
+MOST_STAGES_SHOWN = 30
+"""A longer load path is not printed as a table at the end: `show` prints it when asked to."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the command line asks for. out: None for the case's name with .h5."""
+
+    case: Path
+    out: Path | None
+    overrides: tuple[str, ...]
+    resume: bool
+    overwrite: bool
+    threads: int
+    quiet: bool
+
+    @property
+    def output(self) -> Path:
+        """Where the result goes."""
+        return self.out or self.case.with_suffix(".h5")
+
+    def resumed_by(self) -> str:
+        """The command that goes on with the run."""
+        out = ["-o", str(self.out)] if self.out else []
+        sets = [word for override in self.overrides for word in ("--set", override)]
+        return shlex.join(["fretsolve", "run", str(self.case), *out, *sets, "--resume"])
+
+
+def run_case(order: Order, stop: StopRequest) -> int:
+    """Solve, save and report. Returns the exit code 0 or 75; raises the errors that stand for the others."""
+    case = load_case(order.case, order.overrides)
+    _keep_inputs(order.output, case)
+    scene = prepare(case)
+    require_memory(scene)
+    header = run_header(scene, order)
+    with HistoryWriter.open(
+        order.output, header, resume=order.resume, overwrite=order.overwrite
+    ) as writer:
+        if writer.complete:
+            _say(order, f"{order.output}: already complete, {len(writer.summaries)} increments")
+            return 0
+        if not order.quiet:
+            _introduce(scene, order, writer)
+        try:
+            complete = _solve(scene, order, writer, stop)
+        except NoSolutionError as error:
+            writer.finish("failed", str(error))
+            _conclude(order)
+            raise
+        if complete:
+            writer.finish("complete")
+    if complete:
+        _conclude(order)
+        return 0
+    if not order.quiet:
+        done = f"stopped with {len(writer.summaries)} of {scene.load_path.increments} increments saved"
+        print(f"{done}; to go on: {order.resumed_by()}", file=sys.stderr)
+    return EXIT_STOPPED
+
+
+def run_header(scene: Scene, order: Order) -> RunHeader:
+    """What the result says about its run. Nothing in it changes from one run of the same case to the next."""
+    case = scene.case
+    provenance = {
+        "threads": order.threads,
+        "precision": case.solver.precision,
+        "overrides": order.overrides,
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        **{library: version(library) for library in LIBRARIES},
+    }
+    return RunHeader(
+        case_yaml=case.source.text,
+        effective_case=json.dumps(case.effective()),
+        coupling=scene.model.coupling,
+        provenance=json.dumps(provenance),
+        x=scene.grid.x,
+        y=scene.grid.y,
+        fields=case.output.fields,
+        every=case.output.every,
+    )
+
+
+def _keep_inputs(out: Path, case: Case) -> None:
+    """Raise CaseError where the result would replace what the run is made from."""
+    maps = [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
+    for source in (case.source.path, *maps):
+        if out.exists() and source.exists() and out.samefile(source):
+            what = "the case itself" if source == case.source.path else "a height map of the case"
+            raise CaseError(f"the result would replace {what}; give another name with -o", (), out)
+
+
+def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest) -> bool:
+    """Solve and save what is missing, until the path's end (True) or a signal."""
+    path, done = scene.load_path, len(writer.summaries)
+    if stop.requested and done < path.increments:
+        return False
+    with progress(path.increments, len(path.last_steps), done, quiet=order.quiet) as display:
+        for state in run(scene, writer.last_state, writer.summaries, order.threads):
+            writer.append(state)
+            display.show(state.summary)
+            if stop.requested and len(writer.summaries) < path.increments:
+                return False
+    return True
+
+
+def _introduce(scene: Scene, order: Order, writer: HistoryWriter) -> None:
+    """Say what is about to be solved, and what a person should hear of it."""
+    print(scene.case.title or order.case.name)
+    print(f"result: {order.output}")
+    for line in model_lines(scene.model):
+        print(line)
+    print(f"grid: {grid_line(scene)}")
+    done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
+    print(f"{scene.load_path.increments} increments{done}", flush=True)
+    warn(scene, *scene.model.warnings)
+    for note in writer.notes:
+        print(f"warning: {note}", file=sys.stderr)
+
+
+def _conclude(order: Order) -> None:
+    """Say what came out and where it lies."""
+    if order.quiet:
+        return
+    with open_result(order.output) as result:
+        if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
+            print_report(result, heading=False)
+        print(f"{result.status}: {order.output}, {result.increments} increments", flush=True)
+
+
+def _say(order: Order, line: str) -> None:
+    if not order.quiet:
+        print(line)

@@ -1,0 +1,21 @@
+"""Every case in ``cases/`` gives what it expects, by way of ``fretsolve check``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import invoke
+
+CASES = sorted((Path(__file__).parents[2] / "cases").glob("*.yaml"))
+
+
+def test_there_are_cases() -> None:
+    assert CASES
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
+def test_case_is_as_expected(case: Path) -> None:
+    result = invoke("check", case)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.endswith("1 of 1 cases as expected\n")

@@ -1,0 +1,214 @@
+"""``fretsolve run`` as a process: signals, kills, full disks and readers that go away cost no certified increment."""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from command_line import CASE, LONG, assert_same_result, finish, python, saved_steps, start, write_case
+
+from fretsolve import open_result
+from fretsolve.interrupt import NOTICE
+
+INCREMENTS = 42
+KILLS = int(os.environ.get("FRETSOLVE_CLI_KILLS", "3"))
+SEED = 2009
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    case = write_case(tmp_path_factory.mktemp("reference"), LONG)
+    code, _, messages = finish("run", case, "-q")
+    assert (code, messages) == (0, "")
+    return case.with_suffix(".h5")
+
+
+@pytest.fixture()
+def case(tmp_path: Path) -> Path:
+    return write_case(tmp_path, LONG)
+
+
+def start_and_wait(case: Path, step: int = 0) -> subprocess.Popen[str]:
+    """A run that has just saved the increment `step`."""
+    process = start("run", case)
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith(f"step={step} "):
+            return process
+    raise AssertionError(f"ended with {process.wait()}")
+
+
+def readable(out: Path) -> int:
+    """How many increments can be read."""
+    if not out.exists() and not list(out.with_name(out.name + ".parts").glob("*.h5")):
+        return 0
+    with open_result(out) as result:
+        return result.increments
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
+def test_signal_stops_the_run_and_a_resume_ends_alike(
+    number: signal.Signals, case: Path, uninterrupted: Path
+) -> None:
+    out = case.with_suffix(".h5")
+    with start_and_wait(case, 3) as process:
+        process.send_signal(number)
+        output, messages = process.communicate()
+    assert process.returncode == 75
+    done = [3, *saved_steps(output)][-1] + 1
+    assert 4 <= done < INCREMENTS
+    assert messages.splitlines() == [
+        f"fretsolve: {number.name}: {NOTICE}",
+        f"stopped with {done} of {INCREMENTS} increments saved; to go on: fretsolve run {case} --resume",
+    ]
+    assert not out.exists()
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("stopped", done)
+    code, output, messages = finish("run", case, "--resume")
+    assert (code, messages) == (0, "")
+    assert f"{INCREMENTS} increments, {done} of them done" in output
+    assert saved_steps(output) == list(range(done, INCREMENTS))
+    assert_same_result(out, uninterrupted)
+
+
+def test_kill_in_mid_run(case: Path, uninterrupted: Path) -> None:
+    with start_and_wait(case, 12) as process:
+        process.kill()
+        output, _ = process.communicate()
+    out = case.with_suffix(".h5")
+    assert readable(out) >= [12, *saved_steps(output)][-1] + 1
+    assert finish("run", case, "--resume", "-q") == (0, "", "")
+    assert_same_result(out, uninterrupted)
+    assert sorted(path.name for path in case.parent.iterdir()) == ["case.h5", "case.yaml"]
+
+
+def test_random_kills(case: Path, uninterrupted: Path) -> None:
+    delays, out, kills = random.Random(SEED), case.with_suffix(".h5"), 0
+    begin = time.perf_counter()
+    assert finish("run", case, "-q", "-o", case.with_name("timing.h5"))[0] == 0
+    seconds = time.perf_counter() - begin
+    while kills < KILLS:
+        already = readable(out)
+        with start("run", case, "--resume") as process:
+            time.sleep(delays.uniform(0.2, 1.0) * seconds)
+            process.kill()
+            output, messages = process.communicate()
+        assert messages == ""
+        kills += process.returncode == -signal.SIGKILL
+        steps = saved_steps(output)
+        assert steps == list(range(already, already + len(steps)))
+        assert readable(out) >= already + len(steps)
+        if process.returncode == 0:
+            assert_same_result(out, uninterrupted)
+            out.unlink()
+    assert finish("run", case, "--resume", "-q")[0] == 0
+    assert_same_result(out, uninterrupted)
+
+
+def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
+    with start_and_wait(case) as process:
+        process.send_signal(signal.SIGSTOP)
+        for flags in ((), ("--resume",), ("--overwrite",)):
+            code, output, messages = finish("run", case, *flags)
+            assert (code, output) == (4, "")
+            assert f"another run is writing this output (process {process.pid} on " in messages
+            assert messages.count("\n") == 1
+        process.kill()
+        process.communicate()
+    code, _, messages = finish("run", case)
+    assert code == 4
+    assert messages.endswith("a stopped run is there: --resume goes on with it, --overwrite starts anew\n")
+
+
+def limit_file_size() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+
+def test_full_disk(case: Path, uninterrupted: Path) -> None:
+    code, output, messages = finish("run", case, preexec_fn=limit_file_size)
+    assert code == 4
+    assert messages.count("\n") == 1
+    assert messages.endswith("File too large; the increments so far are kept, --resume goes on\n")
+    out = case.with_suffix(".h5")
+    assert 0 < saved_steps(output)[-1] + 1 <= readable(out) < INCREMENTS
+    assert finish("run", case, "--resume", "-q") == (0, "", "")
+    assert_same_result(out, uninterrupted)
+
+
+@pytest.mark.parametrize("together", [False, True], ids=["output", "output and messages"])
+def test_reader_that_goes_away(case: Path, together: bool, uninterrupted: Path) -> None:
+    """As under ``| head -1``; with both streams in the pipe, the notice of a signal meets its end as well."""
+    messages = subprocess.STDOUT if together else subprocess.PIPE
+    with start("run", case, stderr=messages) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "long\n"
+        process.stdout.close()
+        while readable(case.with_suffix(".h5")) < 3:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 75
+    code, _, messages = finish("run", case, "--resume", "-q")
+    assert (code, messages) == (0, "")
+    assert_same_result(case.with_suffix(".h5"), uninterrupted)
+
+
+@pytest.mark.parametrize("words", [("show",), ("validate",), ("check",), ("schema",)])
+def test_reader_that_has_gone_is_no_error(words: tuple[str, ...], tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    if words == ("show",):
+        assert finish("run", case, "-q")[0] == 0
+        words = ("show", str(case.with_suffix(".h5")))
+    elif words != ("schema",):
+        words = (*words, str(case))
+    reading, writing = os.pipe()
+    os.close(reading)
+    with start(*words, stdout=writing) as process:
+        os.close(writing)
+        _, messages = process.communicate()
+    assert process.returncode == 0
+    assert "Traceback" not in messages
+    assert "BrokenPipe" not in messages
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_output_on_a_full_disk_keeps_the_increments(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        code, _, messages = finish("show", Path(__file__), stdout=full)
+        assert (code, messages.count("\n")) == (4, 1)
+        code, _, messages = finish("schema", stdout=full)
+    assert (code, messages) == (4, "standard output: cannot be written: No space left on device\n")
+
+
+def test_streams_closed_before_the_start(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    with start("run", case, preexec_fn=lambda: os.closerange(0, 3), stdout=None, stderr=None) as process:
+        assert process.wait(timeout=60) == 0
+    with open_result(case.with_suffix(".h5")) as result:
+        assert result.status == "complete"
+
+
+def test_interrupted_check_ends_by_the_signal(tmp_path: Path) -> None:
+    slow = CASE.replace("points: 16", "points: 64").replace("increments: 4", "increments: 4000")
+    with start("check", write_case(tmp_path), write_case(tmp_path, slow, "slow.yaml")) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == f"{tmp_path}/case.yaml\n"
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate()
+    assert process.returncode == -signal.SIGINT
+    assert "Traceback" not in messages
+
+
+def test_numerics_are_set_up_before_they_are_loaded() -> None:
+    code = (
+        "import os, sys; os.environ.update(OMP_NUM_THREADS='1'); os.environ.pop('OPENBLAS_NUM_THREADS', None)\n"
+        "from fretsolve import cli; print('numpy' in sys.modules); cli._set_up_numerics(3)\n"
+        "print(*[os.environ[name] for name in ('OMP_NUM_THREADS', 'OMP_WAIT_POLICY', 'OPENBLAS_NUM_THREADS')])"
+    )
+    assert python(code).split() == ["False", "3", "PASSIVE", "1"]

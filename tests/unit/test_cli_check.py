@@ -1,0 +1,126 @@
+"""``fretsolve check``: comparison, exit codes, and the JUnit file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from command_line import CASE, invoke, write_case
+
+from fretsolve.case import Expectation
+from fretsolve.commands.check import Comparison
+
+EXPECT = CASE[CASE.index("expect:") :]
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "found", "ok"),
+    [
+        ({"rel": 0.01}, 2.019, True),
+        ({"rel": 0.01}, 1.979, False),
+        ({"rel": 0.0}, 2.0, True),
+        ({"abs": 0.5}, 1.5, True),
+        ({"abs": 0.5}, 2.6, False),
+        ({"abs": 0.5}, float("nan"), False),
+        ({"abs": 0.5}, None, False),
+    ],
+)
+def test_comparison(tolerance: dict[str, float], found: float | None, ok: bool) -> None:
+    wanted = Expectation.model_validate({"quantity": "P", "value": 2.0, **tolerance})
+    assert Comparison(wanted, 1, found).ok is ok
+
+
+def test_negative_value_has_a_positive_tolerance() -> None:
+    wanted = Expectation.model_validate({"quantity": "Qx", "value": -2.0, "rel": 0.01})
+    comparison = Comparison(wanted, 1, -2.01)
+    assert comparison.ok
+    assert comparison.cells() == ("1", "Qx", "-2 N", "-2.01 N", "-0.5 %", "1 %", "yes")
+
+
+def test_all_as_expected(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("check", case)
+    assert result.exit_code == 0
+    lines = [line.split() for line in result.stdout.splitlines()]
+    assert lines[1] == ["stage", "quantity", "expected", "found", "deviation", "allowed", "ok"]
+    assert lines[2][:4] == ["2", "delta_z", "0.009066544", "mm"]
+    assert lines[2][-3:] == ["1", "%", "yes"]
+    assert lines[3] == ["1", "Qx", "0", "N", "0", "N", "+0", "N", "1e-06", "N", "yes"]
+    assert lines[-1] == ["1", "of", "1", "cases", "as", "expected"]
+    assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
+
+
+def test_value_that_is_off(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("check", case, "--set", "expect.0.value=9.3 um")
+    assert result.exit_code == 1
+    assert [line.split()[-1] for line in result.stdout.splitlines()[2:4]] == ["NO", "yes"]
+    assert result.stdout.endswith("0 of 1 cases as expected\n")
+
+
+def test_case_that_expects_nothing_is_a_mistake(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace(EXPECT, ""))
+    result = invoke("check", case)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"{case}:1: expect: nothing to check; give a list")
+
+
+def test_stages_before_a_failure_are_compared(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("20 N", "50 N"))
+    result = invoke("check", case)
+    assert result.exit_code == 3
+    rows = [line for line in result.stdout.splitlines() if line.startswith("  ")][1:]
+    assert ["not reached" in row for row in rows] == [True, False]
+    assert [row.split()[-1] for row in rows] == ["NO", "yes"]
+    assert f"{case}:10: load_path.1.Qx: gross sliding" in result.stderr
+
+
+@pytest.fixture()
+def various(tmp_path: Path) -> dict[str, Path]:
+    """One case of each outcome, by exit code."""
+    return {
+        "0": write_case(tmp_path, name="good.yaml"),
+        "1": write_case(tmp_path, CASE.replace("9.066544 um", "9.3 um"), "off.yaml"),
+        "3": write_case(tmp_path, CASE.replace("20 N", "50 N"), "slides.yaml"),
+        "2": write_case(tmp_path, CASE.replace("points", "pints"), "bad.yaml"),
+        "4": tmp_path / "none.yaml",
+    }
+
+
+@pytest.mark.parametrize(("codes", "worst"), [("01", 1), ("13", 3), ("320", 2), ("24", 4), ("40", 4)])
+def test_worst_outcome_decides(codes: str, worst: int, various: dict[str, Path]) -> None:
+    assert invoke("check", *[various[code] for code in codes]).exit_code == worst
+
+
+def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
+    file = tmp_path / "report.xml"
+    result = invoke("check", *various.values(), "--junit", file)
+    assert result.exit_code == 4
+    assert "1 of 5 cases as expected" in result.stdout
+    suites = {suite.get("name"): suite for suite in ElementTree.parse(file).getroot()}
+    counts = {
+        code: [suites[str(path)].get(name) for name in ("tests", "failures", "errors")]
+        for code, path in various.items()
+    }
+    assert counts == {
+        "0": ["2", "0", "0"],
+        "1": ["2", "1", "0"],
+        "3": ["2", "0", "1"],
+        "2": ["1", "0", "1"],
+        "4": ["1", "0", "1"],
+    }
+    failure = suites[str(various["1"])].find("testcase/failure")
+    assert failure is not None
+    assert failure.get("message", "").startswith("0.0093 mm expected, 0.0090")
+    error = suites[str(various["3"])].find("testcase/error")
+    assert error is not None
+    assert error.get("type") == "SlidingError"
+    assert "gross sliding" in error.get("message", "")
+
+
+def test_junit_file_that_cannot_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "missing" / "report.xml"
+    result = invoke("check", write_case(tmp_path), "--junit", file)
+    assert result.exit_code == 4
+    assert result.stderr == f"{file}: cannot be written: No such file or directory\n"
