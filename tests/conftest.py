@@ -1,1 +1,22 @@
-"""Puts this folder on the import path, for the helpers that several tests share."""
+"""Puts this folder on the import path, for the helpers that several tests share, and keeps plans out of the home."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """FFTW's plans of the tests are kept for the session, not in the user's cache folder."""
+    folder = tmp_path_factory.mktemp("cache")
+    before = os.environ.get("FRETSOLVE_CACHE")
+    os.environ["FRETSOLVE_CACHE"] = str(folder)
+    yield folder
+    if before is None:
+        del os.environ["FRETSOLVE_CACHE"]
+    else:
+        os.environ["FRETSOLVE_CACHE"] = before

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import shlex
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -103,6 +104,8 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
         case_yaml=case.source.text,
         effective_case=json.dumps(case.effective()),
         coupling=scene.model.coupling,
+        model=json.dumps([asdict(decision) for decision in scene.model.decisions]),
+        inputs=json.dumps({file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in _height_maps(case)}),
         provenance=json.dumps(provenance),
         x=scene.grid.x,
         y=scene.grid.y,
@@ -111,10 +114,13 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
     )
 
 
+def _height_maps(case: Case) -> list[Path]:
+    return [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
+
+
 def _keep_inputs(out: Path, case: Case) -> None:
     """Raise CaseError where the result would replace what the run is made from."""
-    maps = [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
-    for source in (case.source.path, *maps):
+    for source in (case.source.path, *_height_maps(case)):
         if out.exists() and source.exists() and out.samefile(source):
             what = "the case itself" if source == case.source.path else "a height map of the case"
             raise CaseError(f"the result would replace {what}; give another name with -o", (), out)

@@ -74,6 +74,8 @@ def attributes(header: RunHeader, status: str, failure: str | None = None) -> di
         "case_yaml": header.case_yaml,
         "effective_case": header.effective_case,
         "coupling": header.coupling,
+        "model": header.model,
+        "inputs": header.inputs,
         "provenance": header.provenance,
     }
     return values if failure is None else {**values, "failure": failure}

@@ -26,7 +26,8 @@ SHOWN_DIFFERENCES = 3
 class RunHeader:
     """What is known of a run before its first increment.
 
-    case_yaml: the case as written. effective_case, provenance: JSON objects. coupling: the terms kept.
+    case_yaml: the case as written. effective_case, provenance: JSON objects. coupling: the terms kept, and model: the
+    reason for each part of the model, a JSON list. inputs: JSON object of the SHA-256 of files that the case names.
     x, y: cell centres in mm, ``(nx,)`` and ``(ny,)``. fields: which to store, of `pressure`, `shear`, `slip`,
     `slip_path`, `work_density`, `zone`, `gap`; every: of which increments, besides the last.
     """
@@ -39,6 +40,8 @@ class RunHeader:
     y: NDArray[np.float64]
     fields: tuple[str, ...]
     every: int
+    model: str = "[]"
+    inputs: str = "{}"
     version: str = __version__
     format_version: int = FORMAT_VERSION
 
@@ -50,7 +53,7 @@ class RunHeader:
     @property
     def fingerprint(self) -> str:
         """Equal for runs that give the same numbers (SHA-256 of case and versions, hexadecimal)."""
-        return fingerprint(self.effective_case, self.version, self.format_version)
+        return fingerprint(self.effective_case, self.inputs, self.version, self.format_version)
 
     def stores_fields(self, step: int) -> bool:
         """Whether the fields of increment `step` are stored even if it is not the last."""
@@ -69,14 +72,14 @@ class RunHeader:
         return cls(**{**values, **axes, "fields": tuple(values["fields"])})
 
 
-def fingerprint(effective_case: str, version: str, format_version: int) -> str:
+def fingerprint(effective_case: str, inputs: str, version: str, format_version: int) -> str:
     """See `RunHeader.fingerprint`."""
-    values = {dotted(key): value for key, value in _leaves(json.loads(effective_case))}
+    values = {dotted(key): value for key, value in _identity(effective_case, inputs)}
     identity = json.dumps([values, version, format_version], sort_keys=True)
     return hashlib.sha256(identity.encode()).hexdigest()
 
 
-def require_same_run(file: Path, effective_case: str, version: str, header: RunHeader) -> None:
+def require_same_run(file: Path, effective_case: str, inputs: str, version: str, header: RunHeader) -> None:
     """Raise FileError unless the run stored in `file` gives the same numbers as that of `header`."""
     if version != header.version:
         raise FileError(
@@ -84,8 +87,8 @@ def require_same_run(file: Path, effective_case: str, version: str, header: RunH
             " finish it with that version, or start anew with --overwrite",
             file,
         )
-    there = dict(_leaves(json.loads(effective_case)))
-    here = dict(_leaves(json.loads(header.effective_case)))
+    there = dict(_identity(effective_case, inputs))
+    here = dict(_identity(header.effective_case, header.inputs))
     differing = [key for key in {**there, **here} if there.get(key, _ABSENT) != here.get(key, _ABSENT)]
     if differing:
         shown = [f"{dotted(key)} is {_text(there, key)} there, {_text(here, key)} now" for key in differing]
@@ -99,6 +102,11 @@ def require_same_run(file: Path, effective_case: str, version: str, header: RunH
 
 _Key = tuple[str | int, ...]
 _ABSENT = object()
+
+
+def _identity(effective_case: str, inputs: str) -> Iterator[tuple[_Key, Any]]:
+    yield from _leaves(json.loads(effective_case))
+    yield from ((("content of", name), digest) for name, digest in json.loads(inputs).items())
 
 
 def _leaves(value: Any, key: _Key = ()) -> Iterator[tuple[_Key, Any]]:

@@ -172,7 +172,7 @@ class HistoryWriter:
     def _take_up_stopped(self) -> None:
         """Go on after the last increment up to which all parts are sound."""
         stored = read_header(self._folder)
-        require_same_run(self._folder, stored.effective_case, stored.version, self.header)
+        require_same_run(self._folder, stored.effective_case, stored.inputs, stored.version, self.header)
         for part in contiguous_parts(self._folder):
             try:
                 with open_piece(part.path) as piece:
@@ -208,7 +208,8 @@ def _require_free(out: Path, *, allowed: bool) -> None:
 def _status(out: Path, header: RunHeader) -> str:
     """The status of the result `out` of the same run. Raises FileError where it is that of another one."""
     attributes = read_attributes(out)
-    require_same_run(out, attributes["effective_case"], attributes["fretsolve_version"], header)
+    inputs = str(attributes.get("inputs", "{}"))
+    require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)
     return str(attributes["status"])
 
 

@@ -197,3 +197,28 @@ def test_show_prints_one_row_per_stage_or_per_increment(solved: tuple[Path, str,
     assert "\n".join(shown[3:]) in output  # the table and totals that the run ended with
     every = invoke("show", out, "--all").stdout.splitlines()
     assert len(every) == len(shown) + 3
+
+
+def test_result_tells_the_model_and_why(solved: tuple[Path, str, str]) -> None:
+    with open_result(solved[0]) as result:
+        model = json.loads(result.attributes["model"])
+    assert [(part["part"], part["kept"]) for part in model] == [
+        ("normal problem", True),
+        ("tangential problem", True),
+        ("ux from qy, uy from qx", True),
+        ("between pressure and shear", False),
+    ]
+    assert model[1]["reason"] == "the load path moves Qx"
+
+
+def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
+    heights = np.add.outer(np.linspace(-1, 1, 40) ** 2, np.linspace(-1, 1, 40) ** 2) / 20
+    np.save(tmp_path / "map.npy", heights)
+    text = CASE.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 0.05 mm}")
+    case = write_case(tmp_path, text.replace("Qx: 20 N", "Qx: 50 N").split("expect:")[0])
+    first = invoke("run", case)
+    assert first.exit_code == 3  # gross sliding: a failed result, which --resume takes up again
+    np.save(tmp_path / "map.npy", 1.1 * heights)
+    second = invoke("run", case, "--resume")
+    assert second.exit_code == 4
+    assert "holds a run of another case: content of.map.npy is" in second.stderr
