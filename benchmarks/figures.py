@@ -1,7 +1,7 @@
 """Regenerate the figures of the README: certified values reached, residuals of the shipped cases, cost.
 
     python benchmarks/figures.py              # everything, about two minutes on one core
-    python benchmarks/figures.py certified    # or one of: certified, residuals, cost
+    python benchmarks/figures.py certified    # or one of: run, certified, residuals, cost
     python benchmarks/figures.py --into README.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
@@ -16,8 +16,10 @@ import contextlib
 import io
 import re
 import resource
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -167,7 +169,16 @@ def _run(case: str, *overrides: str) -> list[State]:
     return list(fretsolve.run(loaded))
 
 
-PARTS = {"certified": print_certified, "residuals": print_residuals, "cost": print_cost}
+def print_run() -> None:
+    """What the first command of the README prints."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(CASES, Path(folder) / "cases")
+        command = [sys.executable, "-m", "fretsolve", "run", "cases/mode1_similar.yaml"]
+        child = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    print(f"```text\n{child.stdout.rstrip()}\n```")
+
+
+PARTS = {"run": print_run, "certified": print_certified, "residuals": print_residuals, "cost": print_cost}
 
 
 def printed(part: str) -> str:

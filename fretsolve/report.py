@@ -21,6 +21,9 @@ WIDTH = 100
 NOTHING = 1e-9
 """Below this share of its group's scale a value is round-off: it is printed as 0, a column of it left out."""
 
+UNLIKE_THE_OTHER = 1e3
+"""A tangential displacement below 1e-6 of the other one is within the usual tolerance: it counts as round-off."""
+
 GAP = 2
 """Blanks between two columns."""
 
@@ -138,7 +141,8 @@ def _round_off(result: Result, name: str) -> float:
     )
     scales = dict.fromkeys(("Qx", "Qy"), force)
     scales |= dict.fromkeys(("Mx", "My", "Mz"), force * radius)
-    scales |= dict.fromkeys(("delta_x", "delta_y"), approach)
+    sideways = max(float(np.abs(result.history[column]).max()) for column in ("delta_x", "delta_y"))
+    scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, UNLIKE_THE_OTHER * sideways))
     scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
     return NOTHING * scales.get(name, 0.0)
 
