@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.certificate import ON_THE_CIRCLE
+from fretsolve.certificate import LEAST_MOTION, ON_THE_CIRCLE
 from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.level import Level
@@ -28,6 +28,9 @@ FIRST_TOLERANCE = 1e-2
 
 PASS_REDUCTION = 0.05
 """How much more exactly than the last pass's change a pass is solved."""
+
+EXACT_ENOUGH = 3.0
+"""The last pass is solved to this many targets at least: after a small step the change alone says little."""
 
 MOST_ALTERNATIONS = 200
 
@@ -97,7 +100,7 @@ class Alternation:
             self._tangential_pass(increment, start, work, tolerance, settled)
             work.alternations += 1
             work.change = self._couple_normal(work) if self._coupled else 0.0
-            if work.change <= target:
+            if work.change <= target and tolerance <= EXACT_ENOUGH * target:
                 return
             if work.alternations >= MOST_ALTERNATIONS:
                 raise NotConvergedError(
@@ -139,7 +142,8 @@ class Alternation:
             self._known[:] = start.displacement
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.level.grid.size) / 2
-        largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach)
+        least = LEAST_MOTION * float(np.abs(start.displacement).max())
+        largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach, least)
         unlike_the_last = start.normal != increment.normal or not work.shear.any()
         if work.alternations == 0 and unlike_the_last:
             self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)

@@ -156,8 +156,7 @@ class IncrementSolver:
             start.pressure[cells], start.shear[vectors], start.displacement[vectors], start.rigid, start.normal
         )
         whole = work.pressure, work.shear
-        work.pressure = np.ascontiguousarray(whole[0][cells])
-        work.shear = np.ascontiguousarray(whole[1][vectors])
+        work.pressure, work.shear = whole[0][cells].copy(), whole[1][vectors].copy()
         alternation.run(increment, part_of_start, work, target)
         whole[0][:], whole[1][:] = 0.0, 0.0
         whole[0][cells], whole[1][vectors] = work.pressure, work.shear

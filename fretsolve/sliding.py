@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.modes import Balance, TangentialModes, Vector
+from fretsolve.modes import Balance, TangentialModes, Vector, solve_modes
 
 FloatArray = NDArray[np.floating]
 
@@ -31,7 +31,23 @@ def load_factor(bound: FloatArray, balance: Balance, modes: TangentialModes) -> 
     capacity = float(bound.sum(dtype=np.float64)) * modes.cell_area
     if not balance.forced[2]:
         return capacity / float(np.hypot(load[0], load[1]))
-    return _least_dissipation(bound * modes.cell_area, load, balance.forced_index, modes)
+    if np.count_nonzero(bound) < 2 and not _borne_by_a_cell(bound, load, balance.forced_index, modes):
+        return 0.0
+    size = float(np.abs(load).max())
+    return _least_dissipation(bound * modes.cell_area, load / size, balance.forced_index, modes) / size
+
+
+def _borne_by_a_cell(bound: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
+    """Whether some force on the only cell in contact has the imposed loads; not so where it would have to bear a
+    torque about itself, or where there is no contact."""
+    if not bound.any():
+        return False
+    i, j = np.unravel_index(int(bound.argmax()), bound.shape)
+    arm = max(abs(float(modes.x[i])), abs(float(modes.y[j])), float(np.sqrt(modes.cell_area)))
+    resultants = np.array([[1.0, 0.0], [0.0, 1.0], [-modes.y[j] / arm, modes.x[i] / arm]])[forced]
+    imposed = (load / np.array([1.0, 1.0, arm]))[forced]
+    force = np.linalg.lstsq(resultants, imposed, rcond=None)[0]
+    return bool(np.abs(resultants @ force - imposed).max() <= 1e-9 * np.abs(imposed).max())
 
 
 def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> float:
@@ -40,9 +56,7 @@ def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], mode
     best = np.inf
     for _ in range(ITERATIONS):
         np.divide(weight, speed, out=reweighted)
-        gram = _gram(reweighted, modes)[np.ix_(forced, forced)]
-        direction = np.zeros(3)
-        direction[forced] = np.linalg.lstsq(gram, load[forced], rcond=1e-14)[0]
+        direction = solve_modes(_gram(reweighted, modes), load, forced)
         direction /= direction @ load
         modes.displacement(direction, motion)
         np.hypot(motion[0], motion[1], out=speed)
