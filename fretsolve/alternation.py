@@ -183,6 +183,8 @@ class Alternation:
         self.level.operator.normal_from_shear(work.shear, uz)
         np.add(self._undeformed, uz, out=uz)
         contact = work.pressure > 0.0
+        if not contact.any():
+            contact = np.isfinite(separation)  # delta_z then is where the surfaces touch
         np.subtract(uz, separation, out=separation, where=contact)
         change = float(np.max(np.abs(separation), where=contact, initial=0.0))
         separation[:] = uz

@@ -1,0 +1,48 @@
+"""Cases built from Python and solved, for the tests of the solver: by default the contact of the paper's cases.
+
+A sphere of 10 mm on a flat, P = 400 N, friction 0.1 (mm, N, MPa, rad throughout).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fretsolve import run
+from fretsolve.case import Case
+from fretsolve.closed_forms import hertz_sphere
+from fretsolve.materials import compliances
+from fretsolve.simulation import prepare
+from fretsolve.state import State
+
+SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
+DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})
+SWAPPED = DISSIMILAR[::-1]
+SPHERE = {"sphere": {"radius": 10.0}}
+FRICTION, LOAD, RADIUS = 0.1, 400.0, 10.0
+
+
+def build(**parts: Any) -> Case:
+    """A case of keyword `parts` as a case file has them."""
+    whole: dict[str, Any] = {"bodies": SIMILAR, "surface": SPHERE, "friction": FRICTION, "load_path": [{"P": LOAD}]}
+    return Case.model_validate(whole | parts)
+
+
+def solve(**parts: Any) -> list[State]:
+    """The states of all increments of ``build(**parts)``."""
+    return list(run(build(**parts)))
+
+
+def solve_last(**parts: Any) -> State:
+    """The last of them."""
+    return solve(**parts)[-1]
+
+
+def grid_of(**parts: Any) -> Any:
+    """The grid of ``build(**parts)``."""
+    return prepare(build(**parts)).grid
+
+
+MATERIAL = compliances(*build(grid={"points": 2}).bodies)  # type: ignore[arg-type]
+"""Of the similar bodies."""
+HERTZ = hertz_sphere(LOAD, RADIUS, MATERIAL.contact_modulus)
+A = HERTZ.contact_radius

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+from solving import DISSIMILAR, SIMILAR, build
+
+from fretsolve.load_path import COUPLED_INCREMENTS, PAIRS, TANGENTIAL_INCREMENTS, LoadPath
+from fretsolve.model import derive_model
+
+
+def path_of(load_path, **parts):
+    case = build(grid={"points": 8}, load_path=load_path, **parts)
+    return LoadPath(case.stages(), derive_model(case))
+
+
+def summary(**values):
+    """What the load path asks of a history: the loads and displacements of a step."""
+    names = [name for pair in PAIRS for name in pair]
+    return SimpleNamespace(**(dict.fromkeys(names, 0.0) | values))
+
+
+def test_a_stage_moves_in_equal_steps():
+    path = path_of([{"P": 400.0, "increments": 4}])
+    assert [path.increment(step, [summary()] * step).normal.values[0] for step in range(4)] == [100, 200, 300, 400]
+    assert path.increments == 4
+
+
+def test_the_end_of_a_stage_is_exact():
+    path = path_of([{"P": 0.1, "increments": 3}, {"P": 0.3, "increments": 7}])
+    assert path.increment(2, [summary()] * 2).normal.values[0] == 0.1
+    assert path.increment(9, [summary()] * 9).normal.values[0] == 0.3
+
+
+def test_until_named():
+    """Qx = Qy = 0 N and no rotation."""
+    increment = path_of([{"P": 400.0, "increments": 1}]).increment(0, [])
+    assert increment.normal.forced == (True, False, False)
+    assert increment.tangential.forced == (True, True, False)
+    assert increment.normal.values == (400.0, 0.0, 0.0)
+    assert increment.tangential.values == (0.0, 0.0, 0.0)
+
+
+def test_the_rest_stays_as_it_is():
+    path = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0, "increments": 2}, {"Mz": 3.0, "increments": 1}])
+    last = path.increment(3, [summary()] * 3)
+    assert last.normal.values == (400.0, 0.0, 0.0)
+    assert last.tangential.values == (20.0, 0.0, 3.0)
+    assert last.tangential.forced == (True, True, True)
+    assert last.stage.number == 3
+    assert last.stage.key == ("load_path", 2)
+
+
+def test_switching_to_displacement_starts_from_where_the_contact_is():
+    path = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0, "increments": 1}, {"delta_x": 5e-4, "increments": 4}])
+    history = [summary(), summary(delta_x=1e-4), *[summary()] * 3]
+    increment = path.increment(2, history[:2])
+    assert increment.tangential.forced == (False, True, False)
+    assert increment.tangential.values[0] == pytest.approx(2e-4)
+    assert path.increment(5, history).tangential.values[0] == 5e-4
+
+
+def test_switching_back_to_force():
+    path = path_of([{"P": 400.0, "increments": 1}, {"delta_x": 5e-4, "increments": 1}, {"Qx": 0.0, "increments": 2}])
+    back = path.increment(2, [summary(), summary(Qx=30.0)])
+    assert back.tangential.forced[0]
+    assert back.tangential.values[0] == pytest.approx(15.0)
+
+
+def test_rotations_become_moments():
+    path = path_of([{"P": 400.0, "increments": 1}, {"My": 10.0, "increments": 2}])
+    increment = path.increment(1, [summary(My=4.0)])
+    assert increment.normal.forced == (True, False, True)
+    assert increment.normal.values[2] == pytest.approx(7.0)
+
+
+def test_cycles_are_unrolled():
+    cycle = {"cycle": {"times": 3, "stages": [{"Qx": -36.0, "increments": 2}, {"Qx": 36.0, "increments": 3}]}}
+    path = path_of([{"P": 400.0, "increments": 1}, cycle])
+    assert path.increments == 1 + 3 * 5
+    assert path.last_steps == (0, 2, 5, 7, 10, 12, 15)
+    assert path.increment(15, [summary()] * 15).stage.number == 7
+    assert path.increment(3, [summary()] * 3).tangential.values[0] == pytest.approx(-36.0 + 72.0 / 3)
+
+
+def test_normal_loads_at_the_ends_of_the_stages():
+    path = path_of([{"P": 100.0}, {"My": 5.0}, {"delta_z": 1e-3}])
+    assert [load.values for load in path.normal_loads()] == [(100.0, 0.0, 0.0), (100.0, 0.0, 5.0), (1e-3, 0.0, 5.0)]
+    assert [load.forced for load in path.normal_loads()][2] == (False, False, True)
+
+
+class TestAutomaticIncrements:
+    @pytest.mark.parametrize(
+        ("parts", "stages", "counts"),
+        [
+            ({"bodies": SIMILAR}, [{"P": 400.0}], [1]),
+            ({"bodies": SIMILAR, "friction": 0}, [{"P": 400.0}, {"delta_x": 1e-3}], [1, 1]),
+            ({"bodies": DISSIMILAR, "friction": 0}, [{"P": 400.0}], [1]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}], [COUPLED_INCREMENTS]),
+            ({"bodies": DISSIMILAR, "coupling": "tangential"}, [{"P": 400.0}], [1]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}], [1, TANGENTIAL_INCREMENTS]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"P": 500.0}], [1, *[TANGENTIAL_INCREMENTS] * 2]),
+            ({"bodies": SIMILAR}, [{"P": 400.0, "Qx": 36.0}], [TANGENTIAL_INCREMENTS]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}], [COUPLED_INCREMENTS, TANGENTIAL_INCREMENTS]),
+        ],
+    )
+    def test_as_many_as_the_stage_needs(self, parts, stages, counts):
+        path = path_of(stages, **parts)
+        ends = [-1, *path.last_steps]
+        assert [end - start for start, end in pairwise(ends)] == counts
+
+    def test_a_number_given_is_taken(self):
+        assert path_of([{"P": 400.0, "increments": 7}], bodies=DISSIMILAR).increments == 7

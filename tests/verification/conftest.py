@@ -1,0 +1,50 @@
+"""The shipped cases, each solved once for all tests that look at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from fretsolve import load_case, run
+from fretsolve.case import Case
+from fretsolve.grid import Grid
+from fretsolve.simulation import prepare
+from fretsolve.state import State, Summary
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+@dataclass(frozen=True)
+class ShippedRun:
+    """A solved case: the summaries of all increments and the states at the ends of its stages."""
+
+    case: Case
+    grid: Grid
+    history: tuple[Summary, ...]
+    stage_ends: tuple[State, ...]
+
+    def at(self, stage: int) -> State:
+        """The state at the end of a stage (1-based)."""
+        return self.stage_ends[stage - 1]
+
+
+@cache
+def _solved(name: str) -> ShippedRun:
+    case = load_case(CASES / f"{name}.yaml")
+    scene = prepare(case)
+    history, ends = [], []
+    for state in run(scene):
+        history.append(state.summary)
+        if state.summary.step in scene.load_path.last_steps:
+            ends.append(state)
+    return ShippedRun(case, scene.grid, tuple(history), tuple(ends))
+
+
+@pytest.fixture(scope="session")
+def shipped() -> Callable[[str], ShippedRun]:
+    """``shipped(name)`` is the solved case of that name."""
+    return _solved

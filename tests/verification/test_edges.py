@@ -1,0 +1,340 @@
+"""Edge cases of the contact: what a textbook method divides by zero at, and what has no solution."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, SIMILAR, A, build, grid_of, solve, solve_last
+
+from fretsolve import load_case, run
+from fretsolve.closed_forms import boussinesq_punch, full_slip_torque, full_stick_compliance, love_cone
+from fretsolve.errors import ContactLostError, GridEdgeError, NoSolutionError, SlidingError
+from fretsolve.model import derive_model
+from fretsolve.state import Zone
+
+CASE = """\
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 24}
+friction: 0.1
+load_path:
+  - {P: 400 N}
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "case.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def failure(path: Path) -> NoSolutionError:
+    with pytest.raises(NoSolutionError) as caught:
+        list(run(load_case(path)))
+    return caught.value
+
+
+class TestWithoutFriction:
+    def test_no_shear_and_no_work(self):
+        states = solve(friction=0, grid={"points": 24}, load_path=[{"P": LOAD}, {"delta_x": 1e-3, "increments": 2}])
+        assert not states[-1].fields.shear.any()
+        assert states[-1].summary.work_total == 0.0
+        assert states[-1].summary.delta_x == 1e-3
+        contact = states[-1].fields.pressure > 0.0
+        assert states[-1].fields.slip[0][contact] == pytest.approx(1e-3)
+
+    def test_any_shear_force_slides(self, tmp_path):
+        text = CASE.replace("friction: 0.1", "friction: 0") + "  - {Qx: 1 N}\n"
+        error = failure(written(tmp_path, text))
+        assert isinstance(error, SlidingError)
+        assert error.line == 9
+
+    def test_dissimilar_bodies_slip_as_the_pressure_moves_them(self):
+        """Without friction C moves the surfaces: outward or inward by the displacement under a Hertz pressure."""
+        state = solve_last(
+            bodies=DISSIMILAR, friction=0, grid={"points": 24}, output={"fields": ["slip"]}, load_path=[{"P": LOAD}]
+        )
+        assert state.summary.max_pressure == pytest.approx(HERTZ.max_pressure, rel=0.005)
+        assert np.abs(state.fields.slip).max() > 1e-5
+
+
+class TestTinyContacts:
+    def test_a_single_cell(self):
+        """A load so small that one cell carries it: its approach is the cell's own compliance."""
+        parts = {"grid": {"points": 9, "size": 0.9}, "coupling": "tangential"}
+        state = solve_last(**parts, load_path=[{"P": 1e-3}, {"Qx": 0.5e-4, "Qy": 0.2e-4, "increments": 2}])
+        assert np.count_nonzero(state.fields.pressure) == 1
+        assert state.fields.pressure[4, 4] == pytest.approx(1e-3 / 0.1**2, rel=1e-9)
+        self_coefficient = 4.0 * math.log(1.0 + math.sqrt(2.0)) * 0.1 / (math.pi * MATERIAL.contact_modulus)
+        assert state.summary.delta_z == pytest.approx(self_coefficient * 0.1, rel=1e-6)
+        assert state.fields.zone[4, 4] == Zone.STICK
+        assert state.summary.Qy == pytest.approx(0.2e-4)
+
+    def test_a_single_cell_slides_when_dragged(self):
+        drag = {"delta_x": 1e-3, "delta_y": 1e-3, "increments": 2}
+        state = solve_last(grid={"points": 9, "size": 0.9}, load_path=[{"P": 1e-3}, drag])
+        assert state.fields.zone[4, 4] == Zone.SLIP
+        assert state.summary.Qx == pytest.approx(FRICTION * 1e-3 / math.sqrt(2), rel=1e-6)
+
+    def test_a_single_cell_carries_no_torque(self):
+        with pytest.raises(SlidingError):
+            solve(grid={"points": 9, "size": 0.9}, load_path=[{"P": 1e-3}, {"Mz": 1e-6, "increments": 1}])
+
+    def test_a_stick_zone_smaller_than_a_cell(self):
+        path = [{"P": LOAD}, {"Qx": 0.99999 * FRICTION * LOAD, "increments": 3}]
+        state = solve_last(grid={"points": 24}, load_path=path)
+        assert state.summary.stick_area <= 4 * (2.4 * A / 24) ** 2
+        assert state.summary.Qx == pytest.approx(0.99999 * FRICTION * LOAD, rel=1e-6)
+
+    def test_a_grid_of_one_row_always_ends_at_the_contact(self):
+        with pytest.raises(GridEdgeError, match=r"-x, \+x"):
+            solve(grid={"points": [1, 31], "size": [0.02, 0.7]}, load_path=[{"P": 1.0}])
+
+
+class TestGrossSliding:
+    def test_under_displacement_control(self):
+        """Far beyond the last sticking point |q| = mu p in every cell and Q = mu P, for dissimilar bodies too."""
+        for bodies in (DISSIMILAR, build(grid={"points": 2}).bodies):
+            path = [{"P": LOAD, "increments": 2}, {"delta_x": 4e-3, "delta_y": 3e-3, "increments": 4}]
+            state = solve_last(bodies=[*bodies], grid={"points": 32}, load_path=path)
+            fields, contact = state.fields, state.fields.pressure > 0.0
+            length = np.hypot(*fields.shear)[contact]
+            assert length == pytest.approx(FRICTION * fields.pressure[contact], rel=1e-6)
+            assert (fields.zone[contact] == Zone.SLIP).all()
+            assert math.hypot(state.summary.Qx, state.summary.Qy) == pytest.approx(FRICTION * LOAD, rel=1e-3)
+            assert state.summary.Qy / state.summary.Qx == pytest.approx(0.75, rel=0.02)
+
+    def test_spinning(self):
+        state = solve_last(grid={"points": 48}, load_path=[{"P": LOAD}, {"phi_z": 0.05, "increments": 1}])
+        assert state.summary.Mz == pytest.approx(full_slip_torque(HERTZ, FRICTION), rel=2e-3)
+        assert state.summary.stick_area == 0.0
+
+    @pytest.mark.parametrize(
+        ("stage", "component", "size"),
+        [
+            ("{Qx: 40.5 N}", "Qx", "mu P = 40"),
+            ("{Qy: -41 N, increments: 1}", "Qy", "mu P = 40"),
+            ("{Mz: 7.5 N*mm, increments: 3}", "Mz", "Mz = "),
+            ("{Qx: 30 N, Qy: 30 N, increments: 1}", "Qx", "mu P = 40"),
+        ],
+    )
+    def test_under_force_control(self, tmp_path, stage, component, size):
+        error = failure(written(tmp_path, CASE + f"  - {stage}\n"))
+        assert isinstance(error, SlidingError)
+        assert error.exit_code == 3
+        assert error.key == ("load_path", 1, component)
+        assert error.line == 9
+        assert size in str(error)
+        assert "\n" not in str(error)
+
+    def test_states_before_the_sliding_hold(self, tmp_path):
+        states = run(load_case(written(tmp_path, CASE + "  - {Qx: 50 N, increments: 10}\n")))
+        forces = [next(states).summary.Qx for _ in range(8)]
+        with pytest.raises(SlidingError):
+            next(states)
+        assert forces == pytest.approx([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0], abs=1e-9)
+
+
+class TestUnloading:
+    def test_to_nothing_and_back(self):
+        path = [
+            {"P": LOAD, "increments": 2},
+            {"Qx": 10.0, "increments": 1},
+            {"Qx": 0.0, "increments": 1},
+            {"P": 0.0, "increments": 4},
+            {"P": LOAD, "increments": 2},
+            {"Qx": 10.0, "increments": 1},
+        ]
+        for bodies in (DISSIMILAR, build(grid={"points": 2}).bodies):
+            states = solve(bodies=[*bodies], grid={"points": 24}, load_path=path)
+            empty = states[7]
+            assert empty.summary.P == 0.0
+            assert not empty.fields.pressure.any()
+            assert not empty.fields.shear.any()
+            assert not empty.displacement.any()
+            assert abs(empty.summary.delta_z) < 0.01 * HERTZ.delta_z
+            assert (empty.fields.gap >= 0.0).all()
+            again, first = states[-1], states[2]
+            assert again.fields.pressure == pytest.approx(first.fields.pressure, abs=2e-4 * HERTZ.max_pressure)
+            assert again.summary.Qx == pytest.approx(10.0)
+
+    def test_pulling_off_by_displacement(self):
+        path = [{"delta_z": 9e-3}, {"delta_z": -1e-3}, {"delta_z": 9e-3}]
+        states = solve(grid={"points": 24, "size": 0.75}, load_path=path)
+        assert [bool(state.fields.pressure.any()) for state in states] == [True, False, True]
+        assert states[1].fields.gap.min() >= 1e-3
+        assert abs(states[2].summary.P / states[0].summary.P - 1.0) < 1e-6
+
+    def test_shear_force_without_pressure_slides(self, tmp_path):
+        error = failure(written(tmp_path, CASE + "  - {Qx: 20 N, increments: 2}\n  - {P: 100 N, increments: 3}\n"))
+        assert isinstance(error, SlidingError)
+        assert error.line is not None
+
+    def test_moment_without_load(self, tmp_path):
+        text = CASE.replace("P: 400 N", "P: 0 N, My: 1 N*mm").replace("24}", "24, size: 1 mm}")
+        error = failure(written(tmp_path, text))
+        assert isinstance(error, ContactLostError)
+
+    def test_tilting_over(self, tmp_path):
+        text = CASE.replace("P: 400 N", "P: 400 N, My: 200 N*mm").replace("24}", "24, size: 0.8 mm}")
+        error = failure(written(tmp_path, text))
+        assert isinstance(error, ContactLostError)
+        assert "My/P" in str(error)
+
+
+class TestGridEdge:
+    def test_the_advised_size_works(self, tmp_path):
+        path = written(tmp_path, CASE.replace("24}", "24, size: 0.4 mm}"))
+        error = failure(path)
+        assert isinstance(error, GridEdgeError)
+        assert error.key == ("grid", "size")
+        assert error.line == 5
+        advice = str(error).split("size: [")[1].split("]")[0]
+        state = list(run(load_case(path, [f"grid.size=[{advice}]"])))[-1]
+        assert state.summary.contact_radius == pytest.approx(A, rel=0.03)
+
+    def test_a_tilted_contact_that_leaves_the_grid(self, tmp_path):
+        text = CASE.replace("P: 400 N", "P: 400 N, My: 60 N*mm").replace("24}", "24, size: 0.75 mm}")
+        error = failure(written(tmp_path, text))
+        assert isinstance(error, GridEdgeError)
+        assert "+x" in str(error)
+        advice = str(error).split("size: [")[1].split("]")[0]
+        state = list(run(load_case(tmp_path / "case.yaml", [f"grid.size=[{advice}]"])))[-1]
+        assert state.summary.My == pytest.approx(60.0)
+
+
+class TestEverySurfaceIsSized:
+    """`size: auto` holds the contact, with room around it but not much."""
+
+    @pytest.mark.parametrize(
+        "surface",
+        [
+            {"sphere": {"radius": 10.0}},
+            {"sphere": {"radius": 10.0, "center": [0.2, 0.0]}},
+            {"ellipsoid": {"radius_x": 5.0, "radius_y": 40.0, "angle": 0.6}},
+            {"cylinder": {"radius": 10.0, "axis": "y", "length": 2.0, "end_radius": 0.5}},
+            {"cylinder": {"radius": 10.0, "axis": "x", "crown_radius": 200.0}},
+            {"cone": {"angle": 0.02}},
+            {"punch": {"radius": 0.3, "edge_radius": 0.1}},
+            {"punch": {"half_width": 0.4}},
+            [{"sphere": {"radius": 20.0}}, {"cylinder": {"radius": 20.0, "axis": "x"}}],
+        ],
+        ids=lambda surface: "-".join(surface) if isinstance(surface, dict) else "sum",
+    )
+    def test_load(self, surface):
+        state = solve_last(surface=surface, grid={"points": 32})
+        contact = state.fields.pressure > 0.0
+        assert abs(state.summary.P - LOAD) < 1e-6 * LOAD
+        assert 0.5 * 32 <= np.count_nonzero(contact.any(axis=1)) <= 30
+        assert 0.25 * 32 <= np.count_nonzero(contact.any(axis=0)) <= 30
+
+    def test_heights(self, tmp_path):
+        x = np.linspace(-1.0, 1.0, 81)
+        np.save(tmp_path / "map.npy", (x[:, None] ** 2 + x[None, :] ** 2) / 20.0)
+        text = CASE.replace("{sphere: {radius: 10 mm}}", "{heights: {file: map.npy, spacing: 0.025 mm}}")
+        state = list(run(load_case(written(tmp_path, text))))[-1]
+        assert state.summary.max_pressure == pytest.approx(HERTZ.max_pressure, rel=0.01)
+
+    def test_displacement_control(self):
+        state = solve_last(grid={"points": 32}, load_path=[{"delta_z": HERTZ.delta_z}])
+        assert abs(state.summary.P - LOAD) < 2e-3 * LOAD
+
+
+class TestOtherSurfaces:
+    def test_cone(self):
+        """Love: the approach; the pressure's peak is a logarithm and its contact radius counts cells."""
+        exact = love_cone(LOAD, 0.02, MATERIAL.contact_modulus)
+        state = solve_last(surface={"cone": {"angle": 0.02}}, grid={"points": 96}, friction=0)
+        assert state.summary.delta_z == pytest.approx(exact.delta_z, rel=2e-3)
+        assert state.summary.contact_radius == pytest.approx(exact.contact_radius, rel=2.4 / 96)
+
+    def test_flat_punch(self):
+        """Boussinesq: a sharp edge is known to half a cell only, so the approach errs by h/2a at most."""
+        exact = boussinesq_punch(LOAD, 0.3, MATERIAL.contact_modulus)
+        state = solve_last(surface={"punch": {"radius": 0.3}}, grid={"points": 96, "size": 0.7}, friction=0)
+        assert state.summary.delta_z == pytest.approx(exact.delta_z, rel=0.5 * 0.7 / 96 / 0.3)
+        assert state.summary.contact_radius == pytest.approx(0.3, rel=0.01)
+
+    def test_rigid_body(self):
+        """A rigid sphere doubles E*; with friction, Dundurs' constant of nu = 0.3 couples and stiffens a little."""
+        bodies = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
+        free = solve_last(bodies=bodies, grid={"points": 48}, friction=0)
+        assert free.summary.delta_z == pytest.approx(HERTZ.delta_z / 2 ** (2 / 3), rel=1e-3)
+        rough = solve_last(bodies=bodies, grid={"points": 48}, friction=0.3, load_path=[{"P": LOAD, "increments": 4}])
+        assert 0.95 < rough.summary.delta_z / free.summary.delta_z < 0.999
+
+    def test_full_stick_compliance(self):
+        """A small shear force moves a Hertz contact by S/8a per unit."""
+        state = solve_last(grid={"points": 64}, load_path=[{"P": LOAD}, {"Qx": 0.01, "increments": 1}])
+        exact = 0.01 * full_stick_compliance(A, MATERIAL.tangential)
+        assert state.summary.delta_x == pytest.approx(exact, rel=3e-3)
+
+    @pytest.mark.parametrize("points", [(48, 24), (25, 50)])
+    def test_rectangular_cells(self, points):
+        state = solve_last(grid={"points": list(points), "size": 0.72}, load_path=[{"P": LOAD}, {"Qx": 36.0}])
+        assert state.summary.delta_z == pytest.approx(HERTZ.delta_z, rel=1.5e-3)
+        assert state.summary.delta_x == pytest.approx(0.863022e-3, rel=1e-2)
+
+    def test_rectangular_area(self):
+        square = solve_last(grid={"points": 40, "size": 0.8}, solver={"tolerance": 1e-9})
+        wide = solve_last(grid={"points": [60, 40], "size": [1.2, 0.8]}, solver={"tolerance": 1e-9})
+        assert wide.fields.pressure[10:50] == pytest.approx(square.fields.pressure, abs=1e-5 * HERTZ.max_pressure)
+
+
+class TestControl:
+    def test_switching_to_displacement_and_back(self):
+        """From force to displacement control nothing jumps: a stage that stays where it is changes nothing."""
+        start = [{"P": LOAD, "increments": 2}, {"Qx": 25.0, "increments": 2}]
+        parts = {"bodies": DISSIMILAR, "grid": {"points": 32}}
+        forced = solve_last(**parts, load_path=start)
+        held = {"delta_x": forced.summary.delta_x, "increments": 1}
+        states = solve(**parts, load_path=[*start, held, {"Qx": 25.0, "increments": 1}])
+        for state in states[-2:]:
+            assert state.summary.Qx == pytest.approx(25.0, rel=1e-6)
+            assert state.summary.delta_x == pytest.approx(forced.summary.delta_x, rel=1e-6)
+            assert state.fields.shear == pytest.approx(forced.fields.shear, abs=1e-5 * HERTZ.max_pressure)
+            assert state.summary.work < 1e-6 * forced.summary.work_total
+
+    @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
+    @pytest.mark.parametrize("name", ["P", "delta_z", "Qx", "delta_x"])
+    @pytest.mark.parametrize("step", [0.0, 1e-9, -1e-9, 1e-5])
+    def test_steps_of_next_to_nothing(self, bodies, name, step):
+        """A stage that holds a load or hardly moves it: residuals relative to its motion must not ask for the
+        impossible, and what was solved before must hold on."""
+        start = [{"P": LOAD, "increments": 2}, {"Qx": 25.0, "increments": 2}]
+        parts = {"bodies": bodies, "grid": {"points": 24, "size": 0.75}}
+        before = solve_last(**parts, load_path=start)
+        moved = getattr(before.summary, name) * (1.0 + step)
+        after = solve_last(**parts, load_path=[*start, {name: moved, "increments": 1}])
+        assert after.fields.shear == pytest.approx(before.fields.shear, abs=1e-3 * HERTZ.max_pressure)
+        assert after.summary.work <= 1e-4 * before.summary.work_total
+
+    def test_a_stage_starts_from_where_the_contact_was(self):
+        path = [{"P": LOAD}, {"Qx": 20.0, "increments": 2}, {"delta_x": 1e-3, "increments": 4}]
+        states = solve(grid={"points": 24}, load_path=path)
+        motion = [state.summary.delta_x for state in states[2:]]
+        assert np.diff(motion) == pytest.approx((1e-3 - motion[0]) / 4)
+
+
+class TestCoupling:
+    @pytest.mark.parametrize("stage", [{"Mz": 3.0}, {"phi_z": 1e-3}])
+    def test_without_cross_influence_torsion_is_warned_of(self, stage):
+        asked = derive_model(build(coupling="none", grid={"points": 8}, load_path=[{"P": LOAD}, stage]))
+        assert asked.coupling == "none"
+        (warning,) = asked.warnings
+        assert "torsion" in warning
+        assert "radial shear" in warning
+        chosen = derive_model(build(grid={"points": 8}, load_path=[{"P": LOAD}, stage]))
+        assert chosen.coupling == "tangential"
+        assert chosen.terms.cross
+        assert chosen.warnings == ()
+
+
+def test_radius_is_that_of_the_tests():
+    assert grid_of(grid={"points": 24}).size[0] == pytest.approx(2.4 * A)
+    assert RADIUS == 10.0
