@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from command_line import CASE, invoke, python, start, write_case
+from command_line import CASE, invoke, python, write_case
 
 from fretsolve import load_case
 from fretsolve.commands.hertz import hertz_contact
@@ -132,7 +131,6 @@ def test_validate_loads_no_solver(tmp_path: Path) -> None:
 NORMAL = ("friction=0", "load_path=[{P: 400 N, increments: 2}]", "expect=[]")
 
 
-@pytest.mark.skipif(not hasattr(os, "wait4"), reason="needs the memory use of a child process")
 RUN_AND_TELL_MEMORY = """
 import re
 from pathlib import Path
