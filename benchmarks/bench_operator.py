@@ -10,8 +10,8 @@ from work_unit import work_unit
 
 import fretsolve
 from fretsolve.elastic import ElasticOperator
-from fretsolve.model import Terms
 from fretsolve.scene import prepare
+from fretsolve.terms import Terms
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"
 PARTS = ("normal", "tangential", "all")

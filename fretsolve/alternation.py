@@ -8,6 +8,7 @@ together cost little more than one exact solve.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,11 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
-from fretsolve.model import Model
 from fretsolve.modes import Balance, TangentialModes, Vector
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
+
+if TYPE_CHECKING:
+    from fretsolve.model import Model
 
 FloatArray = NDArray[np.floating]
 

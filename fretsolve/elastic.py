@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fretsolve import influence
 from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
+from fretsolve.terms import Terms
 
 FloatArray = NDArray[np.floating]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,12 @@ from fretsolve.feasibility import require_inside, require_supported
 from fretsolve.grid import Grid
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
-from fretsolve.model import Model
 from fretsolve.modes import NormalModes, TangentialModes, Vector
 from fretsolve.state import Certificate
 from fretsolve.window import FREE_CELLS, Window, window_around
+
+if TYPE_CHECKING:
+    from fretsolve.model import Model
 
 FloatArray = NDArray[np.floating]
 

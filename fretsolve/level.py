@@ -7,6 +7,7 @@ changed there. It pays where an increment begins far from its end, as all do tha
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 from fretsolve.coarse import Coarsening
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
-from fretsolve.model import Model
 from fretsolve.modes import Balance, Vector
 from fretsolve.normal import NormalSolver
 from fretsolve.tangential import TangentialSolver
+
+if TYPE_CHECKING:
+    from fretsolve.model import Model
 
 FloatArray = NDArray[np.floating]
 

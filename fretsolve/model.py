@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fretsolve.case import ElasticBody
 from fretsolve.materials import Compliances, compliances
+from fretsolve.terms import Terms
 
 if TYPE_CHECKING:
     from fretsolve.case import Body, Case
@@ -16,19 +17,6 @@ UNCOUPLED_BELOW = 1e-12
 
 TANGENTIAL_COMPONENTS = frozenset({"Qx", "Qy", "Mz", "delta_x", "delta_y", "phi_z"})
 TORSION = frozenset({"Mz", "phi_z"})
-
-
-@dataclass(frozen=True)
-class Terms:
-    """Which influence coefficients are kept.
-
-    tangential: shear to tangential displacement (ux from qx, uy from qy); cross: also ux from qy and uy from qx;
-    coupled: also between pressure and tangential displacement, and shear and normal displacement.
-    """
-
-    tangential: bool
-    cross: bool
-    coupled: bool
 
 
 @dataclass(frozen=True)

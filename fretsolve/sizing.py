@@ -10,9 +10,9 @@ import numpy as np
 from fretsolve.errors import CaseError
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
 from fretsolve.modes import Balance, NormalModes
 from fretsolve.surface import separation
+from fretsolve.terms import Terms
 
 if TYPE_CHECKING:
     from fretsolve.case import Surface

@@ -7,7 +7,7 @@ import pytest
 
 from fretsolve.elastic import ElasticOperator
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
+from fretsolve.terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)
 FULL, TANGENTIAL, NONE, NORMAL = (

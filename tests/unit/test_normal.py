@@ -6,9 +6,9 @@ import pytest
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
 from fretsolve.modes import Balance
 from fretsolve.normal import NormalSolver
+from fretsolve.terms import Terms
 
 GRID = Grid.from_size((26, 22), (0.8, 0.76))
 MATERIAL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)

@@ -6,9 +6,9 @@ import pytest
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
 from fretsolve.modes import Balance, TangentialModes
 from fretsolve.tangential import TangentialSolver
+from fretsolve.terms import Terms
 
 GRID = Grid.from_size((20, 23), (0.7, 0.72))
 MATERIAL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)

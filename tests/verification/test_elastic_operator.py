@@ -10,7 +10,7 @@ import pytest
 from fretsolve import influence
 from fretsolve.elastic import ElasticOperator
 from fretsolve.materials import Compliances
-from fretsolve.model import Terms
+from fretsolve.terms import Terms
 
 FULL = Terms(True, True, True)
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)
