@@ -77,7 +77,7 @@ class Examiner:
         gap = self._gap(solution)
         slip = self._slip(solution, contact)
         sticking = contact & (length < bound * (1.0 - ON_THE_CIRCLE))
-        if not slip.any():
+        if self.friction and not slip.any():
             sticking = contact
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
         zone[contact] = Zone.SLIP

@@ -79,6 +79,14 @@ def _end_by(number: signal.Signals) -> None:
     signal.raise_signal(number)
 
 
+def _available(threads: int) -> int:
+    """`threads`, but no more than processors that this process may use: waiting for one another costs a hundredfold."""
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if threads > processors:
+        click.echo(f"warning: {threads} threads asked for, {processors} processors are there: using those", err=True)
+    return min(threads, processors)
+
+
 def _set_up_numerics(threads: int = 1) -> None:
     """Tell the libraries how many threads to use, before they are loaded.
 
@@ -159,6 +167,7 @@ def run(
     """
     if resume and overwrite:
         raise click.UsageError("--resume and --overwrite exclude each other.")
+    threads = _available(threads)
     _set_up_numerics(threads)
     with StopRequest() as stop:
         from fretsolve.commands.run import Order, run_case

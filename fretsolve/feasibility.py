@@ -37,8 +37,17 @@ def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> N
             )
 
 
-def require_inside(pressure: FloatArray, grid: Grid) -> None:
-    """Raise GridEdgeError where the contact has reached the edge of the potential contact area."""
+def require_inside(pressure: FloatArray, grid: Grid, map_border: NDArray[np.bool_] | None = None) -> None:
+    """Raise GridEdgeError where the contact has reached the edge of the potential contact area.
+
+    map_border: cells beyond which a height map ends, (nx, ny). Its end is not the end of the material.
+    """
+    if map_border is not None and pressure[map_border].any():
+        raise GridEdgeError(
+            "the contact reaches the edge of the height map, beyond which nothing is known; take a map that is larger"
+            " than the contact, or, where the material does end, with a rim of NaN",
+            "map",
+        )
     edges = {
         "x": (pressure[0].any(), pressure[-1].any()),
         "y": (pressure[:, 0].any(), pressure[:, -1].any()),
@@ -61,6 +70,8 @@ def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingEr
     ]
     loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
+    if abs(factor - 1.0) < 1e-6:
+        carried = "no more than just below it"
     return SlidingError(
         f"gross sliding under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
         f" the friction, or impose"

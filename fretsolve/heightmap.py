@@ -14,6 +14,7 @@ paraboloid of radius R by up to spacing^2/8R per direction.
 
 from __future__ import annotations
 
+import math
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,6 +91,20 @@ class HeightMap:
             result[first_u + start : first_u + start + part.size, first_v : first_v + v.size] = heights
         return result
 
+    def border(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+        """Cells at `x` (nx,), `y` (ny,) that are the map's last ones before it ends within the grid: (nx, ny)."""
+        last = np.zeros((x.size, y.size), dtype=bool)
+        u, first_u = self._coordinates(x, 0)
+        v, first_v = self._coordinates(y, 1)
+        if u.size and v.size:
+            rows = slice(first_u, first_u + u.size)
+            columns = slice(first_v, first_v + v.size)
+            ends_x = [i for i in (first_u, first_u + u.size - 1) if i not in (0, x.size - 1)]
+            ends_y = [j for j in (first_v, first_v + v.size - 1) if j not in (0, y.size - 1)]
+            last[ends_x, columns] = True
+            last[rows, ends_y] = True
+        return last
+
     def _coordinates(self, positions: FloatArray, axis: int) -> tuple[FloatArray, int]:
         """The `positions` on the map, in spacings from its first point, and the first one's index."""
         count = self.values.shape[axis]
@@ -121,6 +136,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     else:
         known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
         raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+    _require_unit(content.units, source, (*key, "unit"))
     values = _checked(content.values, file, (*key, "file"))
     values *= -source.unit if source.invert else source.unit
     return HeightMap(values, _spacing(source, content, (*key, "spacing")))
@@ -128,10 +144,29 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
 
 @dataclass(frozen=True)
 class _Content:
-    """What a file holds: an array as it stands there, and the spacing (mm) if the file tells one."""
+    """What a file holds: an array as it stands there, and the spacing (mm) and units if the file tells them."""
 
     values: NDArray[Any]
     spacing: tuple[float, ...] | None = None
+    units: str = ""
+
+
+def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
+    """Refuse a map whose file states another unit of length than the case; other texts are not looked at."""
+    from fretsolve.case.quantities import LENGTH, QuantityError, to_internal
+
+    if not units:
+        return
+    try:
+        stated = to_internal(units, LENGTH, bare_unit=True)
+    except QuantityError:
+        return
+    if not math.isclose(stated, source.unit, rel_tol=1e-9):
+        raise CaseError(
+            f"the heights in {source.file.name!r} are in {units}, the case takes them as in units of"
+            f" {source.unit:g} mm; unit: {units} would be right",
+            key,
+        )
 
 
 def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> FloatArray:
@@ -175,7 +210,8 @@ def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
             attributes = node.attrs
             separate = [attributes[name] for name in ("dx", "dy") if name in attributes]
             spacing = tuple(float(step) for step in np.ravel(attributes.get("spacing", separate)))
-            return _Content(np.asarray(node[()]), spacing or None)
+            units = attributes.get("units", "")
+            return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
     except (OSError, TypeError, ValueError) as error:
         raise _unreadable(file, error) from error
 
@@ -186,6 +222,8 @@ def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
         with file.open("rb") as stream:
             stored = np.load(stream, allow_pickle=False)
             if isinstance(stored, np.ndarray):
+                if dataset is not None:
+                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
                 return _Content(stored)
             return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:

@@ -63,7 +63,9 @@ class IncrementSolver:
         tolerance: float,
         max_iterations: int,
         threads: int = 1,
+        map_border: NDArray[np.bool_] | None = None,
     ):
+        self._map_border = map_border
         self.grid, self.separation, self.model = grid, separation, model
         self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
         self.level = Level(grid, model, threads)
@@ -95,7 +97,7 @@ class IncrementSolver:
             solution = self._solution(start, work)
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
-                require_inside(work.pressure, self.grid)
+                require_inside(work.pressure, self.grid, self._map_border)
                 return self._solved(solution, evidence, work, math.ceil(self.applications - before))
             expected |= evidence.gap < 0.0
             if window.holds(expected):

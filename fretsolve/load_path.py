@@ -32,7 +32,7 @@ INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 
 """What is imposed until a stage names something else of the pair."""
 
 TANGENTIAL_INCREMENTS = 10
-COUPLED_INCREMENTS = 20
+PRESSURE_INCREMENTS = 40
 """Equal increments of an automatic stage: a loop needs points to be drawn; where the pressure changes under
 friction the slip depends on the path, and its error falls with the number of increments."""
 
@@ -102,12 +102,12 @@ def automatic_increments(stage: Stage, before: dict[str, float], model: Model) -
     normal = {name for pair in PAIRS[:3] for name in pair}
     moves_pressure = any(name in normal for name, _ in stage.targets)
     if model.terms.coupled and moves_pressure:
-        return COUPLED_INCREMENTS
+        return PRESSURE_INCREMENTS
     moves_shear = any(name not in normal for name, _ in stage.targets)
     at_rest = all(before.get(force, 1.0) == 0.0 for force, _ in PAIRS[3:5]) and before.get("phi_z") == 0.0
     if moves_pressure and not moves_shear and at_rest and not model.terms.coupled:
         return 1
-    return TANGENTIAL_INCREMENTS
+    return PRESSURE_INCREMENTS if moves_pressure else TANGENTIAL_INCREMENTS
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:

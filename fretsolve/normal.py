@@ -143,8 +143,11 @@ class NormalSolver:
         """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""
         if not balance.forced_index or not self._contact.any():
             return 0.0
-        error = np.abs(self.modes.resultants(pressure) - balance.imposed_resultant)
-        load = self.modes.resultants(pressure)[0]
+        found, imposed = self.modes.resultants(pressure), balance.imposed_resultant
+        error = np.abs(found - imposed)
+        load = max(float(found[0]), float(imposed[0]))
+        if load <= 0.0:
+            return np.inf if error.any() else 0.0
         reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
         return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
 

@@ -11,7 +11,7 @@ from fretsolve.grid import Grid
 from fretsolve.load_path import LoadPath
 from fretsolve.model import Model, derive_model
 from fretsolve.sizing import MARGIN, contact_size
-from fretsolve.surface import separation
+from fretsolve.surface import map_border, separation
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,6 +39,10 @@ class Scene:
             return separation(self.case.surface, self.grid.x, self.grid.y)
         except CaseError as error:
             raise _in_file(error, self.case) from None
+
+    def map_border(self) -> NDArray[np.bool_] | None:
+        """Cells where a height map ends within the grid, ``(nx, ny)``; None without a map. Raises FileError."""
+        return map_border(self.case.surface, self.grid.x, self.grid.y)
 
 
 def prepare(case: Case) -> Scene:

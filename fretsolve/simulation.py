@@ -34,6 +34,8 @@ def run(
     start, history: the last state and the summaries of all increments so far, to go on from; threads: of the FFTs.
     Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
     """
+    if not isinstance(case, Scene) and not hasattr(case, "load_path"):
+        raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
     scene = case if isinstance(case, Scene) else prepare(case)
     load_wisdom()
     solver = IncrementSolver(
@@ -43,6 +45,7 @@ def run(
         scene.case.solver.tolerance,
         scene.case.solver.max_iterations,
         threads,
+        scene.map_border(),
     )
     state, summaries, windows = start, list(history), 0
     for step in range(len(summaries), scene.load_path.increments):
@@ -138,8 +141,9 @@ def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
     if error.component in dict(stage.targets):
         key = (*key, error.component)
     if isinstance(error, GridEdgeError):
-        key = ("grid", "size")
-        error.message += _advised_size(scene, increment)
+        on_grid = error.component is None
+        key = ("grid", "size") if on_grid else ("surface",)
+        error.message += _advised_size(scene, increment) if on_grid else ""
     message = f"{error.message} (increment {increment.step}, stage {stage.number})"
     place = scene.case.source.problem(message, key)
     error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
@@ -156,4 +160,6 @@ def _advised_size(scene: Scene, increment: Increment) -> str:
         )
     except CaseError:
         return "; no size would hold it"
+    if all(advised <= 1.05 * present for advised, present in zip(size, scene.grid.size, strict=True)):
+        return "; the size would do with more points, which resolve the contact"
     return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

@@ -37,6 +37,19 @@ def separation(surfaces: Sequence[Surface], x: FloatArray, y: FloatArray) -> Flo
     return total
 
 
+def map_border(surfaces: Sequence[Surface], x: FloatArray, y: FloatArray) -> NDArray[np.bool_] | None:
+    """Cells where a height map ends within the grid, ``(nx, ny)``; None without a map. Raises as `separation`."""
+    border: NDArray[np.bool_] | None = None
+    for index, surface in enumerate(surfaces):
+        if surface.kind == "heights":
+            from fretsolve.heightmap import load_height_map
+
+            of_map = load_height_map(surface, ("surface", index, "heights"))
+            ends = of_map.border(x - surface.center[0], y - surface.center[1])
+            border = ends if border is None else border | ends
+    return border
+
+
 def _add(total: FloatArray, surface: Surface, x: FloatArray, y: FloatArray, index: int) -> None:
     """Add one surface to `total`, with `x`, `y` taken from its centre."""
     column, row = x[:, None], y[None, :]

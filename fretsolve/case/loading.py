@@ -23,6 +23,8 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file can't be read.
     """
+    if isinstance(overrides, str):
+        overrides = (overrides,)
     path = Path(path)
     text = read_text(path)
     try:

@@ -87,11 +87,24 @@ class CaseSource:
             place = place.inside[part]
         return place.line
 
+    def _as_written(self, key: KeyPath) -> KeyPath:
+        """`key` without the index of a list of one for which the file has the entry itself."""
+        written: list[str | int] = []
+        place = self.root
+        for index, part in enumerate(key):
+            if part in place.inside:
+                place = place.inside[part]
+            elif isinstance(part, int) and key[index + 1 : index + 2] and key[index + 1] in place.inside:
+                continue
+            written.append(part)
+        return tuple(written)
+
     def problem(self, message: str, key: KeyPath = ()) -> CaseError:
         """The error of the value at `key`, with its file and line, or with the override that gave it."""
         override = self._override(key)
         if override is not None:
             return case_error(message, key, override.origin)
+        key = self._as_written(key)
         within = [o.origin for o in self.overrides if key and o.key[: len(key)] == key]
         message += f" (with {', '.join(within)})" if within else ""
         return case_error(message, key, self.path, self.locate(key))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import platform
 import shlex
 import sys
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case import HeightsSurface, load_case
 from fretsolve.commands.description import grid_line, model_lines, warn
 from fretsolve.commands.progress import progress
-from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.estimate import require_memory
 from fretsolve.history import HistoryWriter, RunHeader, open_result
 from fretsolve.interrupt import EXIT_STOPPED
@@ -105,7 +106,7 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
         effective_case=json.dumps(case.effective()),
         coupling=scene.model.coupling,
         model=json.dumps([asdict(decision) for decision in scene.model.decisions]),
-        inputs=json.dumps({file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in _height_maps(case)}),
+        inputs=json.dumps({file.name: _digest(file) for file in _height_maps(case)}),
         provenance=json.dumps(provenance),
         x=scene.grid.x,
         y=scene.grid.y,
@@ -116,6 +117,13 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
 
 def _height_maps(case: Case) -> list[Path]:
     return [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
+
+
+def _digest(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError as error:
+        raise FileError(f"cannot be read: {os.strerror(error.errno) if error.errno else error}", file) from error
 
 
 def _keep_inputs(out: Path, case: Case) -> None:
@@ -148,7 +156,8 @@ def _introduce(scene: Scene, order: Order, writer: HistoryWriter) -> None:
         print(line)
     print(f"grid: {grid_line(scene)}")
     done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-    print(f"{scene.load_path.increments} increments{done}", flush=True)
+    count = scene.load_path.increments
+    print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
     warn(scene, *scene.model.warnings)
     for note in writer.notes:
         print(f"warning: {note}", file=sys.stderr)

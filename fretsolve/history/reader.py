@@ -95,7 +95,8 @@ class Result:
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step
         if wanted not in self.steps:
-            raise KeyError(f"no fields of increment {step} in the result")
+            stored = ", ".join(map(str, self.steps)) or "none"
+            raise KeyError(f"no fields of increment {step} in the result; stored are those of {stored}")
         for _ in range(ATTEMPTS):
             try:
                 return self._piece(wanted).read(name, wanted)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from solving import DISSIMILAR, SIMILAR, build
 
-from fretsolve.load_path import COUPLED_INCREMENTS, PAIRS, TANGENTIAL_INCREMENTS, LoadPath
+from fretsolve.load_path import PAIRS, PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS, LoadPath
 from fretsolve.model import derive_model
 
 
@@ -97,12 +97,12 @@ class TestAutomaticIncrements:
             ({"bodies": SIMILAR}, [{"P": 400.0}], [1]),
             ({"bodies": SIMILAR, "friction": 0}, [{"P": 400.0}, {"delta_x": 1e-3}], [1, 1]),
             ({"bodies": DISSIMILAR, "friction": 0}, [{"P": 400.0}], [1]),
-            ({"bodies": DISSIMILAR}, [{"P": 400.0}], [COUPLED_INCREMENTS]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}], [PRESSURE_INCREMENTS]),
             ({"bodies": DISSIMILAR, "coupling": "tangential"}, [{"P": 400.0}], [1]),
             ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}], [1, TANGENTIAL_INCREMENTS]),
             ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"P": 500.0}], [1, *[TANGENTIAL_INCREMENTS] * 2]),
             ({"bodies": SIMILAR}, [{"P": 400.0, "Qx": 36.0}], [TANGENTIAL_INCREMENTS]),
-            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}], [COUPLED_INCREMENTS, TANGENTIAL_INCREMENTS]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}], [PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS]),
         ],
     )
     def test_as_many_as_the_stage_needs(self, parts, stages, counts):
