@@ -1,7 +1,7 @@
 """Regenerate the figures of the README: certified values reached, residuals of the shipped cases, cost.
 
     python benchmarks/figures.py              # everything, about two minutes on one core
-    python benchmarks/figures.py certified    # or one of: run, certified, residuals, cost
+    python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, cost
     python benchmarks/figures.py --into README.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
@@ -124,6 +124,20 @@ def print_certified() -> None:
         print(f"| {row.case} | {row.quantity} | {row.certified:.6g} | {found:.6g} | {deviation} |")
 
 
+def print_steps() -> None:
+    """What the number of increments does to the same case, which no certificate can tell."""
+    print("| increments per stage | p0 at A, MPa | delta_x at A, mm | work 0 to A, mJ |")
+    print("| --- | --- | --- | --- |")
+    for count in (5, 10, 20, 40, 80):
+        settings = [f"load_path.{stage}.increments={count}" for stage in (0, 1)]
+        case = fretsolve.load_case(CASES / "mode1_dissimilar.yaml", ["grid.points=48", "expect=[]", *settings])
+        for state in fretsolve.run(case):
+            if state.summary.stage == 2 and state.summary.step == 2 * count - 1:
+                found = state.summary
+                break
+        print(f"| {count} | {found.max_pressure:.2f} | {found.delta_x:.5e} | {found.work_total:.4e} |")
+
+
 def print_residuals() -> None:
     """Worst residual of the certificate over each shipped case, at the tolerance it asks for."""
     names = ("gap", "stick", "slip", "bound", "load")
@@ -178,7 +192,7 @@ def print_run() -> None:
     print(f"```text\n{child.stdout.rstrip()}\n```")
 
 
-PARTS = {"run": print_run, "certified": print_certified, "residuals": print_residuals, "cost": print_cost}
+PARTS = {"run": print_run, "certified": print_certified, "steps": print_steps, "residuals": print_residuals, "cost": print_cost}
 
 
 def printed(part: str) -> str:

@@ -35,6 +35,11 @@ PASS_REDUCTION = 0.05
 EXACT_ENOUGH = 3.0
 """The last pass is solved to this many targets at least: after a small step the change alone says little."""
 
+SETTLED = 1e-4
+"""Change below which the pressure tells what friction can carry. Before, a load beyond it is cut to just below it."""
+
+CUT = 0.999
+
 MOST_ALTERNATIONS = 200
 
 ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"
@@ -98,7 +103,7 @@ class Alternation:
             work.change = FIRST_TOLERANCE
         while True:
             tolerance = max(target, PASS_REDUCTION * work.change) if self._coupled else target
-            settled = not self._coupled or work.change < FIRST_TOLERANCE
+            settled = not self._coupled or work.change < SETTLED
             self._normal_pass(increment, start, work, tolerance)
             self._tangential_pass(increment, start, work, tolerance, settled)
             work.alternations += 1
@@ -108,7 +113,7 @@ class Alternation:
             if work.alternations >= MOST_ALTERNATIONS:
                 raise NotConvergedError(
                     f"pressure and shear still change each other after {work.alternations} alternations, by"
-                    f" {work.change:.2g} of delta_z; {ADVICE}"
+                    f" {work.change:.2g} of the normal displacement; take more increments, or less friction"
                 )
 
     def _mark_slipping(self, work: Iterate) -> None:
@@ -172,7 +177,7 @@ class Alternation:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]
         if settled or only_forces:
             raise sliding_error(imposed, factor, float(self._bound.sum()) * self.level.grid.cell_area)
-        return balance.with_loads_scaled(0.9 * factor)
+        return balance.with_loads_scaled(CUT * factor)
 
     def _slide_without_friction(self, increment: Increment, start: Start, work: Iterate) -> None:
         imposed = increment.tangential

@@ -117,15 +117,18 @@ class Examiner:
         return slip
 
     def _gap_residual(self, solution: Solution, gap: FloatArray, contact: NDArray[np.bool_]) -> float:
-        approach = max(abs(float(solution.rigid[0])), float(np.max(solution.uz, where=contact, initial=0.0)))
+        approach = self.normal.approach(solution.uz, contact, solution.rigid[:3])
         in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
-        return max(in_contact, penetration) / max(approach, TINY) if contact.any() else _penetrates(penetration)
+        tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
+        return float(np.max([in_contact / approach, penetration / approach, tension]))
 
     def _slip_residuals(
         self, shear: FloatArray, slip: FloatArray, sticking: NDArray[np.bool_], motion: float
     ) -> tuple[float, float]:
         distance = np.hypot(slip[0], slip[1])
+        if not np.isfinite(distance).all():
+            return np.inf, np.inf
         stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
         if not self.friction:
             return stick, 0.0
@@ -136,27 +139,26 @@ class Examiner:
         return stick, float(np.max(weighted, where=~sticking, initial=0.0)) / largest
 
     def _bound_residual(self, length: FloatArray, bound: FloatArray) -> float:
-        return max(float((length - bound).max()), 0.0) / max(float(bound.max()), TINY)
+        excess = float(np.max(length - bound))
+        return float(np.maximum(excess, 0.0)) / max(float(bound.max()), TINY)
 
     def _load_residual(
         self, solution: Solution, bound: FloatArray, normal: Balance, tangential: Balance
     ) -> float:
-        """Worst imposed load's error over P or what friction can carry (moments: times the contact's reach)."""
+        """Worst imposed load's error over P or what friction can carry (moments: times the contact's reach), and
+        worst imposed displacement's over the largest rigid displacement (rotations: likewise)."""
         found = self.normal.resultants(solution.pressure)
         load, reach = float(found[0]), max(self.reach, TINY)
-        worst = 0.0
         carried = float(bound.sum(dtype=np.float64)) * self.normal.cell_area
         sheared = self.tangential.resultants(solution.shear)
-        for balance, resultant, scale, arms in (
-            (normal, found, load, (1.0, reach, reach)),
-            (tangential, sheared, carried, (1.0, 1.0, reach)),
+        farthest = float(np.abs(solution.rigid * np.array([1.0, reach, reach, 1.0, 1.0, reach])).max())
+        errors = []
+        for balance, resultant, rigid, scale, arms in (
+            (normal, found, solution.rigid[:3], load, (1.0, reach, reach)),
+            (tangential, sheared, solution.rigid[3:], carried, (1.0, 1.0, reach)),
         ):
-            for mode in balance.forced_index:
-                error = abs(float(resultant[mode]) - balance.values[mode])
-                worst = max(worst, error / max(scale * arms[mode], TINY) if error else 0.0)
-        return worst
-
-
-def _penetrates(penetration: float) -> float:
-    """Without contact there is no length to measure against: any penetration at all is a failure."""
-    return 0.0 if penetration <= 0.0 else np.inf
+            for mode, (forced, value) in enumerate(zip(balance.forced, balance.values, strict=True)):
+                error = abs(float(resultant[mode] if forced else rigid[mode]) - value)
+                unit = scale * arms[mode] if forced else farthest / arms[mode]
+                errors.append(error / max(unit, TINY) if error else 0.0)
+        return float(np.max(errors))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from fretsolve.coarse import Coarsening
 from fretsolve.elastic import ElasticOperator
+from fretsolve.errors import ContactLostError
+from fretsolve.feasibility import require_supported
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, Vector
 from fretsolve.normal import NormalSolver
@@ -74,6 +76,8 @@ class Level:
         transfer, coarser = self._coarsening, self.coarser
         before = transfer.restrict(pressure)
         coarse_separation = transfer.restrict_separation(separation)
+        if not _carries(coarse_separation, balance, coarser.grid):
+            return
         if pressure.any():
             uz, coarse_uz = np.empty_like(pressure), np.empty_like(before)
             self.operator.normal(pressure, uz)
@@ -113,3 +117,12 @@ class Level:
         shear += transfer.prolong(after - before)
         near = np.hypot(shear[0], shear[1]) >= NEAR_THE_BOUND * bound
         np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
+
+
+def _carries(separation: FloatArray, balance: Balance, grid: Grid) -> bool:
+    """Whether a coarse grid has the material that the load needs; a small punch may fall through it."""
+    try:
+        require_supported(balance, separation, grid)
+    except ContactLostError:
+        return False
+    return bool(np.isfinite(separation).any())

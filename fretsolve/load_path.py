@@ -28,6 +28,8 @@ PAIRS = (
 )
 """Load and displacement of each rigid mode, normal ones first; one of each pair is imposed."""
 
+TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
+
 INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
 """What is imposed until a stage names something else of the pair."""
 
@@ -66,10 +68,12 @@ class LoadPath:
 
     def __init__(self, stages: Sequence[Stage], model: Model):
         self._planned: list[_PlannedStage] = []
-        before, first = dict(INITIAL), 0
+        before, first, at_rest = dict(INITIAL), 0, True
         for stage in stages:
             after = _after(before, stage)
-            count = stage.increments or automatic_increments(stage, before, model)
+            # Shear stays behind where it has once been, so the load that is taken off again does not count.
+            at_rest = at_rest and not any(name in TANGENTIAL and value for name, value in stage.targets)
+            count = stage.increments or automatic_increments(stage, at_rest, model)
             self._planned.append(_PlannedStage(stage, first, count, before, after))
             before, first = after, first + count
         self.increments = first
@@ -95,17 +99,17 @@ class LoadPath:
         return Increment(step, planned.stage, _balance(values, PAIRS[:3]), _balance(values, PAIRS[3:]))
 
 
-def automatic_increments(stage: Stage, before: dict[str, float], model: Model) -> int:
-    """As many increments as the stage needs; one where one is exact: where nothing can slip."""
+def automatic_increments(stage: Stage, at_rest: bool, model: Model) -> int:
+    """As many increments as the stage needs; one where one is exact: where nothing can slip.
+
+    at_rest: no tangential component has been moved up to the end of the stage.
+    """
     if not model.sheared:
         return 1
-    normal = {name for pair in PAIRS[:3] for name in pair}
-    moves_pressure = any(name in normal for name, _ in stage.targets)
-    if model.terms.coupled and moves_pressure:
+    moves_pressure = any(name not in TANGENTIAL for name, _ in stage.targets)
+    if moves_pressure and model.terms.coupled:
         return PRESSURE_INCREMENTS
-    moves_shear = any(name not in normal for name, _ in stage.targets)
-    at_rest = all(before.get(force, 1.0) == 0.0 for force, _ in PAIRS[3:5]) and before.get("phi_z") == 0.0
-    if moves_pressure and not moves_shear and at_rest and not model.terms.coupled:
+    if at_rest and not model.terms.coupled:
         return 1
     return PRESSURE_INCREMENTS if moves_pressure else TANGENTIAL_INCREMENTS
 

@@ -90,7 +90,7 @@ def _why_sheared(friction: float, moved: list[str], coupled: bool) -> str:
     if moved:
         return f"the load path moves {', '.join(moved)}"
     if coupled:
-        return "the bodies differ: pressing alone causes slip"
+        return "pressure and shear act on each other: pressing alone may cause slip"
     return "no tangential load, and pressing alone causes no slip"
 
 
@@ -105,6 +105,8 @@ def _why_cross(asked: str, sheared: bool, b: float, coupled: bool) -> str:
 
 
 def _why_coupled(asked: str, beta: float, dissimilar: bool, sheared: bool, coupled: bool) -> str:
+    if asked == "full" and not coupled:
+        return "asked for (coupling: full), but there is no shear and no slip is stored"
     if asked != "auto":
         return f"as the case asks (coupling: {asked})"
     if not dissimilar:

@@ -17,6 +17,9 @@ from fretsolve.grid import Grid
 FloatArray = NDArray[np.floating]
 Vector = NDArray[np.float64]
 
+OPEN = 1e-6
+TINY = float(np.finfo(np.float64).tiny)
+
 
 @dataclass(frozen=True)
 class Balance:
@@ -95,6 +98,17 @@ class NormalModes:
         return np.array(
             [[one, y, x], [y, along_y @ self.y**2, mixed], [x, mixed, along_x @ self.x**2]], dtype=np.float64
         )
+
+    def approach(self, uz: FloatArray, contact: NDArray[np.bool_], rigid: Vector) -> float:
+        """Length (mm) that gaps are measured against: the largest normal displacement in the contact.
+
+        For Hertz's contact it is delta_z, but it does not grow with an offset or a tilt of the surfaces. Without
+        contact it is `OPEN` of the rigid displacement, whose rounding is all there can be.
+        """
+        if contact.any():
+            return max(float(np.max(uz, where=contact, initial=0.0)), TINY)
+        dz, tilt_x, tilt_y = np.abs(rigid)
+        return max(OPEN * float(dz + tilt_x * np.abs(self.y).max() + tilt_y * np.abs(self.x).max()), TINY)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """``out`` = rigid[0] + rigid[1] y + rigid[2] x."""

@@ -6,7 +6,7 @@ with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` holds the undeform
 displacement that the shear causes; +inf where there is no material.
 
 Primal-dual active set with conjugate gradients inside: on a fixed contact zone the gap is driven towards 0 by CG
-preconditioned with the inverse of the kernel's spectrum (Vollebregt, JOTA 162, 2014), kept orthogonal to the
+preconditioned with the inverse of the half-space's symbol (after Vollebregt, JOTA 162, 2014), kept orthogonal to the
 balance equations; then cells under tension leave the zone, cells that penetrate enter it, and the true gap is
 computed anew. Forced rigid displacements are the multipliers of the balance [25], [26].
 """
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic import ElasticOperator
+from fretsolve.errors import ContactLostError
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
 
@@ -102,6 +103,8 @@ class NormalSolver:
             if not self._contact.any():
                 np.logical_not(self._no_material, out=self._contact)
                 pressure[self._contact] = load
+            if not self._contact.any():
+                raise ContactLostError("the surfaces nowhere face each other on the grid", "P")
             pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
             self._restore_balance(balance, pressure)
         self._gram = self.modes.gram(self._contact)
@@ -130,8 +133,7 @@ class NormalSolver:
         self.modes.displacement(rigid, self._residual)
         np.add(separation, self._uz, out=gap)
         np.subtract(gap, self._residual, out=gap)
-        scale = max(abs(rigid[0]), float(np.max(self._uz, where=contact, initial=0.0)))
-        scale = scale or float(np.finfo(gap.dtype).tiny)
+        scale = self.modes.approach(self._uz, contact, rigid)
         in_contact = float(np.max(np.abs(gap, out=self._residual), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
         if penetration > threshold * scale:

@@ -36,6 +36,8 @@ def run(
     """
     if not isinstance(case, Scene) and not hasattr(case, "load_path"):
         raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
+    if (start.summary.step + 1 if start is not None else 0) != len(history):
+        raise ValueError("start must be the state after the last increment of history, or both be left out")
     scene = case if isinstance(case, Scene) else prepare(case)
     load_wisdom()
     solver = IncrementSolver(
@@ -96,6 +98,8 @@ def _state(
     fields = Fields(
         solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
     )
+    for array in (*vars(fields).values(), solution.displacement):
+        array.flags.writeable = False  # the next increment starts from these very arrays
     summary = _summary(solved, increment, scene.grid, work, work_before + work, wall_time)
     return State(summary, fields, solution.displacement)
 

@@ -28,11 +28,12 @@ class Zone(IntEnum):
 class Certificate:
     """Residuals of the contact conditions, computed from the tractions alone (dimensionless).
 
-    gap: largest |gap| in contact or penetration outside, over delta_z.
+    gap: largest |gap| in contact or penetration outside, over the largest normal displacement in the contact; or
+        largest tension over the largest pressure.
     stick: largest |slip increment| in the stick zone over the largest rigid displacement increment.
     slip: largest angle (rad) between shear and slip increment, weighted by the slip over the largest slip.
     bound: largest excess of |shear| over friction coefficient times pressure, over its largest value.
-    load: worst imposed load component's error, over its scale.
+    load: worst imposed load or displacement component's error, over its scale.
     """
 
     gap: float
@@ -43,8 +44,8 @@ class Certificate:
 
     @property
     def worst(self) -> float:
-        """The largest of the residuals."""
-        return max(self.gap, self.stick, self.slip, self.bound, self.load)
+        """The largest of the residuals; NaN if one of them is."""
+        return float(np.max([self.gap, self.stick, self.slip, self.bound, self.load]))
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solut
 A semismooth Newton method with conjugate gradients inside. At fixed zones, with n = q/|q| and lam = s.n on the
 slip zone, the Newton equation is T (B + lam/bound) T dq = T s, T taking the part tangential to the friction
 circle [28]. lam/bound grows without limit towards the contact's edge, so CG is preconditioned by
-W F W + (1 - W^2)/(k0 + lam/bound) with F the inverse of B's spectrum, W = k0/(k0 + lam/bound) and k0 about the
-self-coefficient of a cell: F in the stick zone, the diagonal deep in the slip zone. It is constrained to the
-balance equations. Then shear beyond the bound is put back on the circle and slips, and slipping cells with
+W F W + (1 - W^2)/(k0 + lam/bound) with F the inverse of B's symbol in the half-space, W = k0/(k0 + lam/bound) and
+k0 about the self-coefficient of a cell: F in the stick zone, the diagonal deep in the slip zone. It is constrained to
+the balance equations. Then shear beyond the bound is put back on the circle and slips, and slipping cells with
 lam < 0 stick.
 """
 

@@ -77,6 +77,8 @@ class CylinderSurface(_SurfaceModel):
     def _ends_fit(self) -> Self:
         if self.end_radius is not None and self.length is None:
             raise refused("end_radius is given without a length; give the length of the cylinder as well")
+        if self.end_radius is not None and self.length is not None and self.end_radius > self.length / 2:
+            raise refused(f"end_radius is more than half of the length; at most {self.length / 2:g} mm fits")
         return self
 
 

@@ -106,7 +106,7 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
         effective_case=json.dumps(case.effective()),
         coupling=scene.model.coupling,
         model=json.dumps([asdict(decision) for decision in scene.model.decisions]),
-        inputs=json.dumps({file.name: _digest(file) for file in _height_maps(case)}),
+        inputs=json.dumps({f"height map {n}": _digest(file) for n, file in enumerate(_height_maps(case), start=1)}),
         provenance=json.dumps(provenance),
         x=scene.grid.x,
         y=scene.grid.y,

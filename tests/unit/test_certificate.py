@@ -196,9 +196,42 @@ def test_no_contact_and_no_load(solved):
     assert loaded.certificate.load > 1.0
 
 
-def test_penetration_without_contact_is_infinitely_wrong(solved):
+def test_penetration_without_contact_is_refused(solved):
+    """It is measured against a part of the rigid displacement so small that only rounding passes."""
     _, examiner, solution = solved
     nothing, rigid = np.zeros_like(solution.shear), np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
     through = Solution(nothing[0], nothing, nothing[0], nothing, rigid, rigid, nothing)
     evidence = examiner.examine(through, Balance((False, False, False), (1e-3, 0.0, 0.0)), TANGENTIAL)
-    assert evidence.certificate.gap == np.inf
+    assert evidence.certificate.gap > 1e3
+
+
+@pytest.mark.parametrize("field", ["pressure", "shear", "uz", "displacement"])
+def test_a_value_that_is_no_number_is_refused(solved, field):
+    _, examiner, solution = solved
+    spoilt = getattr(solution, field).copy()
+    spoilt[..., 12, 12] = np.nan
+    with np.errstate(invalid="ignore"):
+        worst = examiner.examine(replace(solution, **{field: spoilt}), NORMAL, TANGENTIAL).certificate.worst
+    assert not worst <= 1.0
+
+
+def test_tension_is_refused(solved):
+    """Also where the glued surfaces have no gap and friction does not notice."""
+    operator, examiner, solution = solved
+    frictionless = Examiner(examiner.separation, 0.0, examiner.normal, examiner.tangential)
+    pressure = solution.pressure.copy()
+    pressure[0, 0] = -0.01 * pressure.max()
+    glued = replace(displaced(operator, replace(solution, pressure=pressure)), shear=0.0 * solution.shear)
+    assert frictionless.examine(glued, NORMAL, TANGENTIAL).certificate.gap >= 0.01
+
+
+def test_imposed_displacements_are_checked(solved):
+    _, examiner, solution = solved
+    dz, dx = solution.rigid[0], solution.rigid[3]
+    right = Balance((False, False, False), (dz, 0.0, 0.0)), Balance((False, True, True), (dx, 4.0, 1.0))
+    assert examiner.examine(solution, *right).certificate.load < 1e-9
+    for wrong in (
+        (Balance((False, False, False), (1.01 * dz, 0.0, 0.0)), right[1]),
+        (right[0], Balance((False, True, True), (1.1 * dx, 4.0, 1.0))),
+    ):
+        assert examiner.examine(solution, *wrong).certificate.load > 1e-3

@@ -221,4 +221,4 @@ def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", 1.1 * heights)
     second = invoke("run", case, "--resume")
     assert second.exit_code == 4
-    assert "holds a run of another case: content of.map.npy is" in second.stderr
+    assert "holds a run of another case: content of.height map 1 is" in second.stderr

@@ -100,8 +100,17 @@ class TestAutomaticIncrements:
             ({"bodies": DISSIMILAR}, [{"P": 400.0}], [PRESSURE_INCREMENTS]),
             ({"bodies": DISSIMILAR, "coupling": "tangential"}, [{"P": 400.0}], [1]),
             ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}], [1, TANGENTIAL_INCREMENTS]),
-            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"P": 500.0}], [1, *[TANGENTIAL_INCREMENTS] * 2]),
-            ({"bodies": SIMILAR}, [{"P": 400.0, "Qx": 36.0}], [TANGENTIAL_INCREMENTS]),
+            (
+                {"bodies": SIMILAR},
+                [{"P": 400.0}, {"Qx": 36.0}, {"P": 500.0}],
+                [1, TANGENTIAL_INCREMENTS, PRESSURE_INCREMENTS],
+            ),
+            (
+                {"bodies": SIMILAR},
+                [{"P": 400.0}, {"Qx": 36.0}, {"Qx": 0.0}, {"P": 100.0}],
+                [1, TANGENTIAL_INCREMENTS, TANGENTIAL_INCREMENTS, PRESSURE_INCREMENTS],
+            ),
+            ({"bodies": SIMILAR}, [{"P": 400.0, "Qx": 36.0}], [PRESSURE_INCREMENTS]),
             ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}], [PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS]),
         ],
     )

@@ -338,3 +338,61 @@ class TestCoupling:
 def test_radius_is_that_of_the_tests():
     assert grid_of(grid={"points": 24}).size[0] == pytest.approx(2.4 * A)
     assert RADIUS == 10.0
+
+
+def test_an_offset_of_the_surfaces_changes_nothing(tmp_path):
+    """The gap is measured against the elastic displacement, so a map far from its zero is solved as well."""
+    side = np.linspace(-0.5, 0.5, 201)
+    heights = np.add.outer(side**2, side**2) / 20
+    found = []
+    for offset in (0.0, 1e4):
+        np.save(tmp_path / "map.npy", heights + offset)
+        surface = {"heights": {"file": str(tmp_path / "map.npy"), "spacing": 0.005}}
+        found.append(solve(surface=surface, grid={"points": 48, "size": 0.8}, load_path=[{"P": 400}])[-1])
+    assert found[1].summary.max_pressure == pytest.approx(found[0].summary.max_pressure, rel=1e-6)
+    assert found[1].summary.delta_z - 1e4 == pytest.approx(found[0].summary.delta_z, rel=1e-5)
+
+
+@pytest.mark.parametrize("tilt", [(1e-3, 7e-4), (-9.5e-4, 3.3e-4), (1.7e-4, -5.1e-4)])
+def test_a_tilted_contact_is_unloaded_to_nothing(tilt):
+    load_path = [{"P": 400, "phi_x": tilt[0], "phi_y": tilt[1]}, {"P": 0}]
+    last = solve(grid={"points": 48, "size": 0.9}, load_path=load_path)[-1]
+    assert last.summary.contact_area == 0.0
+    assert last.fields.gap.min() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_contact_at_the_edge_of_a_height_map_is_an_error(tmp_path):
+    side = np.linspace(-0.2, 0.2, 81)
+    np.save(tmp_path / "map.npy", np.add.outer(side**2, side**2) / 20)
+    surface = {"heights": {"file": str(tmp_path / "map.npy"), "spacing": 0.005}}
+    with pytest.raises(GridEdgeError, match="edge of the height map"):
+        solve(surface=surface, grid={"points": 48, "size": 0.8}, load_path=[{"P": 400}])
+
+
+def test_a_punch_that_coarse_grids_cannot_see():
+    parts = {"surface": {"punch": {"radius": 0.01}}, "grid": {"points": 64, "size": 0.72}}
+    last = solve(**parts, load_path=[{"P": 1}])[-1]
+    assert pytest.approx(1.0) == last.summary.P
+
+
+def test_states_cannot_be_written_to():
+    """The next increment starts from the arrays that were given out."""
+    state = solve(grid={"points": 16}, load_path=[{"P": 400}])[-1]
+    for array in (*vars(state.fields).values(), state.displacement):
+        assert not array.flags.writeable
+
+
+def test_start_and_history_belong_together():
+    case = build(grid={"points": 16}, load_path=[{"P": 400}, {"P": 500}])
+    first = next(run(case))
+    with pytest.raises(ValueError, match="last increment of history"):
+        next(run(case, first, []))
+
+
+def test_torque_near_the_limit_of_coupled_bodies():
+    """The pressure that carries more than Hertz's is found, though the load is beyond what Hertz's carries."""
+    parts = {"bodies": DISSIMILAR, "friction": 0.3, "grid": {"points": 48}}
+    loads = [{"P": 400, "increments": 5}, {"Mz": 17.6, "increments": 5}]
+    turned = solve(**parts, load_path=[*loads, {"phi_z": 0.1, "increments": 1}])[-1]
+    carried = solve(**parts, load_path=[*loads, {"Mz": 0.995 * turned.summary.Mz, "increments": 1}])[-1]
+    assert carried.summary.Mz == pytest.approx(0.995 * turned.summary.Mz)
