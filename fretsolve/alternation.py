@@ -129,10 +129,14 @@ class Alternation:
         work.iterations_normal += result.iterations
         work.rigid[:3] = result.rigid
         work.approach = result.scale
+        if not result.converged and result.residual <= tolerance:
+            raise NotConvergedError(
+                "the imposed loads are not balanced by a contact of so few cells; take more points or a smaller area"
+            )
         if not result.converged:
             raise NotConvergedError(
                 f"the normal problem is not solved after {result.iterations} iterations: the largest gap error is"
-                f" {result.residual:.2g} of delta_z, {tolerance:.2g} is needed; {ADVICE}"
+                f" {result.residual:.2g} of the normal displacement, {tolerance:.2g} is needed; {ADVICE}"
             )
 
     def _tangential_pass(

@@ -16,7 +16,9 @@ from rich.table import Table
 from fretsolve.history import Result
 
 WIDTH = 100
-"""Columns of the report where the output is no terminal, and the least where it is one."""
+"""Columns of the report where the output is no terminal, or one that is too narrow for it."""
+
+NARROWEST = 60
 
 NOTHING = 1e-9
 """Below this share of its group's scale a value is round-off: it is printed as 0, a column of it left out."""
@@ -53,7 +55,7 @@ def print_report(
 ) -> None:
     """Print heading, table and totals to `file` (standard output by default), with colour on a terminal."""
     console = Console(file=file, highlight=False)
-    if not console.is_terminal or console.width < WIDTH:
+    if not console.is_terminal or console.width < NARROWEST:
         console = Console(file=file, highlight=False, width=WIDTH)
     for line in summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)

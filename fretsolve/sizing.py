@@ -25,6 +25,9 @@ MARGIN = 1.2
 TRIAL_POINTS = 48
 TRIAL_TOLERANCE = 1e-3
 MOST_TRIALS = 60
+MOST_SLENDER = 1e3
+"""A contact that is longer than this many times its width counts as endless."""
+
 FILLED = (0.55, 0.95)
 """A trial has the right size where the contact fills this part of it, in both directions."""
 
@@ -74,6 +77,8 @@ def _extent(
         if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
             return extent
         size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
+        if size.max() > MOST_SLENDER * size.min():
+            break
     raise CaseError(
         f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give one, or a surface"
         " that ends",
