@@ -192,7 +192,13 @@ def print_run() -> None:
     print(f"```text\n{child.stdout.rstrip()}\n```")
 
 
-PARTS = {"run": print_run, "certified": print_certified, "steps": print_steps, "residuals": print_residuals, "cost": print_cost}
+PARTS = {
+    "run": print_run,
+    "certified": print_certified,
+    "steps": print_steps,
+    "residuals": print_residuals,
+    "cost": print_cost,
+}
 
 
 def printed(part: str) -> str:
