@@ -34,6 +34,7 @@ class Lines(Silence):
     """A line per increment, written out at once."""
 
     def show(self, summary: Summary) -> None:
+        """Print a line of ``key=value`` pairs."""
         values: dict[str, Any] = {
             "step": summary.step,
             "increments": self.increments,
