@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.modes import Balance, NormalModes, TangentialModes, Vector
+from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector
 from fretsolve.state import Certificate, Zone
 
 FloatArray = NDArray[np.floating]
@@ -26,8 +26,6 @@ the angle's weight falls with the slip, also where nothing slips more."""
 LEAST_MOTION = 1e-6
 """The rigid displacement increment counts as no smaller than this part of the elastic displacements, whose
 rounding it could not be told from otherwise."""
-
-TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True)

@@ -11,24 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fretsolve.components import PAIRS, TANGENTIAL
 from fretsolve.modes import Balance
 
 if TYPE_CHECKING:
     from fretsolve.case import Stage
     from fretsolve.model import Model
     from fretsolve.state import Summary
-
-PAIRS = (
-    ("P", "delta_z"),
-    ("Mx", "phi_x"),
-    ("My", "phi_y"),
-    ("Qx", "delta_x"),
-    ("Qy", "delta_y"),
-    ("Mz", "phi_z"),
-)
-"""Load and displacement of each rigid mode, normal ones first; one of each pair is imposed."""
-
-TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
 
 INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
 """What is imposed until a stage names something else of the pair."""

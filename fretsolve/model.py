@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from fretsolve.case import ElasticBody
+from fretsolve.components import TANGENTIAL
 from fretsolve.materials import Compliances, compliances
 from fretsolve.terms import Terms
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 UNCOUPLED_BELOW = 1e-12
 """|Dundurs' constant| that counts as none: it is the rounding of equal elastic constants."""
 
-TANGENTIAL_COMPONENTS = frozenset({"Qx", "Qy", "Mz", "delta_x", "delta_y", "phi_z"})
 TORSION = frozenset({"Mz", "phi_z"})
 
 
@@ -81,7 +81,7 @@ def _elastic(body: Body) -> ElasticBody | None:
 def _moved_tangentially(case: Case) -> list[str]:
     """Tangential components that some stage moves away from nothing, in the order of their first appearance."""
     named = [(name, value) for stage in case.stages() for name, value in stage.targets]
-    return list(dict.fromkeys(n for n, value in named if n in TANGENTIAL_COMPONENTS and value != 0.0))
+    return list(dict.fromkeys(n for n, value in named if n in TANGENTIAL and value != 0.0))
 
 
 def _why_sheared(friction: float, moved: list[str], coupled: bool) -> str:

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.floating]
 Vector = NDArray[np.float64]
 
 OPEN = 1e-6
+"""Part of the rigid displacement that gaps are measured against where there is no contact."""
+
 TINY = float(np.finfo(np.float64).tiny)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.alternation import Start
+from fretsolve.components import PAIRS
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.grid import Grid
 from fretsolve.increment import IncrementSolver, Solved
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from fretsolve.case import Case
     from fretsolve.modes import Balance
 
-RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
+RIGID = tuple(motion for _, motion in PAIRS)
 
 
 def run(

@@ -23,9 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, TangentialModes, Vector, solve_modes
+from fretsolve.modes import TINY, Balance, TangentialModes, Vector, solve_modes
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -36,14 +37,8 @@ REDUCTION = 0.3
 SELF_COEFFICIENTS = 2.0
 """k0 in units of the self-coefficient of a cell; from one to three the iterations hardly differ."""
 
-LEAST_SLIP = 1e-3
-"""Slip directions are held to the tolerance for slips down to this part of the rigid motion, less strictly below."""
-
 STIFFEST = 1e12
 """Limit of lam/bound in units of k0: beyond it a cell does not move in double precision anyway."""
-
-TINY = float(np.finfo(np.float64).tiny)
-
 
 @dataclass(frozen=True)
 class TangentialResult:

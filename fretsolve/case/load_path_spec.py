@@ -8,19 +8,10 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
+from ..components import PAIRS
 from ..errors import KeyPath
 from .base import Auto, CaseModel, Count, Length, refused_at
 from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused
-
-LOAD_PAIRS = (
-    ("P", "delta_z"),
-    ("Mx", "phi_x"),
-    ("My", "phi_y"),
-    ("Qx", "delta_x"),
-    ("Qy", "delta_y"),
-    ("Mz", "phi_z"),
-)
-"""Force or moment, and the displacement or rotation it works on: one of each is imposed at a time."""
 
 LARGEST_STAGE_COUNT = 100_000
 
@@ -35,7 +26,7 @@ class StageSpec(CaseModel):
     model_config = ConfigDict(
         json_schema_extra={
             "minProperties": 1,
-            "allOf": [{"not": {"required": list(pair)}} for pair in LOAD_PAIRS],
+            "allOf": [{"not": {"required": list(pair)}} for pair in PAIRS],
         }
     )
 
@@ -60,16 +51,16 @@ class StageSpec(CaseModel):
     @property
     def targets(self) -> tuple[tuple[str, float], ...]:
         """The components that the stage moves, each with its new total (mm, N, N*mm, rad)."""
-        named = ((name, getattr(self, name)) for pair in LOAD_PAIRS for name in pair)
+        named = ((name, getattr(self, name)) for pair in PAIRS for name in pair)
         return tuple((name, value) for name, value in named if value is not None)
 
     @model_validator(mode="after")
     def _one_of_each_pair(self) -> Self:
         named = {name for name, _ in self.targets}
         if not named:
-            components = ", ".join(name for pair in LOAD_PAIRS for name in pair)
+            components = ", ".join(name for pair in PAIRS for name in pair)
             raise refused(f"the stage moves nothing; at least one of {components} is needed")
-        both = [f"{force} and {motion}" for force, motion in LOAD_PAIRS if {force, motion} <= named]
+        both = [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]
         if both:
             raise refused(f"{', '.join(both)} can't be imposed at once; keep one of the two")
         return self

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 from solving import DISSIMILAR, SIMILAR, build
 
-from fretsolve.load_path import PAIRS, PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS, LoadPath
+from fretsolve.components import PAIRS
+from fretsolve.load_path import PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS, LoadPath
 from fretsolve.model import derive_model
 
 
