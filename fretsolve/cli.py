@@ -19,6 +19,7 @@ from fretsolve import __version__
 from fretsolve.commands.streams import tolerant_streams
 from fretsolve.errors import CaseError, FretsolveError
 from fretsolve.interrupt import StopRequest
+from fretsolve.plots import KINDS
 
 EXIT_BUG = 70
 
@@ -213,6 +214,57 @@ def show(out: Path, every_increment: bool) -> int:
     with open_result(out) as result:
         print_report(result, every_increment=every_increment)
     return 0
+
+
+def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    """Two lengths in mm from a text such as ``0.1,-0.05``."""
+    if value is None:
+        return None
+    try:
+        x, y = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is not a point; two numbers in mm such as 0.1,-0.05 are needed") from None
+    return x, y
+
+
+@main.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("kinds", type=click.Choice(KINDS), nargs=-1, metavar="[KIND]...")
+@click.option(
+    "-o",
+    "--output",
+    "target",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder; by default OUT with the kind in its name.",
+)
+@click.option(
+    "--step", "steps", type=int, multiple=True, metavar="N", help="The increment to show; profiles show several."
+)
+@click.option("--at", callback=_point, metavar="X,Y", help="The point in mm that the profiles go through.")
+@click.option(
+    "--field", "fields", multiple=True, metavar="NAME", help="The field that map and animate show; may be repeated."
+)
+@click.option("--all", "every_kind", is_flag=True, help="All kinds and a report, index.html, in the folder of -o.")
+def plot(
+    out: Path,
+    kinds: tuple[str, ...],
+    target: Path | None,
+    steps: tuple[int, ...],
+    at: tuple[float, float] | None,
+    fields: tuple[str, ...],
+    every_kind: bool,
+) -> int:
+    """Draw the result OUT; it may still be growing.
+
+    KIND is one or more of loop (the default), profiles, map, streamlines, slip-angle, stick-history, convergence,
+    animate. It needs matplotlib: pip install 'fretsolve[plot]'.
+    """
+    if every_kind and kinds:
+        raise click.UsageError("--all takes all kinds; leave KIND out.")
+    from fretsolve.commands.plot import PlotOrder, plot_result
+
+    return plot_result(PlotOrder(out, kinds, target, steps, at, fields, every_kind))
 
 
 @main.command()
