@@ -145,6 +145,9 @@ class Alternation:
         if not self.model.sheared:
             self._slide_without_friction(increment, start, work)
             return
+        if self._stays_unsheared(increment, start):
+            work.rigid[3:] = start.rigid[3:]
+            return
         np.multiply(work.pressure, self.model.friction, out=self._bound)
         balance = self._carried(increment, start, settled)
         if self.model.terms.coupled:
@@ -169,6 +172,13 @@ class Alternation:
                 f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error"
                 f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
             )
+
+    def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
+        """Whether nothing is there that could cause shear: no load, no motion, no pressure that moves the surfaces."""
+        if self._coupled or start.shear.any() or start.displacement.any():
+            return False
+        wanted = increment.tangential.relative_to(start.rigid[3:])
+        return not any(wanted.values)
 
     def _carried(self, increment: Increment, start: Start, settled: bool) -> Balance:
         """The tangential balance as increments; a load that friction cannot carry is an error once the pressure is

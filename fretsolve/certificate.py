@@ -130,11 +130,13 @@ class Examiner:
         stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
         if not self.friction:
             return stick, 0.0
-        cross = np.abs(shear[0] * slip[1] - shear[1] * slip[0])
-        along = shear[0] * slip[0] + shear[1] * slip[1]
-        weighted = np.arctan2(cross, along) * distance
+        sliding = np.nonzero((distance > 0.0) & ~sticking)
+        if not sliding[0].size:
+            return stick, 0.0
+        q_x, q_y, s_x, s_y = (part[sliding] for field in (shear, slip) for part in field)
+        weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[sliding]
         largest = max(float(distance.max()), LEAST_SLIP * motion)
-        return stick, float(np.max(weighted, where=~sticking, initial=0.0)) / largest
+        return stick, float(np.max(weighted)) / largest
 
     def _bound_residual(self, length: FloatArray, bound: FloatArray) -> float:
         excess = float(np.max(length - bound))

@@ -6,10 +6,10 @@ then blocks of columns, small enough to stay in cache, are padded and transforme
 kernels' spectra and transformed back at once. The padded two-dimensional spectrum never exists as a whole.
 
 Kernels are even or odd in x and in y; so their spectra are real (even-even, odd-odd) or imaginary (odd in one)
-and mirrored. They are stored real, for the non-negative wave numbers only, each value twice in a row so that
-it multiplies real and imaginary part of a complex number seen as two floats. An imaginary kernel links the
-pressure to a shear; it is made real by turning the pressure's spectrum (and that of uz) by i: with
-P = i p, i uz = Kzz P + Kzx qx and ux = Kzx P + Kxx qx, one symmetric real matrix per wave vector.
+and mirrored. They are computed by cosine and sine transforms of the quadrant of non-negative offsets and stored real,
+for the non-negative wave numbers only. An imaginary kernel links the pressure to a shear; it is made real by turning
+the pressure's spectrum (and that of uz) by i: with P = i p, i uz = Kzz P + Kzx qx and ux = Kzx P + Kxx qx, one
+symmetric real matrix per wave vector.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 import pyfftw
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
+from scipy.fft import dct, dst, next_fast_len
 
+from fretsolve.pointwise import spectral
 from fretsolve.wisdom import planner_effort
 
 FloatArray = NDArray[np.floating]
@@ -45,11 +46,15 @@ def padded_length(points: int) -> int:
 class KernelSpectrum:
     """Spectrum of an influence function on the padded grid, scaled for unnormalised inverse transforms.
 
-    values: ``(mx//2 + 1, 2 (my//2 + 1))`` real, each value twice; odd_x: the function is odd in x.
+    values: ``(mx//2 + 1, my//2 + 1)``, real; odd_x: the function is odd in x.
     """
 
     values: FloatArray
     odd_x: bool
+
+    def scaled(self, factor: float, dtype: type[np.floating]) -> KernelSpectrum:
+        """The same times `factor`, in another precision."""
+        return KernelSpectrum(np.multiply(self.values, factor, dtype=dtype, casting="same_kind"), self.odd_x)
 
 
 KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
@@ -58,10 +63,9 @@ KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
 
 @dataclass(frozen=True)
 class _ColumnBlock:
-    """A padded block of columns, as complex numbers and as floats, with its transforms in place."""
+    """A padded block of columns with its transforms in place."""
 
     values: ComplexArray
-    floats: FloatArray
     forward: pyfftw.FFTW
     backward: pyfftw.FFTW
 
@@ -107,7 +111,7 @@ class PaddedConvolution:
         )
         self._row_real[:] = 0.0  # measuring a plan overwrites its arrays
         self._blocks: list[_ColumnBlock] = []
-        self._product = np.zeros((mx, 2 * self._block_columns), self._float)
+        self._products = tuple(np.zeros((mx, self._block_columns), self._complex) for _ in range(2))
         self._options = options
 
     def _column_blocks(self, count: int) -> list[_ColumnBlock]:
@@ -117,7 +121,6 @@ class PaddedConvolution:
             self._blocks.append(
                 _ColumnBlock(
                     array,
-                    array.view(self._float),
                     pyfftw.FFTW(array, array, axes=(0,), **self._options),
                     pyfftw.FFTW(array, array, axes=(0,), direction="FFTW_BACKWARD", **self._options),
                 )
@@ -177,7 +180,8 @@ class PaddedConvolution:
                 if index == turned_field:
                     block.values[:nx, :width] *= 1j
                 block.forward.execute()
-            self._multiply(kernels, inputs, outputs, slice(2 * start, 2 * stop))
+            transformed = [block.values[:, :width] for block in inputs]
+            self._multiply(kernels, transformed, [block.values[:, :width] for block in outputs], start)
             for index, (spectrum, block) in enumerate(zip(displacements, outputs, strict=True)):
                 block.backward.execute()
                 if index == turned_displacement:
@@ -185,57 +189,48 @@ class PaddedConvolution:
                 spectrum[:, start:stop] = block.values[:nx, :width]
 
     def _multiply(
-        self,
-        kernels: KernelMatrix,
-        inputs: Sequence[_ColumnBlock],
-        outputs: Sequence[_ColumnBlock],
-        columns: slice,
+        self, kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], start: int
     ) -> None:
-        """``outputs = kernels @ inputs`` for the wave numbers in `columns` (in floats, two per column)."""
-        width = columns.stop - columns.start
-        for row, output in zip(kernels, outputs, strict=True):
-            for index, (kernel, field) in enumerate(zip(row, inputs, strict=True)):
-                product = self._product if index else output.floats
-                self._multiply_mirrored(kernel, field.floats, product, columns)
+        """``results = kernels @ fields`` for a block of columns from `start` on; symmetric where it is two by two."""
+        width = fields[0].shape[1]
+        columns = slice(start, start + width)
+        room = self._products[0][:, :width], self._products[1][:, :width]
+        if len(fields) == len(results) == 2:
+            (along_x, mixed), (_, along_y) = kernels
+            values = along_x.values[:, columns], along_y.values[:, columns], mixed.values[:, columns]
+            spectral.multiply_pair(values, mixed.odd_x, (fields[0], fields[1]), (results[0], results[1]), room)
+            return
+        for row, result in zip(kernels, results, strict=True):
+            for index, (kernel, field) in enumerate(zip(row, fields, strict=True)):
+                product = room[0] if index else result
+                spectral.multiply(kernel.values[:, columns], kernel.odd_x, field, product)
                 if index:
-                    output.floats[:, :width] += product[:, :width]
-
-    def _multiply_mirrored(
-        self, kernel: KernelSpectrum, field: FloatArray, product: FloatArray, columns: slice
-    ) -> None:
-        """Non-negative wave numbers along x as stored, negative ones mirrored."""
-        width = columns.stop - columns.start
-        values = kernel.values[:, columns]
-        half = values.shape[0]
-        np.multiply(field[:half, :width], values, out=product[:half, :width])
-        mirrored = values[self.padded[0] - half : 0 : -1]
-        np.multiply(field[half:, :width], mirrored, out=product[half:, :width])
-        if kernel.odd_x:
-            np.negative(product[half:, :width], out=product[half:, :width])
+                    result += product
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Spectrum of the influence function given at offsets 0..nx-1, 0..ny-1 in cells, ``(nx, ny)``."""
         mx, my = self.padded
-        nx, ny = self.shape
-        padded = np.zeros((mx, my))
-        padded[:nx, :ny] = quadrant
-        if nx > 1:
-            padded[mx - nx + 1 :, :ny] = (-1 if odd_x else 1) * quadrant[:0:-1]
-        if ny > 1:
-            padded[:, my - ny + 1 :] = (-1 if odd_y else 1) * padded[:, ny - 1 : 0 : -1]
-        half_x = mx // 2 + 1
-        complete = pyfftw.interfaces.numpy_fft.rfft2(padded, planner_effort="FFTW_ESTIMATE")[:half_x]
-        values = complete.imag if odd_x != odd_y else complete.real
-        doubled = np.repeat(values / (mx * my), 2, axis=1).astype(self._float)
-        return KernelSpectrum(doubled, odd_x)
+        values = np.zeros((mx // 2 + 1, my // 2 + 1))
+        values[: self.shape[0], : self.shape[1]] = quadrant
+        values /= mx * my
+        for axis, odd in enumerate((odd_x, odd_y)):
+            _transform_half(values, odd, axis)
+        if odd_x or odd_y:
+            np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
+        return KernelSpectrum(values.astype(self._float, copy=False), odd_x)
 
-    def wave_numbers(self, spacing: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-        """Angular wave numbers along x ``(mx//2 + 1, 1)`` and y ``(1, 2 (my//2 + 1))``, as in `KernelSpectrum`."""
-        mx, my = self.padded
-        kx = 2.0 * np.pi / (mx * spacing[0]) * np.arange(mx // 2 + 1, dtype=np.float64)[:, None]
-        ky = 2.0 * np.pi / (my * spacing[1]) * np.repeat(np.arange(self.columns, dtype=np.float64), 2)[None, :]
-        return kx, ky
 
-    def spectrum_from_symbol(self, symbol: FloatArray, odd_x: bool) -> KernelSpectrum:
-        """A kernel given by its spectrum at `wave_numbers`."""
-        return KernelSpectrum((symbol / (self.padded[0] * self.padded[1])).astype(self._float), odd_x)
+def _transform_half(values: FloatArray, odd: bool, axis: int) -> None:
+    """In place, the transform along `axis` of the even or odd function given at offsets 0..m/2 of its period m.
+
+    Of an odd one the sine part alone, with the sign of a sine transform.
+    """
+    lines = values.T if axis == 0 else values
+    if not odd:
+        if lines.shape[1] > 1:
+            lines[...] = dct(lines, type=1, axis=1)
+        return
+    inner = lines[:, 1:-1]
+    inner[...] = dst(inner, type=1, axis=1) if inner.size else 0.0
+    lines[:, 0] = 0.0
+    lines[:, -1] = 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,10 +16,19 @@ from numpy.typing import NDArray
 
 from fretsolve import influence
 from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution
+from fretsolve.influence_spectra import InfluenceSpectra, ScaledSpectra, Spectra
 from fretsolve.materials import Compliances
+from fretsolve.projected_cg import Operators
+from fretsolve.symbol_inverse import SymbolInverse
 from fretsolve.terms import Terms
 
 FloatArray = NDArray[np.floating]
+
+INNER_PRECISION = np.float32
+"""Of the inner iterations; residuals are computed in double precision."""
+
+UNIT_OF_COMPLIANCE = 2.0
+"""Unit of the inner iterations in self-coefficients of a cell; from one to three the iterations hardly differ."""
 
 
 class ElasticOperator:
@@ -34,165 +44,85 @@ class ElasticOperator:
         spacing: tuple[float, float],
         compliances: Compliances,
         terms: Terms,
-        dtype: type[np.floating] = np.float64,
         threads: int = 1,
     ):
-        self.shape = shape
-        self.spacing = spacing
-        self.compliances = compliances
-        self.terms = terms
+        self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
+        self.threads = threads
         self.applications = 0
-        self._convolution = PaddedConvolution(shape, dtype, threads)
-        self._spectra: list[NDArray[np.complexfloating]] = []
+        self._dtype: type[np.floating] = np.float64
+        self._source: Spectra | None = None
+        self._rows: list[NDArray[np.complexfloating]] = []
+
+    @cached_property
+    def inner(self) -> InnerOperators:
+        """This operator and an approximate inverse for inner iterations, in units of their own."""
+        unit = UNIT_OF_COMPLIANCE * self.self_coefficient
+        elastic = ElasticOperator(self.shape, self.spacing, self.compliances, self.terms, self.threads)
+        elastic._dtype = INNER_PRECISION
+        elastic._source = ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION)
+        inverse = SymbolInverse(
+            self.shape, self.spacing, self.compliances, self.terms.cross, unit, INNER_PRECISION, self.threads
+        )
+        return InnerOperators(unit, INNER_PRECISION, elastic, inverse)
+
+    @cached_property
+    def _convolution(self) -> PaddedConvolution:
+        return PaddedConvolution(self.shape, self._dtype, self.threads)
+
+    @cached_property
+    def _spectra(self) -> Spectra:
+        return self._source or InfluenceSpectra(self._convolution, self.spacing, self.compliances)
+
+    @property
+    def total_applications(self) -> int:
+        """Applications so far, with those of the inner iterations."""
+        return self.applications + (self.inner.elastic.applications if "inner" in self.__dict__ else 0)
 
     @property
     def transforms(self) -> float:
         """Pairs of transforms made so far."""
         return self._convolution.transforms
 
-    @property
-    def tangential_self_coefficient(self) -> float:
+    @cached_property
+    def self_coefficient(self) -> float:
         """Tangential displacement (mm) of a cell's centre under a unit shear (MPa) on the cell, along x."""
-        inverse_distance = self._quadrant(influence.inverse_distance, (1, 1))[0, 0]
-        along = self._quadrant(influence.along_x, (1, 1))[0, 0]
+        origin, (dx, dy) = np.zeros(1), self.spacing
+        inverse_distance = influence.inverse_distance(origin, origin, dx, dy)[0, 0]
+        along = influence.along_x(origin, origin, dx, dy)[0, 0]
         return float(self.compliances.A * inverse_distance + self.compliances.B * along) / (2 * math.pi)
-
-    # Spectra of the influence coefficients, each computed when a solve first needs it.
-
-    @cached_property
-    def _normal(self) -> KernelSpectrum:
-        return self._spectrum(self.compliances.A / (2 * math.pi) * self._quadrant(influence.inverse_distance))
-
-    @cached_property
-    def _normal_inverse(self) -> KernelSpectrum:
-        return self._convolution.spectrum_from_symbol(1.0 / self._symbol(), odd_x=False)
-
-    def _symbol(self) -> NDArray[np.float64]:
-        """Spectrum of uz from p on an unbounded grid: A/k times that of a cell, with the nearest aliases.
-
-        The padded kernel's own spectrum ripples about it, down to negative values where dx and dy differ.
-        """
-        kx, ky = self._convolution.wave_numbers(self.spacing)
-        dx, dy = self.spacing
-        total = np.zeros((kx.size, ky.size))
-        for shifted_x in (kx, kx - 2 * math.pi / dx):
-            for shifted_y in (ky, ky - 2 * math.pi / dy):
-                length = np.hypot(shifted_x, shifted_y)
-                # A wave longer than the grid counts as one of its length: k = 0 has no value of its own.
-                np.maximum(length, math.pi / max(self.shape[0] * dx, self.shape[1] * dy), out=length)
-                total += np.sinc(shifted_x * dx / (2 * math.pi)) * np.sinc(shifted_y * dy / (2 * math.pi)) / length
-        return self.compliances.A * total
-
-    @cached_property
-    def _xx(self) -> KernelSpectrum:
-        return self._spectrum(self._direct(influence.along_x))
-
-    @cached_property
-    def _yy(self) -> KernelSpectrum:
-        return self._spectrum(self._direct(influence.along_y))
-
-    @cached_property
-    def _xy(self) -> KernelSpectrum:
-        scale = self.compliances.B / (2 * math.pi)
-        return self._spectrum(scale * self._quadrant(influence.across), odd_x=True, odd_y=True)
-
-    @cached_property
-    def _xz(self) -> KernelSpectrum:
-        scale = self.compliances.C / (4 * math.pi)
-        return self._spectrum(scale * self._quadrant(influence.radial_x), odd_x=True)
-
-    @cached_property
-    def _yz(self) -> KernelSpectrum:
-        scale = self.compliances.C / (4 * math.pi)
-        return self._spectrum(scale * self._quadrant(influence.radial_y), odd_y=True)
-
-    def _direct(self, along: influence.KernelFunction) -> NDArray[np.float64]:
-        """ux from qx or uy from qy."""
-        quadrant = self.compliances.A * self._quadrant(influence.inverse_distance)
-        quadrant += self.compliances.B * self._quadrant(along)
-        quadrant /= 2 * math.pi
-        return quadrant
-
-    @cached_property
-    def _inverse_tangential(self) -> tuple[KernelSpectrum, KernelSpectrum, KernelSpectrum]:
-        """Spectra of the tangential operator's inverse: 1/r times a matrix in the direction of the wave vector k.
-
-        In an unbounded half-space shear along k meets A, shear across k meets A + B (in units of the spectrum of
-        1/(2 pi r)).
-        """
-        a, b = self.compliances.A, self.compliances.B
-        kx, ky = self._convolution.wave_numbers(self.spacing)
-        length = np.hypot(kx, ky)
-        length[0, :2] = 1.0
-        along_x, along_y = kx / length, ky / length
-        inverse = 1.0 / self._symbol()
-        make = self._convolution.spectrum_from_symbol
-        if not self.terms.cross:
-            inverse_xx, inverse_yy = inverse / (1.0 + b / a * along_y**2), inverse / (1.0 + b / a * along_x**2)
-            return make(inverse_xx, False), make(inverse_yy, False), make(np.zeros((1, 1)), True)
-        inverse *= a / (a + b)
-        inverse_xx, inverse_yy = inverse * (1.0 + b / a * along_x**2), inverse * (1.0 + b / a * along_y**2)
-        inverse *= b / a * along_x * along_y
-        return make(inverse_xx, False), make(inverse_yy, False), make(inverse, True)
-
-    def _quadrant(
-        self, function: influence.KernelFunction, shape: tuple[int, int] | None = None
-    ) -> NDArray[np.float64]:
-        (nx, ny), (dx, dy) = shape or self.shape, self.spacing
-        x, y = np.arange(nx, dtype=np.float64) * dx, np.arange(ny, dtype=np.float64) * dy
-        return function(x, y, dx, dy)
-
-    def _spectrum(
-        self, quadrant: NDArray[np.float64], odd_x: bool = False, odd_y: bool = False
-    ) -> KernelSpectrum:
-        return self._convolution.kernel_spectrum(quadrant, odd_x, odd_y)
 
     def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
         """``uz`` (nx, ny) from pressure (nx, ny)."""
-        self._convolve(((self._normal,),), (pressure,), (uz,))
-
-    def normal_inverse(self, uz: FloatArray, pressure: FloatArray) -> None:
-        """Pressure from ``uz`` by the inverse of the kernel's spectrum: a preconditioner, not the inverse.
-
-        Counted in `transforms`, but not as an application.
-        """
-        self._convolve(((self._normal_inverse,),), (uz,), (pressure,))
-        self.applications -= 1
+        self._convolve(((self._spectra["zz"],),), (pressure,), (uz,))
 
     def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
         """Tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
+        spectra = self._spectra
         if self.terms.cross:
-            kernels = ((self._xx, self._xy), (self._xy, self._yy))
+            kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
             self._convolve(kernels, (shear[0], shear[1]), (displacement[0], displacement[1]))
         else:
-            self._convolve(((self._xx,),), (shear[0],), (displacement[0],))
-            self._convolve(((self._yy,),), (shear[1],), (displacement[1],))
-            self.applications -= 1
+            self._along_its_own(spectra["xx"], shear[0], displacement[0])
+            self._along_its_own(spectra["yy"], shear[1], displacement[1])
+            self.applications += 1
 
-    def tangential_inverse(self, displacement: FloatArray, shear: FloatArray) -> None:
-        """Shear (2, nx, ny) from displacement by the inverse of the spectrum: a preconditioner, not the inverse.
-
-        Counted in `transforms`, but not as an application.
-        """
-        fields, results = (displacement[0], displacement[1]), (shear[0], shear[1])
-        xx, yy, xy = self._inverse_tangential
-        if self.terms.cross:
-            kernels = ((xx, xy), (xy, yy))
-            self._convolve(kernels, fields, results)
+    def _along_its_own(self, kernel: KernelSpectrum, shear: FloatArray, displacement: FloatArray) -> None:
+        """Displacement in the direction of the shear; nothing to do where there is none, as where no load is."""
+        if shear.any():
+            self._convolve(((kernel,),), (shear,), (displacement,))
             self.applications -= 1
         else:
-            self._convolve(((xx,),), fields[:1], results[:1])
-            self._convolve(((yy,),), fields[1:], results[1:])
-            self.applications -= 2
+            displacement[:] = 0.0
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""
-        kernels = ((self._xz,), (self._yz,))
+        kernels = ((self._spectra["xz"],), (self._spectra["yz"],))
         self._convolve(kernels, (pressure,), (displacement[0], displacement[1]), turned_field=0)
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
         """``uz`` (nx, ny) from shear (2, nx, ny); `terms` must couple."""
-        self._convolve(((self._xz, self._yz),), (shear[0], shear[1]), (uz,), turned_displacement=0)
+        kernels = ((self._spectra["xz"], self._spectra["yz"]),)
+        self._convolve(kernels, (shear[0], shear[1]), (uz,), turned_displacement=0)
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         """Normal and tangential displacement from pressure and shear, with every term that is kept."""
@@ -201,10 +131,11 @@ class ElasticOperator:
             self.tangential(shear, displacement)
             self.applications -= 1
             return
+        spectra = self._spectra
         kernels = (
-            (self._normal, self._xz, self._yz),
-            (self._xz, self._xx, self._xy),
-            (self._yz, self._xy, self._yy),
+            (spectra["zz"], spectra["xz"], spectra["yz"]),
+            (spectra["xz"], spectra["xx"], spectra["xy"]),
+            (spectra["yz"], spectra["xy"], spectra["yy"]),
         )
         fields = (pressure, shear[0], shear[1])
         self._convolve(kernels, fields, (uz, displacement[0], displacement[1]), 0, 0)
@@ -218,12 +149,35 @@ class ElasticOperator:
         turned_displacement: int | None = None,
     ) -> None:
         convolution = self._convolution
-        while len(self._spectra) < max(len(fields), len(displacements)):
-            self._spectra.append(convolution.spectrum_array())
-        inputs, outputs = self._spectra[: len(fields)], self._spectra[: len(displacements)]
+        while len(self._rows) < max(len(fields), len(displacements)):
+            self._rows.append(convolution.spectrum_array())
+        inputs, outputs = self._rows[: len(fields)], self._rows[: len(displacements)]
         for field, spectrum in zip(fields, inputs, strict=True):
             convolution.transform_rows(field, spectrum)
         convolution.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
         for displacement, spectrum in zip(displacements, outputs, strict=True):
             convolution.restore_rows(spectrum, displacement)
         self.applications += 1
+
+
+@dataclass(frozen=True)
+class InnerOperators:
+    """What the inner iterations apply, to fields of `dtype` (c, nx, ny).
+
+    unit: mm per MPa, the unit of compliance; elastic: displacements over it; inverse: tractions times it.
+    """
+
+    unit: float
+    dtype: type[np.floating]
+    elastic: ElasticOperator
+    inverse: SymbolInverse
+
+    @property
+    def normal(self) -> Operators:
+        """For pressures (1, nx, ny)."""
+        return Operators(lambda pressure, uz: self.elastic.normal(pressure[0], uz[0]), self.inverse.normal)
+
+    @property
+    def tangential(self) -> Operators:
+        """For shears (2, nx, ny)."""
+        return Operators(self.elastic.tangential, self.inverse.tangential)

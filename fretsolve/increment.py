@@ -170,7 +170,8 @@ class IncrementSolver:
     def _solution(self, start: Start, work: Iterate) -> Solution:
         """Tractions with their displacements, computed afresh on the whole grid."""
         uz, displacement = np.zeros(self.grid.shape), np.zeros((2, *self.grid.shape))
-        if self.model.terms.tangential:
+        terms = self.model.terms
+        if terms.coupled or (terms.tangential and work.shear.any()):
             self.level.operator.all(work.pressure, work.shear, uz, displacement)
         else:
             self.level.operator.normal(work.pressure, uz)

@@ -15,6 +15,7 @@ Every integral is even or odd in x and in y, so only the quadrant of offsets x, 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,13 +97,21 @@ def _corner_differences(corner: Function, x: FloatArray, y: FloatArray, dx: floa
 
 def _gauss(integrand: Function, x: FloatArray, y: FloatArray, dx: float, dy: float, points: int) -> FloatArray:
     """Tensor Gauss-Legendre quadrature over each cell."""
-    nodes, weights = np.polynomial.legendre.leggauss(points)
+    if x.size == 0 or y.size == 0:
+        return np.empty((x.size, y.size))
+    nodes, weights = _gauss_legendre(points)
     total = np.zeros((x.size, y.size))
     for node_x, weight_x in zip(nodes, weights, strict=True):
         for node_y, weight_y in zip(nodes, weights, strict=True):
             weight = 0.25 * weight_x * weight_y * dx * dy
             total += weight * integrand(x[:, None] + 0.5 * dx * node_x, y[None, :] + 0.5 * dy * node_y)
     return total
+
+
+@lru_cache
+def _gauss_legendre(points: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    return tuple(nodes), tuple(weights)
 
 
 def _cubed(u: FloatArray, v: FloatArray) -> FloatArray:

@@ -63,9 +63,9 @@ class Level:
         """Operator applications so far, those on coarser grids in parts of one on this grid."""
         coarser = self.coarser
         if coarser is None:
-            return float(self.operator.applications)
+            return float(self.operator.total_applications)
         share = (coarser.grid.nx * coarser.grid.ny) / (self.grid.nx * self.grid.ny)
-        return self.operator.applications + share * coarser.applications
+        return self.operator.total_applications + share * coarser.applications
 
     def estimate_normal(
         self, separation: FloatArray, balance: Balance, pressure: FloatArray, rigid: Vector

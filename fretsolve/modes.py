@@ -20,6 +20,9 @@ Vector = NDArray[np.float64]
 OPEN = 1e-6
 """Part of the rigid displacement that gaps are measured against where there is no contact."""
 
+SINGULAR = 1e-12
+"""Eigenvalue of a Gram matrix with unit diagonal that counts as 0."""
+
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -66,12 +69,14 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
     """
     amplitudes = np.zeros(3)
     if forced:
-        block = gram[np.ix_(forced, forced)]
-        scale = np.sqrt(np.maximum(np.diag(block), 0.0))
+        block = gram[forced][:, forced]
+        scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
         scale[scale == 0.0] = 1.0
-        scaled = block / np.outer(scale, scale)
-        solution = np.linalg.lstsq(scaled, right[forced] / scale, rcond=1e-12)[0]
-        amplitudes[forced] = solution / scale
+        values, vectors = np.linalg.eigh(block / scale / scale[:, None])
+        kept = values > SINGULAR
+        components = (right[forced] / scale) @ vectors
+        components = np.divide(components, values, out=np.zeros_like(values), where=kept)
+        amplitudes[forced] = vectors @ components / scale
     return amplitudes
 
 
@@ -114,7 +119,7 @@ class NormalModes:
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """``out`` = rigid[0] + rigid[1] y + rigid[2] x."""
-        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out)
+        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
 
 
 class TangentialModes:

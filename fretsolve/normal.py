@@ -6,9 +6,9 @@ with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` holds the undeform
 displacement that the shear causes; +inf where there is no material.
 
 Primal-dual active set with conjugate gradients inside: on a fixed contact zone the gap is driven towards 0 by CG
-preconditioned with the inverse of the half-space's symbol (after Vollebregt, JOTA 162, 2014), kept orthogonal to the
-balance equations; then cells under tension leave the zone, cells that penetrate enter it, and the true gap is
-computed anew. Forced rigid displacements are the multipliers of the balance [25], [26].
+preconditioned with the inverse of the half-space's symbol (after Vollebregt, JOTA 162, 2014), in the balance of
+forces; then cells under tension leave the zone, cells that penetrate enter it, and the true gap is computed anew.
+Forced rigid displacements are the multipliers of the balance [25], [26].
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
+from fretsolve.projected_cg import ProjectedCG
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -48,10 +49,9 @@ class NormalSolver:
         self.operator = operator
         self.modes = NormalModes(grid)
         shape = grid.shape
-        self._uz, self._gap, self._residual, self._direction, self._image, self._search = (
-            np.zeros(shape) for _ in range(6)
-        )
-        self._contact: BoolArray = np.zeros(shape, dtype=bool)
+        self._cg = ProjectedCG(1, shape, operator.inner.dtype)
+        self._uz, self._gap, self._scratch = (np.zeros(shape) for _ in range(3))
+        self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(shape, dtype=bool)
         self._gram = np.zeros((3, 3))
 
@@ -80,14 +80,12 @@ class NormalSolver:
                 return NormalResult(rigid, iterations, residual, scale, True)
             if iterations >= max_iterations or passes >= max_iterations:
                 return NormalResult(rigid, iterations, residual, scale, False)
-            exact = True
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
                 iterations += self._reduce_gap(balance, pressure, target, max_iterations - iterations)
-                exact = not self._release_tension(pressure)
-            if not exact or unbalanced > 0.1 * tolerance or passes % 8 == 7:
-                self._restore_balance(balance, pressure)
-                self.operator.normal(pressure, self._uz)
+                self._release_tension(pressure)
+            self._restore_balance(balance, pressure)
+            self.operator.normal(pressure, self._uz)
             passes += 1
 
     def _start_zone(self, separation: FloatArray, balance: Balance, pressure: FloatArray) -> None:
@@ -118,23 +116,23 @@ class NormalSolver:
         if not contact.any():
             open_rigid = np.where(balance.forced, rigid, imposed)
             open_rigid[0] = 0.0
-            self.modes.displacement(open_rigid, self._residual)
-            np.subtract(gap, self._residual, out=gap)
+            self.modes.displacement(open_rigid, self._scratch)
+            np.subtract(gap, self._scratch, out=gap)
             open_rigid[0] = gap.min() if balance.forced[0] else imposed[0]
             return open_rigid
-        self.modes.displacement(imposed, self._residual)
-        np.subtract(gap, self._residual, out=self._residual, where=contact)
-        self._residual[~contact] = 0.0
-        return imposed + solve_modes(self._gram, self.modes.sums(self._residual), forced)
+        self.modes.displacement(imposed, self._scratch)
+        np.subtract(gap, self._scratch, out=self._scratch, where=contact)
+        self._scratch[~contact] = 0.0
+        return imposed + solve_modes(self._gram, self.modes.sums(self._scratch), forced)
 
     def _update_gap_and_zone(self, separation: FloatArray, rigid: Vector, threshold: float) -> tuple[float, float]:
         """True gap; penetrating cells join the contact. Returns the relative residual and its scale."""
         gap, contact = self._gap, self._contact
-        self.modes.displacement(rigid, self._residual)
+        self.modes.displacement(rigid, self._scratch)
         np.add(separation, self._uz, out=gap)
-        np.subtract(gap, self._residual, out=gap)
+        np.subtract(gap, self._scratch, out=gap)
         scale = self.modes.approach(self._uz, contact, rigid)
-        in_contact = float(np.max(np.abs(gap, out=self._residual), where=contact, initial=0.0))
+        in_contact = float(np.max(np.abs(gap, out=self._scratch), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
         if penetration > threshold * scale:
             np.logical_or(contact, gap < -0.5 * threshold * scale, out=contact)
@@ -154,64 +152,28 @@ class NormalSolver:
         return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
 
     def _reduce_gap(self, balance: Balance, pressure: FloatArray, reduction: float, limit: int) -> int:
-        """Preconditioned CG on the contact zone until the gap's largest value is down by `reduction`."""
-        contact, residual, direction = self._contact, self._residual, self._direction
-        np.multiply(self._gap, -1.0, out=residual, where=contact)
-        residual[~contact] = 0.0
-        self._project(balance, residual)
-        start = float(np.abs(residual, out=self._image).max())
-        direction[:] = 0.0
-        previous, iteration = 1.0, 0
-        while iteration < limit:
-            self.operator.normal_inverse(residual, self._search)
-            self._search *= contact
-            self._project(balance, self._search)
-            current = float(np.vdot(residual, self._search))
-            if not current > 0.0:
-                break
-            direction *= current / previous
-            direction += self._search
-            previous = current
-            self.operator.normal(direction, self._image)
-            curvature = float(np.vdot(direction, self._image))
-            if not curvature > 0.0:
-                break
-            step = current / curvature
-            self._advance(step, pressure)
-            self._project(balance, residual)
-            iteration += 1
-            if float(np.abs(residual, out=self._image).max()) <= reduction * start:
-                break
-        return max(iteration, 1)
+        """Correct the pressure on the contact zone until the gap's largest value is down by `reduction`."""
+        cg, contact, unit = self._cg, self._contact, self.operator.inner.unit
+        largest = float(np.max(np.abs(self._gap, out=self._scratch), where=contact, initial=0.0))
+        cg.residual[:] = 0.0
+        np.divide(self._gap, -largest or 1.0, out=cg.residual[0], where=contact, casting="same_kind")
+        np.copyto(cg.weight, contact)
+        cg.constrain(balance.forced_index, self._motion)
+        iterations = cg.solve(self.operator.inner.normal, reduction, 0.0, limit)
+        pressure += np.multiply(cg.solution[0], largest / unit, out=self._scratch)
+        return iterations
 
-    def _advance(self, step: float, pressure: FloatArray) -> None:
-        """Step along the direction: pressure, its displacement, and the residual on the contact."""
-        image = self._image
-        np.multiply(self._direction, step, out=self._search)
-        pressure += self._search
-        image *= step
-        self._uz += image
-        image *= self._contact
-        self._residual -= image
+    def _motion(self, mode: int, out: FloatArray) -> None:
+        """``out`` (1, nx, ny) = a rigid displacement."""
+        self.modes.displacement(np.eye(3)[mode], out[0])
 
-    def _project(self, balance: Balance, field: FloatArray) -> None:
-        """Make a field on the contact zone orthogonal to the forced modes."""
-        forced = balance.forced_index
-        if forced:
-            amplitudes = solve_modes(self._gram, self.modes.sums(field), forced)
-            self.modes.displacement(amplitudes, self._image)
-            self._image *= self._contact
-            field -= self._image
-
-    def _release_tension(self, pressure: FloatArray) -> bool:
-        """Cells under tension leave the contact; tells whether there were any."""
+    def _release_tension(self, pressure: FloatArray) -> None:
+        """Cells under tension leave the contact."""
         tension = pressure < 0.0
-        if not tension.any():
-            return False
-        pressure[tension] = 0.0
-        self._contact &= ~tension
-        self._gram = self.modes.gram(self._contact)
-        return True
+        if tension.any():
+            pressure[tension] = 0.0
+            self._contact &= ~tension
+            self._gram = self.modes.gram(self._contact)
 
     def _restore_balance(self, balance: Balance, pressure: FloatArray) -> None:
         """Correct the pressure by p (a + b y + c x) so that the imposed resultants hold [26]."""
@@ -220,7 +182,7 @@ class NormalSolver:
         if not forced or not self._contact.any():
             return
         gram = self.modes.gram(pressure) * self.modes.cell_area
-        self.modes.displacement(solve_modes(gram, missing, forced), self._image)
-        self._image *= pressure
-        pressure += self._image
+        self.modes.displacement(solve_modes(gram, missing, forced), self._scratch)
+        self._scratch *= pressure
+        pressure += self._scratch
         np.maximum(pressure, 0.0, out=pressure)

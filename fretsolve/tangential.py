@@ -9,11 +9,8 @@ or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solut
 
 A semismooth Newton method with conjugate gradients inside. At fixed zones, with n = q/|q| and lam = s.n on the
 slip zone, the Newton equation is T (B + lam/bound) T dq = T s, T taking the part tangential to the friction
-circle [28]. lam/bound grows without limit towards the contact's edge, so CG is preconditioned by
-W F W + (1 - W^2)/(k0 + lam/bound) with F the inverse of B's symbol in the half-space, W = k0/(k0 + lam/bound) and
-k0 about the self-coefficient of a cell: F in the stick zone, the diagonal deep in the slip zone. It is constrained to
-the balance equations. Then shear beyond the bound is put back on the circle and slips, and slipping cells with
-lam < 0 stick.
+circle [28]; `fretsolve.projected_cg` solves it in the balance of forces. Then shear beyond the bound is put back on
+the circle and slips, and slipping cells with lam < 0 stick.
 """
 
 from __future__ import annotations
@@ -27,18 +24,18 @@ from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector, solve_modes
+from fretsolve.pointwise import friction
+from fretsolve.projected_cg import ProjectedCG
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
 
-REDUCTION = 0.3
+REDUCTION = 0.1
 """By how much CG reduces the residual at fixed zones before the zones are looked at again."""
 
-SELF_COEFFICIENTS = 2.0
-"""k0 in units of the self-coefficient of a cell; from one to three the iterations hardly differ."""
-
 STIFFEST = 1e12
-"""Limit of lam/bound in units of k0: beyond it a cell does not move in double precision anyway."""
+"""Limit of lam/bound in units of the inner iterations: beyond it a cell does not move anyway."""
+
 
 @dataclass(frozen=True)
 class TangentialResult:
@@ -58,15 +55,11 @@ class TangentialSolver:
         self.modes = TangentialModes(grid)
         vector, shape = (2, *grid.shape), grid.shape
         self.displacement = np.zeros(vector)
-        self._slip, self._normal, self._direction, self._image, self._search = (
-            np.zeros(vector) for _ in range(5)
-        )
-        self._length, self._weight, self._stiffness = (np.zeros(shape) for _ in range(3))
-        self._scratch = np.zeros(shape)
-        self._contact: BoolArray = np.zeros(shape, dtype=bool)
+        self._slip, self._normal = (np.zeros(vector) for _ in range(2))
+        self._cg = ProjectedCG(2, shape, operator.inner.dtype)
+        self._contact = self._cg.zone
         self.slipping: BoolArray = np.zeros(shape, dtype=bool)
-        self._gram = np.zeros((3, 3))
-        self._self_coefficient = SELF_COEFFICIENTS * operator.tangential_self_coefficient
+        self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
 
     def solve(
@@ -91,7 +84,7 @@ class TangentialSolver:
         self.operator.tangential(shear, self.displacement)
         while True:
             rigid = self._update_slip_and_zones(known, balance, bound, shear)
-            residual, scale = self._violation(rigid, motion)
+            residual, largest, scale = self._violation(rigid, motion)
             unsettled = max(self._unbalance(balance, bound, shear), self._excess(bound, shear))
             if residual <= tolerance and unsettled <= tolerance:
                 return TangentialResult(rigid, iterations, residual, True)
@@ -99,9 +92,9 @@ class TangentialSolver:
                 return TangentialResult(rigid, iterations, residual, False)
             if residual > tolerance:
                 floor = 0.3 * tolerance * scale
-                iterations += self._newton_step(balance, shear, floor, max_iterations - iterations)
-            self._return_to_circle(bound, shear)
-            self._restore_balance(balance, self._weight, shear)
+                iterations += self._newton_step(balance, shear, largest, floor, max_iterations - iterations)
+            friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
+            self._restore_balance(balance, self._cg.weight, shear)
             self.operator.tangential(shear, self.displacement)
             passes += 1
 
@@ -111,12 +104,10 @@ class TangentialSolver:
         shear *= self._contact
         self.slipping &= self._contact
         self._start_fresh_cells(bound, shear)
-        self._normal[:] = 0.0
-        self._stiffness[:] = 0.0
-        self._return_to_circle(bound, shear)
+        friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
         self._restore_balance(balance, bound, shear)
-        self._return_to_circle(bound, shear)
-        self._update_weight(balance)
+        friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
+        np.copyto(self._cg.weight, self._contact)
 
     def _start_fresh_cells(self, bound: FloatArray, shear: FloatArray) -> None:
         """Cells new in contact slip like their neighbours; they lie at the contact's edge, where all slips."""
@@ -135,68 +126,42 @@ class TangentialSolver:
         shear[:, cells[0], cells[1]] = around[:, moved] / length[moved] * bound[cells]
         self.slipping[cells] = True
 
-    def _update_weight(self, balance: Balance) -> None:
-        """Preconditioner on the contact, and the Gram matrix of the forced modes in it."""
-        np.add(self._stiffness, self._self_coefficient, out=self._weight)
-        np.divide(self._contact, self._weight, out=self._weight)
-        self._gram = self._weighted_gram(balance, self._weight)
-
-    def _weighted_gram(self, balance: Balance, weight: FloatArray) -> NDArray[np.float64]:
-        """Sums of products of the forced modes' tangential parts."""
-        gram = np.zeros((3, 3))
-        for mode in balance.forced_index:
-            self.modes.displacement(np.eye(3)[mode], self._search)
-            self._take_tangential(self._search)
-            self._search *= weight
-            gram[mode] = self.modes.sums(self._search)
-        return gram
-
-    def _take_tangential(self, field: FloatArray) -> None:
-        """Remove the part of `field` (2, nx, ny) along the shear in the slip zone."""
-        np.einsum("kij,kij->ij", field, self._normal, out=self._length)
-        for part, normal in zip(field, self._normal, strict=True):
-            part -= np.multiply(normal, self._length, out=self._scratch)
-
     def _update_slip_and_zones(
         self, known: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray
     ) -> Vector:
         """Slip with the forced rigid motion by weighted least squares; slipping cells moved backwards stick [44]."""
-        slip, contact = self._slip, self._contact
+        x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = balance.imposed_displacement
-        self.modes.displacement(imposed, slip)
-        slip += known
-        slip -= self.displacement
-        slip *= contact
-        np.copyto(self._search, slip)
-        self._take_tangential(self._search)
-        self._search *= self._weight
-        forced = -solve_modes(self._gram, self.modes.sums(self._search), balance.forced_index)
-        self.modes.displacement(forced, self._search)
-        self._search *= contact
-        slip += self._search
-        forward = np.einsum("kij,kij->ij", slip, self._normal, out=self._stiffness)
-        self.slipping &= forward > 0.0
-        self._normal *= self.slipping
-        forward *= self.slipping
-        np.divide(forward, bound, out=forward, where=self.slipping)
-        np.minimum(forward, STIFFEST * self._self_coefficient, out=forward)
-        self._update_weight(balance)
+        friction.take_slip(
+            self._slip, known, self.displacement, imposed, x, y, self._normal, weight, self._sums
+        )
+        friction.gram(weight, self._normal, x, y, self._gram)
+        forced = -solve_modes(self._gram, self._sums, balance.forced_index)
+        friction.move(
+            self._slip,
+            forced,
+            x,
+            y,
+            self._normal,
+            bound,
+            self.slipping,
+            self._cg.stiffness,
+            weight,
+            self.operator.inner.unit,
+            STIFFEST,
+        )
         return imposed + forced
 
-    def _violation(self, rigid: Vector, motion: float) -> tuple[float, float]:
+    def _violation(self, rigid: Vector, motion: float) -> tuple[float, float, float]:
         """Largest |slip| in the stick zone over the motion, or part of it across the shear over the largest slip.
 
-        Also the smaller one of the two lengths (mm).
+        Also the larger one of these two slips, and the smaller one of the lengths that they are measured against (mm).
         """
         scale = max(motion, abs(rigid[0]), abs(rigid[1]), abs(rigid[2]) * self._reach, TINY)
-        np.copyto(self._search, self._slip)
-        self._take_tangential(self._search)
-        squared = np.einsum("kij,kij->ij", self._slip, self._slip, out=self._length)
-        largest = max(np.sqrt(squared.max()), LEAST_SLIP * scale)
-        across = np.einsum("kij,kij->ij", self._search, self._search, out=self._length)
-        in_slip = np.sqrt(np.max(across, where=self.slipping, initial=0.0))
-        in_stick = np.sqrt(np.max(across, where=~self.slipping, initial=0.0))
-        return float(max(in_stick / scale, in_slip / largest)), float(min(scale, largest))
+        largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
+        largest = max(largest, LEAST_SLIP * scale)
+        residual = np.maximum(in_stick / scale, in_slip / largest)
+        return float(residual), max(in_slip, in_stick), min(scale, largest)
 
     def _unbalance(self, balance: Balance, bound: FloatArray, shear: FloatArray) -> float:
         """Worst imposed resultant's error over what friction could carry."""
@@ -208,97 +173,33 @@ class TangentialSolver:
 
     def _excess(self, bound: FloatArray, shear: FloatArray) -> float:
         """Largest excess of |shear| over the bound, over the largest bound."""
-        length = np.hypot(shear[0], shear[1], out=self._length)
-        length -= bound
-        return float(length.max()) / (float(bound.max()) or TINY)
+        return friction.excess(shear, bound) / (float(bound.max()) or TINY)
 
-    def _newton_step(self, balance: Balance, shear: FloatArray, floor: float, limit: int) -> int:
-        """CG on the Newton equation at fixed zones until its residual is reduced, or below `floor` (mm)."""
-        residual, direction, image = self._slip, self._direction, self._image
-        self._take_tangential(residual)
-        target = max(REDUCTION * self._largest(residual), floor)
-        direction[:] = 0.0
-        previous, iteration = 1.0, 0
-        while iteration < limit:
-            self._precondition(balance)
-            current = float(np.vdot(residual, self._search))
-            if not current > 0.0:
-                break
-            direction *= current / previous
-            direction += self._search
-            previous = current
-            self.operator.tangential(direction, image)
-            for part, along in zip(image, direction, strict=True):
-                part += np.multiply(self._stiffness, along, out=self._scratch)
-            curvature = float(np.vdot(direction, image))
-            if not curvature > 0.0:
-                break
-            step = current / curvature
-            np.multiply(direction, step, out=self._search)
-            shear += self._search
-            image *= step
-            image *= self._contact
-            self._take_tangential(image)
-            residual -= image
-            iteration += 1
-            if self._largest(residual) <= target:
-                break
-        return max(iteration, 1)
+    def _newton_step(
+        self, balance: Balance, shear: FloatArray, largest: float, floor: float, limit: int
+    ) -> int:
+        """Correct the shear by the Newton equation at fixed zones, its residual reduced from `largest`, or to `floor`
+        (mm)."""
+        cg, unit = self._cg, self.operator.inner.unit
+        largest = largest or 1.0
+        friction.scale_tangential(self._slip, self._normal, 1.0 / largest, cg.residual)
+        np.copyto(cg.normal, self._normal, casting="same_kind")
+        cg.constrain(balance.forced_index, self._motion)
+        iterations = cg.solve(self.operator.inner.tangential, REDUCTION, floor / largest, limit)
+        shear += np.multiply(cg.solution, largest / unit, out=self._slip)
+        return iterations
 
-    def _largest(self, field: FloatArray) -> float:
-        """Largest length of a vector of the field."""
-        return float(np.sqrt(np.einsum("kij,kij->ij", field, field, out=self._length).max()))
-
-    def _precondition(self, balance: Balance) -> None:
-        """`_search` from the residual, tangential and in balance; the residual loses its forced rigid motion."""
-        residual, image, search = self._slip, self._image, self._search
-        if balance.forced_index:
-            np.multiply(residual, self._weight, out=image)
-            self._rigid_pattern(self.modes.sums(image), balance, image)
-            residual -= image
-        np.multiply(residual, self._weight, out=image)
-        image *= self._self_coefficient
-        self.operator.tangential_inverse(image, search)
-        search *= self._weight
-        search *= self._self_coefficient
-        self._take_tangential(search)
-        np.multiply(self._weight, self._self_coefficient, out=self._scratch)
-        np.multiply(self._scratch, self._scratch, out=self._scratch)
-        np.subtract(1.0, self._scratch, out=self._scratch)
-        self._scratch *= self._weight
-        np.multiply(residual, self._scratch, out=image)
-        search += image
-        if balance.forced_index:
-            self._rigid_pattern(self.modes.sums(search), balance, image)
-            image *= self._weight
-            search -= image
-
-    def _rigid_pattern(self, resultant: Vector, balance: Balance, out: FloatArray) -> None:
-        """The forced rigid motion, tangential and in the contact, whose weighted resultant is `resultant`."""
-        self.modes.displacement(solve_modes(self._gram, resultant, balance.forced_index), out)
-        out *= self._contact
-        self._take_tangential(out)
-
-    def _return_to_circle(self, bound: FloatArray, shear: FloatArray) -> None:
-        """Shear beyond the bound slips; in the slip zone the shear goes back to the friction circle."""
-        length = np.hypot(shear[0], shear[1], out=self._length)
-        self.slipping |= length > bound
-        self.slipping &= self._contact
-        np.divide(1.0, length, out=length, where=length > 0.0)
-        np.multiply(shear, length, out=self._normal)
-        self._normal *= self.slipping
-        for part, normal in zip(shear, self._normal, strict=True):
-            np.multiply(normal, bound, out=part, where=self.slipping)
+    def _motion(self, mode: int, out: FloatArray) -> None:
+        """``out`` (2, nx, ny) = a rigid displacement."""
+        self.modes.displacement(np.eye(3)[mode], out)
 
     def _restore_balance(self, balance: Balance, weight: FloatArray, shear: FloatArray) -> None:
         """Add the weighted rigid pattern, tangential in the slip zone, that makes the imposed resultants hold [45]."""
         forced = balance.forced_index
         if not forced:
             return
+        x, y = self.modes.x, self.modes.y
         missing = balance.imposed_resultant - self.modes.resultants(shear)
-        self._gram = self._weighted_gram(balance, weight)
+        friction.gram(weight, self._normal, x, y, self._gram)
         amplitudes = solve_modes(self._gram, missing / self.modes.cell_area, forced)
-        self.modes.displacement(amplitudes, self._search)
-        self._take_tangential(self._search)
-        self._search *= weight
-        shear += self._search
+        friction.add_motion(shear, amplitudes, x, y, weight, self._normal)

@@ -83,7 +83,8 @@ def test_resume_of_a_complete_result_has_nothing_to_do(out: Path) -> None:
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert writer.complete
         assert len(writer.summaries) == 6
-    assert out.stat() == before
+    after = out.stat()
+    assert (after.st_ino, after.st_size, after.st_mtime_ns) == (before.st_ino, before.st_size, before.st_mtime_ns)
     assert not parts_folder(out).exists()
 
 

@@ -1,0 +1,179 @@
+"""The pointwise kernels of the slip law compiled by numba; see `fretsolve.pointwise.friction_plain`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from fretsolve.pointwise.compiling import kernel
+
+
+@kernel
+def take_slip(
+    slip: Any,
+    known: Any,
+    displacement: Any,
+    rigid: Any,
+    x: Any,
+    y: Any,
+    normal: Any,
+    weight: Any,
+    sums: Any,
+) -> None:
+    nx, ny = weight.shape
+    sums[:] = 0.0
+    for i in range(nx):
+        sum_x, sum_y, turned = 0.0, 0.0, 0.0
+        for j in range(ny):
+            w = weight[i, j]
+            inside = 1.0 if w > 0.0 else 0.0
+            s_x = inside * (rigid[0] - rigid[2] * y[j] + known[0, i, j] - displacement[0, i, j])
+            s_y = inside * (rigid[1] + rigid[2] * x[i] + known[1, i, j] - displacement[1, i, j])
+            slip[0, i, j], slip[1, i, j] = s_x, s_y
+            n_x, n_y = normal[0, i, j], normal[1, i, j]
+            along = s_x * n_x + s_y * n_y
+            t_x, t_y = w * (s_x - along * n_x), w * (s_y - along * n_y)
+            sum_x += t_x
+            sum_y += t_y
+            turned -= y[j] * t_x
+        sums[0] += sum_x
+        sums[1] += sum_y
+        sums[2] += turned + x[i] * sum_y
+
+
+@kernel
+def move(
+    slip: Any,
+    rigid: Any,
+    x: Any,
+    y: Any,
+    normal: Any,
+    bound: Any,
+    slipping: Any,
+    stiffness: Any,
+    weight: Any,
+    unit: float,
+    stiffest: float,
+) -> None:
+    nx, ny = weight.shape
+    for i in range(nx):
+        for j in range(ny):
+            if weight[i, j] > 0.0:
+                s_x = slip[0, i, j] + rigid[0] - rigid[2] * y[j]
+                s_y = slip[1, i, j] + rigid[1] + rigid[2] * x[i]
+                slip[0, i, j], slip[1, i, j] = s_x, s_y
+                forward = s_x * normal[0, i, j] + s_y * normal[1, i, j]
+                if slipping[i, j] and forward > 0.0:
+                    resistance = min(forward / bound[i, j] / unit, stiffest)
+                else:
+                    resistance = 0.0
+                    slipping[i, j] = False
+                    normal[0, i, j] = 0.0
+                    normal[1, i, j] = 0.0
+                stiffness[i, j] = resistance
+                weight[i, j] = 1.0 / (1.0 + resistance)
+            else:
+                slipping[i, j] = False
+                normal[0, i, j] = 0.0
+                normal[1, i, j] = 0.0
+                stiffness[i, j] = 0.0
+                weight[i, j] = 0.0
+
+
+@kernel
+def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
+    nx, ny = weight.shape
+    result[:, :] = 0.0
+    for i in range(nx):
+        xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(ny):
+            w, n_x, n_y = float(weight[i, j]), normal[0, i, j], normal[1, i, j]
+            along = n_y * x[i] - n_x * y[j]
+            xx += w * (1.0 - n_x * n_x)
+            yy += w * (1.0 - n_y * n_y)
+            xy -= w * n_x * n_y
+            xt -= w * (y[j] + n_x * along)
+            yt += w * (x[i] - n_y * along)
+            tt += w * (x[i] * x[i] + y[j] * y[j] - along * along)
+        result[0, 0] += xx
+        result[1, 1] += yy
+        result[0, 1] += xy
+        result[0, 2] += xt
+        result[1, 2] += yt
+        result[2, 2] += tt
+    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+
+
+@kernel
+def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any) -> None:
+    nx, ny = weight.shape
+    for i in range(nx):
+        for j in range(ny):
+            w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
+            m_x, m_y = rigid[0] - rigid[2] * y[j], rigid[1] + rigid[2] * x[i]
+            along = m_x * n_x + m_y * n_y
+            shear[0, i, j] += w * (m_x - along * n_x)
+            shear[1, i, j] += w * (m_y - along * n_y)
+
+
+@kernel
+def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
+    nx, ny = slipping.shape
+    largest, in_slip, in_stick = 0.0, 0.0, 0.0
+    for i in range(nx):
+        for j in range(ny):
+            s_x, s_y = slip[0, i, j], slip[1, i, j]
+            squared = s_x * s_x + s_y * s_y
+            # A NaN must come through, which `max` would lose.
+            if squared > largest or squared != squared:
+                largest = squared
+            if slipping[i, j]:
+                along = s_x * normal[0, i, j] + s_y * normal[1, i, j]
+                t_x, t_y = s_x - along * normal[0, i, j], s_y - along * normal[1, i, j]
+                squared = t_x * t_x + t_y * t_y
+                if squared > in_slip or squared != squared:
+                    in_slip = squared
+            elif squared > in_stick or squared != squared:
+                in_stick = squared
+    return math.sqrt(largest), math.sqrt(in_slip), math.sqrt(in_stick)
+
+
+@kernel
+def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None:
+    _, nx, ny = slip.shape
+    for i in range(nx):
+        for j in range(ny):
+            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
+            along = s_x * n_x + s_y * n_y
+            result[0, i, j] = factor * (s_x - along * n_x)
+            result[1, i, j] = factor * (s_y - along * n_y)
+
+
+@kernel
+def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal: Any) -> None:
+    nx, ny = bound.shape
+    for i in range(nx):
+        for j in range(ny):
+            q_x, q_y = shear[0, i, j], shear[1, i, j]
+            length = math.hypot(q_x, q_y)
+            slips = contact[i, j] and (slipping[i, j] or length > bound[i, j])
+            slipping[i, j] = slips
+            if slips:
+                inverse = 1.0 / length if length > 0.0 else 0.0
+                n_x, n_y = q_x * inverse, q_y * inverse
+                normal[0, i, j], normal[1, i, j] = n_x, n_y
+                shear[0, i, j], shear[1, i, j] = n_x * bound[i, j], n_y * bound[i, j]
+            else:
+                normal[0, i, j], normal[1, i, j] = 0.0, 0.0
+
+
+@kernel
+def excess(shear: Any, bound: Any) -> float:
+    nx, ny = bound.shape
+    largest = -math.inf
+    for i in range(nx):
+        for j in range(ny):
+            beyond = math.hypot(shear[0, i, j], shear[1, i, j]) - bound[i, j]
+            if beyond > largest or beyond != beyond:
+                largest = beyond
+    return largest

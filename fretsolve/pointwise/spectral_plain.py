@@ -1,0 +1,43 @@
+"""Products of spectra with kernels in NumPy.
+
+Fields and results are complex (m, n); kernels are real and hold the non-negative wave numbers along the first axis,
+(m//2 + 1, n): the negative ones are mirrored, with a change of sign where the kernel is odd.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.floating]
+ComplexArray = NDArray[np.complexfloating]
+
+
+def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: ComplexArray) -> None:
+    """``result = kernel field``; `result` may be the field."""
+    half = kernel.shape[0]
+    np.multiply(field[:half], kernel, out=result[:half])
+    mirrored = kernel[len(field) - half : 0 : -1]
+    np.multiply(field[half:], mirrored, out=result[half:])
+    if odd:
+        np.negative(result[half:], out=result[half:])
+
+
+def multiply_pair(
+    kernels: tuple[FloatArray, FloatArray, FloatArray],
+    odd: bool,
+    fields: tuple[ComplexArray, ComplexArray],
+    results: tuple[ComplexArray, ComplexArray],
+    products: tuple[ComplexArray, ComplexArray],
+) -> None:
+    """Two results of two fields by the symmetric matrix of kernels (xx, yy, xy), `odd` that of xy.
+
+    products: room for the size of a field, used up.
+    """
+    direct_x, direct_y, mixed = kernels
+    from_x, from_y = products
+    multiply(mixed, odd, fields[0], from_x)
+    multiply(mixed, odd, fields[1], from_y)
+    for direct, field, result, other in zip((direct_x, direct_y), fields, results, (from_y, from_x), strict=True):
+        multiply(direct, False, field, result)
+        result += other

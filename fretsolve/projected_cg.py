@@ -1,0 +1,153 @@
+"""Conjugate gradients for the linear equations of contact at fixed zones, in the balance of forces.
+
+The correction x of a traction (one component: pressure; two: shear) is sought with
+
+    T (B + S) T x = T r + N m,   N' x = 0,   x = 0 out of the zone,
+
+B the elastic operator, S >= 0 a diagonal (the slip's own stiffness), T the part across the unit vectors n where there
+are any (the tangents to the friction circle), N the rigid motions whose resultants are imposed, m theirs. The
+preconditioner is
+
+    W F W + (1 - W^2) W,   W = 1/(1 + S) in the zone, 0 out of it,
+
+F the inverse of the half-space's symbol: F where S = 0, the diagonal where S is large. The constraints are kept
+by projection (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001), orthogonal with the weight W.
+
+All is in units in which the self-coefficient of a cell and the largest residual are 1, so that single precision
+holds at any scale of the problem; a correction of a few digits is all that is asked of one solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.pointwise import cg
+
+FloatArray = NDArray[np.floating]
+BoolArray = NDArray[np.bool_]
+Apply = Callable[[FloatArray, FloatArray], None]
+
+DEPENDENT = 1e-6
+"""Part of the largest at which a combination of the constraints counts as none: one cell resists no rotation."""
+
+NOTHING_LEFT = 100.0
+"""In roundings of 1: a residual below it after the projection is the rounding of a rigid motion."""
+
+
+@dataclass(frozen=True)
+class Operators:
+    """B and F on fields (c, nx, ny), as ``apply(field, out)``; `out` may be the field."""
+
+    elastic: Apply
+    inverse: Apply
+
+
+class ProjectedCG:
+    """Working arrays for fields of one or two components on ``shape``.
+
+    Before `solve`: `residual` r (c, nx, ny); `zone` (nx, ny); `weight` W (nx, ny); and for two components
+    `stiffness` S (nx, ny) and `normal` n (2, nx, ny), 0 where T takes all; and the constraints by `constrain`.
+    After it `solution` holds x.
+    """
+
+    def __init__(self, components: int, shape: tuple[int, int], dtype: type[np.floating]):
+        vector, alone = (components, *shape), components == 1
+        self.solution, self.residual, self._direction, self._image = (np.zeros(vector, dtype) for _ in range(4))
+        self.zone: BoolArray = np.zeros(shape, dtype=bool)
+        self.weight = np.zeros(shape, dtype)
+        self.stiffness = np.zeros((1, 1) if alone else shape, dtype)
+        self.normal = np.zeros((2, 1, 1) if alone else vector, dtype)
+        self._room = np.zeros((0, *vector), dtype)
+        self._constraints, self._moments = self._room, np.zeros(0)
+        self._inverse_gram: FloatArray = np.zeros((0, 0))
+
+    def constrain(self, motions: Sequence[int], motion: Callable[[int, FloatArray], None]) -> None:
+        """Keep the solution orthogonal to rigid motions; ``motion(mode, out)`` writes one of them (c, nx, ny)."""
+        if len(self._room) < len(motions):
+            self._room = np.zeros((len(motions), *self.solution.shape), self.solution.dtype)
+        self._constraints = self._room[: len(motions)]
+        self._moments = np.zeros(len(motions))
+        for mode, constraint in zip(motions, self._constraints, strict=True):
+            motion(mode, constraint)
+            constraint /= float(np.abs(constraint).max()) or 1.0
+            cg.restrict(constraint, self.normal, self.zone)
+        gram: NDArray[np.float64] = np.zeros((len(motions), len(motions)))
+        for row, constraint in zip(gram, self._constraints, strict=True):
+            cg.weigh_moments(constraint, self.weight, self._constraints, row)
+        self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
+
+    def solve(self, operators: Operators, reduction: float, floor: float, limit: int) -> int:
+        """Reduce the residual's largest length by `reduction`, or to `floor`; at most `limit` iterations.
+
+        Returns the iterations made, at least one.
+        """
+        start = self._start()
+        target = max(reduction * start, floor)
+        previous, iteration = 1.0, 0
+        if start < NOTHING_LEFT * float(np.finfo(self.solution.dtype).eps):
+            return 1
+        while iteration < limit:
+            current = self._precondition(operators)
+            if not current > 0.0:
+                break
+            cg.turn(
+                self._direction, self._image, self.weight, self._constraints, self._amplitudes(), current / previous
+            )
+            previous = current
+            operators.elastic(self._direction, self._image)
+            curvature = self._finish_image()
+            if not curvature > 0.0:
+                break
+            iteration += 1
+            if self._step(current / curvature) <= target:
+                break
+        return max(iteration, 1)
+
+    def _start(self) -> float:
+        """Residual made tangential and orthogonal to the constraints; its largest length."""
+        self.solution[:] = 0.0
+        self._direction[:] = 0.0
+        cg.restrict(self.residual, self.normal, self.zone)
+        cg.weigh_moments(self.residual, self.weight, self._constraints, self._moments)
+        return cg.remove(self.residual, self._constraints, self._amplitudes())
+
+    def _amplitudes(self) -> NDArray[np.float64]:
+        """Of the constraints' motions, from the moments found last."""
+        return self._inverse_gram @ self._moments
+
+    def _precondition(self, operators: Operators) -> float:
+        """The preconditioned residual in `_image`; its product with the residual."""
+        np.multiply(self.residual, self.weight, out=self._image)
+        operators.inverse(self._image, self._image)
+        return cg.finish_search(
+            self._image, self.residual, self.weight, self.normal, self._constraints, self._moments
+        )
+
+    def _finish_image(self) -> float:
+        """T (B + S) d from B d in `_image`; its product with d."""
+        return cg.finish_image(
+            self._image,
+            self._direction,
+            self.stiffness,
+            self.normal,
+            self.zone,
+            self.weight,
+            self._constraints,
+            self._moments,
+        )
+
+    def _step(self, length: float) -> float:
+        """Step along the direction; the residual stays orthogonal to the constraints. Its largest length."""
+        return cg.advance(
+            self.solution,
+            self.residual,
+            self._direction,
+            self._image,
+            self._constraints,
+            self._amplitudes(),
+            length,
+        )
