@@ -1,95 +1,201 @@
-"""Increments of the modes in WU and seconds, in asv's shape; ``python benchmarks/bench_path.py`` prints the table.
+"""Increments of the modes in WU and seconds, in asv's shape; ``python benchmarks/bench_path.py 256 512`` prints.
 
-The base case on a square potential contact area of 0.9 mm, one thread, tolerance 1e-6, certificates met. Seconds are
-of the solve alone, plans and influence coefficients made before where the path allows (the second of two runs).
+The base case on a square potential contact area of 0.9 mm, one thread, tolerance 1e-6, certificates met. `first` is an
+increment with all that it makes ready for the later ones (plans, influence coefficients); `again` is the same increment
+solved once more from the same start. Of a whole path the mean over its increments is told.
 """
 
 from __future__ import annotations
 
+import subprocess
 import sys
-from collections.abc import Iterator
+import time
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 from work_unit import work_unit
 
 import fretsolve
-from fretsolve.state import State, Summary
+from fretsolve.alternation import Start
+from fretsolve.increment import IncrementSolver, Solved
+from fretsolve.load_path import Increment
+from fretsolve.scene import Scene, prepare
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
+
+REPETITIONS = 5
 
 
 @dataclass(frozen=True)
 class Job:
-    """A case, what is changed in it, and the steps whose mean cost is asked for (all where `steps` is None)."""
+    """A case, what is changed in it, and the increment that is asked for (the whole path where it is None)."""
 
     name: str
     case: str
     overrides: tuple[str, ...]
-    steps: slice
+    increment: int | None
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Seconds of the first solve and the median of later ones; iterations and applications of one solve."""
+
+    first: float
+    again: float
+    iterations: float
+    applications: float
 
 
 JOBS = (
-    Job("normal (Hertz, from nothing)", "mode1_similar", (), slice(0, 1)),
-    Job("mode I.2, one increment 0 to 0.9 mu P", "mode1_similar", (), slice(1, 2)),
-    Job("mode I.1, one increment", "mode1_similar_uncoupled", ("load_path.1.increments=1",), slice(1, 2)),
-    Job("mode I.3, mean per increment of the path", "mode1_dissimilar", (), slice(None)),
+    Job("normal (Hertz, from nothing)", "mode1_similar", (), 0),
+    Job("mode I.2, one increment 0 to 0.9 mu P", "mode1_similar", (), 1),
+    Job("mode I.1, one increment", "mode1_similar_uncoupled", ("load_path.1.increments=1",), 1),
+    Job("mode I.3, mean per increment of the whole path", "mode1_dissimilar", (), None),
 )
 
 
-def summaries(job: Job, points: int) -> list[Summary]:
-    """The history of `job`, as far as its steps go."""
+def scene_of(job: Job, points: int) -> Scene:
+    """The case of `job` on `points` by `points` cells."""
     overrides = ["expect=[]", f"grid.points={points}", "grid.size=0.9", *job.overrides]
-    case = fretsolve.load_case(CASES / f"{job.case}.yaml", overrides)
-    return list(_first(fretsolve.run(case), job.steps.stop))
+    return prepare(fretsolve.load_case(CASES / f"{job.case}.yaml", overrides))
 
 
-def _first(states: Iterator[State], count: int | None) -> Iterator[Summary]:
-    for step, state in enumerate(states):
-        yield state.summary
-        if count is not None and step + 1 == count:
-            return
+def cost(job: Job, points: int) -> Cost:
+    """What `job` takes."""
+    return cost_of_path(job, points) if job.increment is None else cost_of_increment(job, points, job.increment)
+
+
+def cost_of_path(job: Job, points: int) -> Cost:
+    """Means over the increments of a run."""
+    history = [state.summary for state in fretsolve.run(scene_of(job, points))]
+    seconds = float(np.mean([summary.wall_time for summary in history]))
+    return Cost(
+        seconds,
+        seconds,
+        float(np.mean([summary.iterations_normal + summary.iterations_tangential for summary in history])),
+        float(np.mean([summary.operator_applications for summary in history])),
+    )
+
+
+def cost_of_increment(job: Job, points: int, index: int) -> Cost:
+    """Of one increment, those before it solved once."""
+    scene = scene_of(job, points)
+    settings = scene.case.solver
+    solver = IncrementSolver(
+        scene.grid, scene.separation(), scene.model, settings.tolerance, settings.max_iterations
+    )
+    history = [state.summary for state, _ in zip(fretsolve.run(scene), range(index), strict=False)]
+    nothing = np.zeros((2, *scene.grid.shape))
+    start = Start(nothing[0], nothing, nothing, np.zeros(6))
+    for step in range(index):
+        increment = scene.load_path.increment(step, history)
+        start = end_of(solver.solve(increment, start), increment)
+    increment = scene.load_path.increment(index, history)
+    seconds = []
+    for _ in range(1 + REPETITIONS):
+        began = time.perf_counter()
+        solved = solver.solve(increment, start)
+        seconds.append(time.perf_counter() - began)
+    iterations = solved.iterations_normal + solved.iterations_tangential
+    return Cost(seconds[0], float(np.median(seconds[1:])), iterations, solved.operator_applications)
+
+
+def end_of(solved: Solved, increment: Increment) -> Start:
+    """What the next increment starts from."""
+    solution = solved.solution
+    return Start(solution.pressure, solution.shear, solution.displacement, solution.rigid, increment.normal)
+
+
+@lru_cache
+def compile_kernels() -> None:
+    """Load the compiled kernels, so that no increment is charged with it."""
+    for job in JOBS:
+        for _ in zip(fretsolve.run(scene_of(job, 32)), range(3), strict=False):
+            pass
 
 
 class PathCost:
     """Cost of an increment by grid and job."""
 
-    params = ((256, 512), tuple(job.name for job in JOBS))
+    params = ((256, 512, 1024), tuple(job.name for job in JOBS))
     param_names = ("points", "job")
-    timeout = 600
+    timeout = 1200
 
     def setup(self, points: int, name: str) -> None:
-        """Make FFTW's plans, which are kept."""
-        self.job = next(job for job in JOBS if job.name == name)
-        self.history = summaries(self.job, points)
+        """Measure once: FFTW's plans are made and kept."""
+        compile_kernels()
+        job = next(job for job in JOBS if job.name == name)
+        if job.increment is None:
+            cost_of_increment(job, points, 0)
+        self.cost, self.work_unit = cost(job, points), work_unit(points)
 
     def track_applications(self, points: int, name: str) -> float:
-        """Mean operator applications per increment."""
-        chosen = self.history[self.job.steps]
-        return sum(summary.operator_applications for summary in chosen) / len(chosen)
+        """Operator applications."""
+        return self.cost.applications
 
     def track_iterations(self, points: int, name: str) -> float:
-        """Mean iterations per increment, normal and tangential."""
-        chosen = self.history[self.job.steps]
-        return sum(s.iterations_normal + s.iterations_tangential for s in chosen) / len(chosen)
+        """Iterations, normal and tangential."""
+        return self.cost.iterations
+
+    def track_work_units_first(self, points: int, name: str) -> float:
+        """WU with all that is made ready for later."""
+        return self.cost.first / self.work_unit
 
     def track_work_units(self, points: int, name: str) -> float:
-        """Mean seconds per increment over the WU measured here."""
-        chosen = summaries(self.job, points)[self.job.steps]
-        return sum(summary.wall_time for summary in chosen) / len(chosen) / work_unit(points)
+        """WU of the increment alone."""
+        return self.cost.again / self.work_unit
 
 
-if __name__ == "__main__":
-    grids = [int(argument) for argument in sys.argv[1:]] or list(PathCost.params[0])
-    print("| job | points | applications | iterations | WU of time |")
-    print("| --- | --- | --- | --- | --- |")
+class Memory:
+    """Peak memory per cell of the coupled problem, beyond what the interpreter and the libraries take."""
+
+    params = (512, 1024, 2048)
+    param_names = ("points",)
+    unit = "bytes"
+    timeout = 1200
+
+    def track_bytes_per_cell(self, points: int) -> float:
+        """The first three increments of mode I.3, in a process of its own."""
+        output = subprocess.run([sys.executable, __file__, "--memory", str(points)], capture_output=True, check=True)
+        return float(output.stdout)
+
+
+def peak_bytes() -> int:
+    """The most memory that this process ever had."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+
+
+def print_bytes_per_cell(points: int) -> None:
+    """What `Memory` asks its process for."""
+    compile_kernels()
+    before = peak_bytes()
+    for _ in zip(fretsolve.run(scene_of(JOBS[3], points)), range(3), strict=False):
+        pass
+    print((peak_bytes() - before) / points**2)
+
+
+def print_table(grids: list[int]) -> None:
+    """All jobs on some grids, and the memory."""
+    print("| job | points | WU, ms | iterations | applications | first, WU | again, WU | seconds |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for job in JOBS:
         for points in grids:
             bench = PathCost()
             bench.setup(points, job.name)
-            figures = (
-                f"{bench.track_applications(points, job.name):.1f}",
-                f"{bench.track_iterations(points, job.name):.1f}",
-                f"{bench.track_work_units(points, job.name):.0f}",
+            found = bench.cost
+            print(
+                f"| {job.name} | {points} | {1e3 * bench.work_unit:.2f} | {found.iterations:.0f}"
+                f" | {found.applications:.0f} | {found.first / bench.work_unit:.0f}"
+                f" | {found.again / bench.work_unit:.0f} | {found.again:.3g} |",
+                flush=True,
             )
-            print(f"| {job.name} | {points} |", " | ".join(figures), "|", flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--memory"]:
+        print_bytes_per_cell(int(sys.argv[2]))
+    else:
+        print_table([int(argument) for argument in sys.argv[1:]] or list(PathCost.params[0]))

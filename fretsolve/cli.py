@@ -11,7 +11,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -20,6 +20,9 @@ from fretsolve.commands.streams import tolerant_streams
 from fretsolve.errors import CaseError, FretsolveError
 from fretsolve.interrupt import StopRequest
 from fretsolve.plots import KINDS
+
+if TYPE_CHECKING:
+    from fretsolve.study.truth import TruthKind
 
 EXIT_BUG = 70
 
@@ -201,6 +204,61 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     from fretsolve.commands.check import check_cases
 
     return check_cases(cases, overrides, junit)
+
+
+@main.command()
+@click.argument("case", type=click.Path(path_type=Path))
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="KEY=A,B,C",
+    help="Values that a key takes; several keys are crossed. load_path.*.increments is that of every stage.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    metavar="OUT",
+    help="The folder of the runs, tables and picture; by default the case with .study.",
+)
+@_overrides
+@click.option(
+    "--quantity",
+    "quantities",
+    multiple=True,
+    metavar="NAME[@STAGE]",
+    help="What to compare, at the end of a stage (the last by default); by default what the load path moves"
+    " and what the case expects.",
+)
+@click.option(
+    "--truth",
+    type=click.Choice(["finest", "closed-form", "expect"]),
+    default="finest",
+    show_default=True,
+    help="What to compare with: the finest of the runs, closed forms, or what the case expects.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def study(
+    case: Path,
+    varied: tuple[str, ...],
+    out: Path | None,
+    overrides: tuple[str, ...],
+    quantities: tuple[str, ...],
+    truth: TruthKind,
+    quiet: bool,
+) -> int:
+    """Run CASE over all combinations of settings: the error of each against what it costs.
+
+    The runs are made one after another and kept in OUT, where later studies find those that they share. After an
+    interrupt (exit code 75) the same command goes on.
+    """
+    with StopRequest() as stop:
+        from fretsolve.commands.study import StudyOrder, study_case
+
+        return study_case(StudyOrder(case, out, overrides, varied, quantities, truth, quiet), stop)
 
 
 @main.command()

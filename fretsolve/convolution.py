@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyfftw
@@ -30,6 +31,10 @@ ComplexArray = NDArray[np.complexfloating]
 
 CACHE_BYTES = 400 * 1024
 """Size of the buffer of a block of columns or rows, so that three or four stay in a core's second-level cache."""
+
+
+ALIGNMENT = 64
+"""Bytes, of a cache line and of the longest vector instructions."""
 
 
 def padded_length(points: int) -> int:
@@ -74,6 +79,26 @@ def _even_share(lines: int, bytes_per_line: int) -> int:
     """Lines per block, of blocks about equal and near `CACHE_BYTES`."""
     blocks = max(1, round(lines * bytes_per_line / CACHE_BYTES))
     return -(-lines // blocks)
+
+
+class RowSpace:
+    """Room for row spectra, lent to convolutions that never work at the same time."""
+
+    def __init__(self) -> None:
+        self._bytes: NDArray[np.uint8] = np.empty(0, np.uint8)
+
+    def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
+        """`count` arrays that stay good until the next call; their contents are whatever was there."""
+        size = shape[0] * shape[1] * dtype.itemsize
+        stride = size + -size % ALIGNMENT
+        if self._bytes.size < count * stride:
+            self._bytes = pyfftw.empty_aligned(count * stride, np.uint8, n=ALIGNMENT)
+        parts = (self._bytes[index * stride : index * stride + size] for index in range(count))
+        return [part.view(dtype).reshape(shape) for part in parts]
+
+    def release(self) -> None:
+        """Give the memory back until it is needed again."""
+        self._bytes = np.empty(0, np.uint8)
 
 
 class PaddedConvolution:
@@ -127,10 +152,9 @@ class PaddedConvolution:
             )
         return self._blocks[:count]
 
-    def spectrum_array(self) -> ComplexArray:
-        """An array for the row spectrum of one field."""
-        array: ComplexArray = pyfftw.zeros_aligned((self.shape[0], self.columns), self._complex)
-        return array
+    def row_spectra(self, count: int, space: RowSpace) -> list[ComplexArray]:
+        """Arrays for the row spectra of `count` fields, not cleared."""
+        return space.arrays(count, (self.shape[0], self.columns), self._complex)
 
     def transform_rows(self, field: FloatArray, spectrum: ComplexArray) -> None:
         """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1)."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import influence
-from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution
+from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution, RowSpace
 from fretsolve.influence_spectra import InfluenceSpectra, ScaledSpectra, Spectra
 from fretsolve.materials import Compliances
 from fretsolve.projected_cg import Operators
@@ -36,6 +36,7 @@ class ElasticOperator:
 
     Displacements in mm from tractions in MPa, written into the array given as the last argument. `applications`
     counts the calls of its methods; `transforms` the forward-and-inverse pairs of transforms of one field.
+    space: room for spectra, which operators that take turns may share.
     """
 
     def __init__(
@@ -45,19 +46,22 @@ class ElasticOperator:
         compliances: Compliances,
         terms: Terms,
         threads: int = 1,
+        space: RowSpace | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
         self.threads = threads
         self.applications = 0
         self._dtype: type[np.floating] = np.float64
         self._source: Spectra | None = None
-        self._rows: list[NDArray[np.complexfloating]] = []
+        self._space = space or RowSpace()
 
     @cached_property
     def inner(self) -> InnerOperators:
         """This operator and an approximate inverse for inner iterations, in units of their own."""
         unit = UNIT_OF_COMPLIANCE * self.self_coefficient
-        elastic = ElasticOperator(self.shape, self.spacing, self.compliances, self.terms, self.threads)
+        elastic = ElasticOperator(
+            self.shape, self.spacing, self.compliances, self.terms, self.threads, self._space
+        )
         elastic._dtype = INNER_PRECISION
         elastic._source = ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION)
         inverse = SymbolInverse(
@@ -149,9 +153,8 @@ class ElasticOperator:
         turned_displacement: int | None = None,
     ) -> None:
         convolution = self._convolution
-        while len(self._rows) < max(len(fields), len(displacements)):
-            self._rows.append(convolution.spectrum_array())
-        inputs, outputs = self._rows[: len(fields)], self._rows[: len(displacements)]
+        rows = convolution.row_spectra(max(len(fields), len(displacements)), self._space)
+        inputs, outputs = rows[: len(fields)], rows[: len(displacements)]
         for field, spectrum in zip(fields, inputs, strict=True):
             convolution.transform_rows(field, spectrum)
         convolution.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)

@@ -1,7 +1,7 @@
 """Memory and time of a case before it is run, from what such cases took.
 
 The constants were measured on single-thread runs of a sphere under normal and tangential load, on grids of 256 x 256
-to 1024 x 1024 points that the contact fills. There memory comes out within a quarter; a contact that is small against
+to 2048 x 2048 points that the contact fills. There memory comes out within a fifth; a contact that is small against
 its grid takes less. Time is an order of magnitude: it depends on the machine, on how near the load is to sliding,
 and on the tolerance.
 """
@@ -12,6 +12,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError
@@ -19,23 +20,29 @@ from fretsolve.errors import CaseError
 if TYPE_CHECKING:
     from fretsolve.scene import Scene
 
-PROCESS_BYTES = 97e6
+PROCESS_BYTES = 145e6
 """Python and its libraries."""
 
-ARRAYS = 65
-ARRAYS_TANGENTIAL = 43
-ARRAYS_CROSS = 13
-ARRAYS_COUPLED = 8
-"""Numbers of 8 bytes per cell, of the normal problem and more for each term that is kept: influence coefficients,
-padded spectra, work arrays of the solvers, the states before and after an increment, buffers of the result file."""
+COMPILER_BYTES = 60e6
+"""numba, where it is installed."""
+
+BUFFER_BYTES = 10e6
+"""Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
+
+CELL_BYTES = 245
+CELL_BYTES_TANGENTIAL = 110
+CELL_BYTES_CROSS = 25
+CELL_BYTES_COUPLED = 100
+"""Per cell, of the normal problem and more for each term that is kept: influence coefficients, padded spectra, work
+arrays of the solvers, the states before and after an increment, buffers of the result file."""
 
 APPLICATIONS_NORMAL = 20
-APPLICATIONS_TANGENTIAL = 30
-APPLICATIONS_COUPLED = 100
+APPLICATIONS_TANGENTIAL = 25
+APPLICATIONS_COUPLED = 50
 """Applications of the elastic operator per increment."""
 
-SECONDS_NORMAL = 0.1e-6
-SECONDS_TANGENTIAL = 0.15e-6
+SECONDS_NORMAL = 0.06e-6
+SECONDS_TANGENTIAL = 0.1e-6
 """Per application and cell, with all that is done besides."""
 
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
@@ -68,9 +75,12 @@ def estimate(scene: Scene) -> Estimate:
     """What running `scene` with one thread takes."""
     cells, increments = math.prod(scene.grid.shape), scene.load_path.increments
     terms = scene.model.terms
-    arrays = (
-        ARRAYS + ARRAYS_TANGENTIAL * terms.tangential + ARRAYS_CROSS * terms.cross + ARRAYS_COUPLED * terms.coupled
+    kept = (terms.tangential, terms.cross, terms.coupled)
+    per_cell = CELL_BYTES + sum(
+        size * term
+        for size, term in zip((CELL_BYTES_TANGENTIAL, CELL_BYTES_CROSS, CELL_BYTES_COUPLED), kept, strict=True)
     )
+    fixed = PROCESS_BYTES + COMPILER_BYTES * (find_spec("numba") is not None) + BUFFER_BYTES * (1 + sum(kept))
     applications, seconds = APPLICATIONS_NORMAL, SECONDS_NORMAL
     if scene.model.sheared:
         applications = APPLICATIONS_COUPLED if terms.coupled else APPLICATIONS_TANGENTIAL
@@ -78,7 +88,7 @@ def estimate(scene: Scene) -> Estimate:
     output = scene.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     return Estimate(
-        memory=PROCESS_BYTES + 8.0 * arrays * cells,
+        memory=fixed + per_cell * cells,
         file=COMPRESSION * stored * cells + 300.0 * increments + 100e3,
         increments=increments,
         applications=applications * increments,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fretsolve.alternation import ADVICE, Alternation, Iterate, Start
 from fretsolve.certificate import Evidence, Examiner, Solution
+from fretsolve.convolution import RowSpace
 from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import require_inside, require_supported
 from fretsolve.grid import Grid
@@ -30,6 +31,9 @@ MARGIN = 0.3
 
 KEPT_WINDOWS = 2
 """A contact whose extent wavers between two sizes of window needs no new spectra at each increment."""
+
+LARGE_GRID = 1e6
+"""Cells from which on memory counts for more: one window is kept."""
 
 MOST_PROOFS = 12
 """How often an increment is taken up again after a window too small or a certificate not met."""
@@ -68,11 +72,13 @@ class IncrementSolver:
         self._map_border = map_border
         self.grid, self.separation, self.model = grid, separation, model
         self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
-        self.level = Level(grid, model, threads)
+        self._space = RowSpace()
+        self.level = Level(grid, model, threads, self._space)
         self._examiner = Examiner(separation, model.friction, NormalModes(grid), TangentialModes(grid))
         self.windows_made = 0
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
+        self._kept_windows = KEPT_WINDOWS if grid.nx * grid.ny <= LARGE_GRID else 1
 
     def solve(self, increment: Increment, start: Start) -> Solved:
         """Solve an increment from `start` and prove it.
@@ -122,6 +128,12 @@ class IncrementSolver:
             self.level.operator.normal_from_shear(work.shear, uz)
             separation = np.add(separation, uz, out=uz)
         self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
+        self._release(self.level)
+
+    def _release(self, level: Level) -> None:
+        """Give back the memory of one part of an increment before the next needs its own."""
+        level.release()
+        self._space.release()
 
     def _share(self, window: Window) -> float:
         """Cells of the window over those of the grid."""
@@ -134,15 +146,16 @@ class IncrementSolver:
         window = window_around(expected, free)
         alternation = self._alternations.pop(window, None)
         if alternation is None:
-            if len(self._alternations) == KEPT_WINDOWS:
+            if len(self._alternations) == self._kept_windows:
                 before = self.applications
                 del self._alternations[next(iter(self._alternations))]
                 self._spent += before - self.applications
             self.windows_made += 1
             whole = window.count == self.grid.nx * self.grid.ny
-            level = self.level if whole else Level(window.part_of(self.grid), self.model, self._threads)
-            part = np.ascontiguousarray(self.separation[window.cells])
-            alternation = Alternation(level, part, self.model, self.max_iterations)
+            level = self.level if whole else Level(
+                window.part_of(self.grid), self.model, self._threads, self._space
+            )
+            alternation = Alternation(level, self.separation[window.cells], self.model, self.max_iterations)
         self._alternations[window] = alternation
         return alternation, window
 
@@ -160,12 +173,16 @@ class IncrementSolver:
         part_of_start = Start(
             start.pressure[cells], start.shear[vectors], start.displacement[vectors], start.rigid, start.normal
         )
-        whole = work.pressure, work.shear
-        work.pressure, work.shear = whole[0][cells].copy(), whole[1][vectors].copy()
+        work.pressure, work.shear = work.pressure[cells].copy(), work.shear[vectors].copy()
         alternation.run(increment, part_of_start, work, target)
-        whole[0][:], whole[1][:] = 0.0, 0.0
-        whole[0][cells], whole[1][vectors] = work.pressure, work.shear
-        work.pressure, work.shear = whole
+        self._release(alternation.level)
+        work.pressure, work.shear = self._on_whole(work.pressure, cells), self._on_whole(work.shear, vectors)
+
+    def _on_whole(self, part: FloatArray, cells: tuple[slice, ...]) -> FloatArray:
+        """A field of a window on the whole grid."""
+        whole = np.zeros((*part.shape[:-2], *self.grid.shape))
+        whole[cells] = part
+        return whole
 
     def _solution(self, start: Start, work: Iterate) -> Solution:
         """Tractions with their displacements, computed afresh on the whole grid."""
@@ -175,6 +192,7 @@ class IncrementSolver:
             self.level.operator.all(work.pressure, work.shear, uz, displacement)
         else:
             self.level.operator.normal(work.pressure, uz)
+        self._space.release()
         motion = work.rigid - start.rigid
         return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, start.displacement)
 

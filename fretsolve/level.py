@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.coarse import Coarsening
+from fretsolve.convolution import RowSpace
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.feasibility import require_supported
@@ -39,24 +40,33 @@ NEAR_THE_BOUND = 0.8
 class Level:
     """Operator and solvers on `grid`, with a coarser level below as long as there are points enough."""
 
-    def __init__(self, grid: Grid, model: Model, threads: int = 1):
+    def __init__(self, grid: Grid, model: Model, threads: int = 1, space: RowSpace | None = None):
         self.grid = grid
+        self._sheared = model.sheared
+        space = space or RowSpace()
         self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads=threads
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space
         )
         self._coarsening = Coarsening(grid)
         coarse = self._coarsening.coarse
-        self.coarser = Level(coarse, model, threads) if coarse is not None else None
+        self.coarser = Level(coarse, model, threads, space) if coarse is not None else None
 
     @cached_property
     def normal(self) -> NormalSolver:
-        """Solver of the normal problem on this grid."""
-        return NormalSolver(self.operator, self.grid)
+        """Solver of the normal problem on this grid; it works in the tangential one's arrays, where there is one."""
+        return NormalSolver(self.operator, self.grid, self.tangential.space if self._sheared else None)
 
     @cached_property
     def tangential(self) -> TangentialSolver:
         """Solver of the tangential problem on this grid; the model must have shear."""
         return TangentialSolver(self.operator, self.grid)
+
+    def release(self) -> None:
+        """Give back the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""
+        self.__dict__.pop("normal", None)
+        self.__dict__.pop("tangential", None)
+        if self.coarser is not None:
+            self.coarser.release()
 
     @property
     def applications(self) -> float:

@@ -42,15 +42,29 @@ class NormalResult:
     converged: bool
 
 
-class NormalSolver:
-    """Working arrays of the normal problem on one grid; `solve` may be called any number of times."""
+@dataclass(frozen=True)
+class Space:
+    """What a solver works in, each (nx, ny)."""
 
-    def __init__(self, operator: ElasticOperator, grid: Grid):
+    planes: tuple[FloatArray, FloatArray, FloatArray]
+    cg: ProjectedCG
+
+
+class NormalSolver:
+    """Working arrays of the normal problem on one grid; `solve` may be called any number of times.
+
+    space: arrays of another solver to work in, which is not in use at the same time.
+    """
+
+    def __init__(self, operator: ElasticOperator, grid: Grid, space: Space | None = None):
         self.operator = operator
         self.modes = NormalModes(grid)
         shape = grid.shape
-        self._cg = ProjectedCG(1, shape, operator.inner.dtype)
-        self._uz, self._gap, self._scratch = (np.zeros(shape) for _ in range(3))
+        if space is None:
+            planes = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+            space = Space(planes, ProjectedCG(1, shape, operator.inner.dtype))
+        self._cg = space.cg
+        self._uz, self._gap, self._scratch = space.planes
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(shape, dtype=bool)
         self._gram = np.zeros((3, 3))

@@ -19,6 +19,7 @@ holds at any scale of the problem; a correction of a few digits is all that is a
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -64,6 +65,17 @@ class ProjectedCG:
         self._room = np.zeros((0, *vector), dtype)
         self._constraints, self._moments = self._room, np.zeros(0)
         self._inverse_gram: FloatArray = np.zeros((0, 0))
+
+    def first_component(self) -> ProjectedCG:
+        """The same for one component, in the first component's arrays; not for use at the same time."""
+        other = copy.copy(self)
+        for name in ("solution", "residual", "_direction", "_image"):
+            setattr(other, name, getattr(self, name)[:1])
+        shape, dtype = self.zone.shape, self.weight.dtype
+        other.zone = np.zeros(shape, dtype=bool)
+        other.stiffness, other.normal = np.zeros((1, 1), dtype), np.zeros((2, 1, 1), dtype)
+        other._room = np.zeros((0, 1, *shape), dtype)
+        return other
 
     def constrain(self, motions: Sequence[int], motion: Callable[[int, FloatArray], None]) -> None:
         """Keep the solution orthogonal to rigid motions; ``motion(mode, out)`` writes one of them (c, nx, ny)."""

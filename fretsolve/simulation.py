@@ -65,6 +65,7 @@ def run(
             save_wisdom()
             windows = solver.windows_made
         state = _state(solved, state, increment, scene, time.perf_counter() - began)
+        del solved  # what the state does not need of it
         summaries.append(state.summary)
         yield state
 
@@ -82,20 +83,22 @@ def _state(
 ) -> State:
     """Accumulate slip and work, and sum the increment up."""
     solution, evidence = solved.solution, solved.evidence
-    distance = np.hypot(evidence.slip[0], evidence.slip[1])
-    bound = scene.model.friction * solution.pressure
-    if previous is None:
-        work_density = 0.5 * bound * distance
-        slip, slip_path, work_before = evidence.slip, distance, 0.0
-    else:
-        # The bound's mean over the increment: exact at constant pressure, of second order otherwise.
-        bound += scene.model.friction * previous.fields.pressure
-        work_density = 0.5 * bound * distance
-        slip, slip_path = previous.fields.slip + evidence.slip, previous.fields.slip_path + distance
-        work_before = previous.summary.work_total
-    work = float(work_density.sum()) * scene.grid.cell_area
+    # In place: the evidence and its arrays are this state's alone.
+    slip, slip_path = evidence.slip, np.hypot(evidence.slip[0], evidence.slip[1])
+    work_density = scene.model.friction * solution.pressure
     if previous is not None:
+        # The bound's mean over the increment: exact at constant pressure, of second order otherwise.
+        work_density += scene.model.friction * previous.fields.pressure
+        slip += previous.fields.slip
+    work_density *= 0.5
+    work_density *= slip_path
+    work_density *= evidence.zone == Zone.SLIP  # what a sticking cell slips is the certificate's residual
+    work = float(work_density.sum()) * scene.grid.cell_area
+    work_before = 0.0
+    if previous is not None:
+        slip_path += previous.fields.slip_path
         work_density += previous.fields.work_density
+        work_before = previous.summary.work_total
     fields = Fields(
         solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
     )

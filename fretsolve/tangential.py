@@ -24,6 +24,7 @@ from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector, solve_modes
+from fretsolve.normal import Space
 from fretsolve.pointwise import friction
 from fretsolve.projected_cg import ProjectedCG
 
@@ -61,6 +62,11 @@ class TangentialSolver:
         self.slipping: BoolArray = np.zeros(shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
+
+    @property
+    def space(self) -> Space:
+        """Arrays that hold nothing between solves."""
+        return Space((self._slip[0], self._slip[1], self._normal[0]), self._cg.first_component())
 
     def solve(
         self,

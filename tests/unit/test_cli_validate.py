@@ -153,4 +153,4 @@ def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     command = [sys.executable, "-c", RUN_AND_TELL_MEMORY, "run", str(case), "-q", *words]
     child = subprocess.run(command, capture_output=True, text=True, check=True)
     taken = 1024 * int(child.stdout)
-    assert estimate(prepare(load_case(case, values))).memory == pytest.approx(taken, rel=0.3)
+    assert estimate(prepare(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)

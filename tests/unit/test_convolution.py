@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import convolve2d
 
 from fretsolve import convolution
-from fretsolve.convolution import PaddedConvolution, padded_length
+from fretsolve.convolution import PaddedConvolution, RowSpace, padded_length
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]
@@ -28,8 +28,8 @@ def whole(values, odd_x, odd_y):
 
 
 def convolve(padded, kernels, fields, turned_field=None, turned_displacement=None):
-    inputs = [padded.spectrum_array() for _ in fields]
-    outputs = [padded.spectrum_array() for _ in kernels]
+    rows = padded.row_spectra(len(fields) + len(kernels), RowSpace())
+    inputs, outputs = rows[: len(fields)], rows[len(fields) :]
     for field, spectrum in zip(fields, inputs, strict=True):
         padded.transform_rows(field, spectrum)
     padded.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
@@ -99,7 +99,7 @@ def test_accumulation():
     kernel = padded.kernel_spectrum(quadrant((6, 7), False, False), False, False)
     field = np.random.default_rng(0).normal(size=(6, 7))
     (once,) = convolve(padded, ((kernel,),), [field])
-    spectrum = padded.spectrum_array()
+    (spectrum,) = padded.row_spectra(1, RowSpace())
     padded.transform_rows(field, spectrum)
     padded.multiply_columns(((kernel,),), [spectrum], [spectrum])
     total = np.ones((6, 7))
@@ -117,3 +117,14 @@ def test_single_precision():
         found.append(convolve(padded, ((kernel,),), [field.astype(dtype)])[0])
     assert found[1].dtype == np.float32
     np.testing.assert_allclose(found[1], found[0], atol=1e-4 * np.abs(found[0]).max())
+
+
+def test_room_for_spectra_is_lent_and_given_back():
+    space = RowSpace()
+    first = space.arrays(2, (4, 5), np.dtype(np.complex128))
+    again = space.arrays(1, (5, 6), np.dtype(np.complex64))
+    assert np.shares_memory(first[0], again[0])
+    assert not np.shares_memory(*first)
+    assert all(array.ctypes.data % 64 == 0 for array in first)
+    space.release()
+    assert not np.shares_memory(first[0], space.arrays(1, (4, 5), np.dtype(np.complex128))[0])

@@ -1,0 +1,101 @@
+"""The two solvers alone, from nothing, on the whole grid; asv's shape, ``python benchmarks/bench_solvers.py`` prints.
+
+A sphere of the base case on 0.9 mm: the pressure at 400 N, and the shear at 36 N under that pressure, without window
+and coarse grids, so that iterations tell what the preconditioners do as the grid is refined.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+from work_unit import work_unit
+
+from fretsolve.elastic import ElasticOperator
+from fretsolve.grid import Grid
+from fretsolve.materials import Compliances
+from fretsolve.modes import Balance
+from fretsolve.normal import NormalSolver
+from fretsolve.pointwise import COMPILED
+from fretsolve.tangential import TangentialSolver
+from fretsolve.terms import Terms
+
+STEEL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
+SOLVERS = ("normal", "tangential")
+
+
+class Solvers:
+    """Iterations, applications and cost of one solve, by grid and solver."""
+
+    params = ((64, 128, 256, 512, 1024), SOLVERS)
+    param_names = ("points", "solver")
+    timeout = 600
+
+    def setup(self, points: int, solver: str) -> None:
+        """Operators with their influence coefficients, and the pressure for the tangential problem."""
+        grid = Grid.from_size((points, points), (0.9, 0.9))
+        self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), STEEL, Terms(True, True, False))
+        self.separation = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / 20.0
+        self.normal, self.tangential = NormalSolver(self.operator, grid), TangentialSolver(self.operator, grid)
+        self.pressure = np.zeros(grid.shape)
+        self.solve_normal(self.pressure)
+        self.result = self.solve(solver)
+        before = self.operator.total_applications
+        began = time.perf_counter()
+        self.solve(solver)
+        self.seconds = time.perf_counter() - began
+        self.applications = self.operator.total_applications - before
+
+    def solve_normal(self, pressure: np.ndarray) -> int:
+        """Iterations of the normal problem from `pressure`."""
+        balance = Balance((True, False, False), (400.0, 0.0, 0.0))
+        result = self.normal.solve(self.separation, balance, pressure, 1e-6, 2000, np.zeros(3))
+        assert result.converged
+        return result.iterations
+
+    def solve(self, solver: str) -> int:
+        """Iterations of a solve from nothing."""
+        if solver == "normal":
+            return self.solve_normal(np.zeros_like(self.pressure))
+        balance = Balance((True, True, False), (36.0, 0.0, 0.0))
+        nothing = np.zeros((2, *self.pressure.shape))
+        self.tangential.slipping[:] = False
+        result = self.tangential.solve(nothing, balance, 0.1 * self.pressure, nothing.copy(), 1e-6, 2000, 0.0)
+        assert result.converged
+        return result.iterations
+
+    def time_solve(self, points: int, solver: str) -> None:
+        """One solve from nothing."""
+        self.solve(solver)
+
+    def peakmem_solve(self, points: int, solver: str) -> None:
+        """One solve from nothing."""
+        self.solve(solver)
+
+    def track_iterations(self, points: int, solver: str) -> int:
+        """Of conjugate gradients."""
+        return self.result
+
+    def track_applications(self, points: int, solver: str) -> int:
+        """Of the elastic operator, in single and in double precision."""
+        return self.applications
+
+    def track_work_units(self, points: int, solver: str) -> float:
+        """WU of a solve, both measured here."""
+        return self.seconds / work_unit(points)
+
+
+if __name__ == "__main__":
+    print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
+    print("| solver | points | iterations | applications | WU | seconds |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for solver in SOLVERS:
+        for points in [int(argument) for argument in sys.argv[1:]] or Solvers.params[0]:
+            bench = Solvers()
+            bench.setup(points, solver)
+            print(
+                f"| {solver} | {points} | {bench.result} | {bench.applications}"
+                f" | {bench.track_work_units(points, solver):.0f} | {bench.seconds:.3g} |",
+                flush=True,
+            )

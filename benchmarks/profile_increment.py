@@ -1,0 +1,88 @@
+"""Where the time of one coupled increment goes: ``python benchmarks/profile_increment.py [POINTS ..]`` prints a table.
+
+Mode I.3 of the base case on 0.9 mm, increments 31 to 35 (from B on towards C), by the part of the package that spends
+it. Time in functions of NumPy and FFTW counts for the part that calls them. The profiler itself adds about a tenth.
+"""
+
+from __future__ import annotations
+
+import cProfile
+import pstats
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+from bench_path import JOBS, compile_kernels, scene_of
+
+import fretsolve
+from fretsolve.pointwise import COMPILED
+
+FIRST, LAST = 31, 35
+
+PARTS = {
+    "elastic operator: transforms": ("convolution", "elastic"),
+    "elastic operator: products with the influence spectra": ("spectral_plain", "spectral_compiled"),
+    "preconditioner": ("symbol_inverse",),
+    "conjugate gradients": ("projected_cg", "cg_plain", "cg_compiled"),
+    "slip law and balance": ("tangential", "friction_plain", "friction_compiled"),
+    "normal problem": ("normal", "modes"),
+    "first estimates, window, alternation": ("alternation", "increment", "level", "coarse", "window", "sliding"),
+    "certificate and state": ("certificate", "simulation", "edges"),
+    "influence coefficients": ("influence", "influence_spectra"),
+}
+
+Function = tuple[str, int, str]
+
+
+def profile(points: int) -> tuple[pstats.Stats, int]:
+    """Profile of the chosen increments and their number."""
+    profiler, count = cProfile.Profile(), 0
+    for step, _ in enumerate(fretsolve.run(scene_of(JOBS[3], points))):
+        if step == FIRST - 1:
+            profiler.enable()
+        elif step >= FIRST:
+            count += 1
+        if step == LAST:
+            profiler.disable()
+            break
+    return pstats.Stats(profiler), count
+
+
+def by_part(stats: pstats.Stats) -> dict[str, float]:
+    """Seconds of each part; a function outside of the package counts for its callers."""
+    package = Path(fretsolve.__file__).parent
+    part_of_module = {module: part for part, modules in PARTS.items() for module in modules}
+    seconds: dict[str, float] = defaultdict(float)
+
+    def share(function: Function, time: float, depth: int) -> None:
+        file = Path(function[0])
+        if package in file.parents:
+            seconds[part_of_module.get(file.stem, "other")] += time
+            return
+        callers = stats.stats[function][4]
+        whole = sum(entry[2] for entry in callers.values())
+        if depth == 0 or not callers or whole == 0.0:
+            seconds["other"] += time
+            return
+        for caller, entry in callers.items():
+            share(caller, time * entry[2] / whole, depth - 1)
+
+    for function, (_, _, own, _, _) in stats.stats.items():
+        share(function, own, 6)
+    return seconds
+
+
+if __name__ == "__main__":
+    compile_kernels()
+    grids = [int(argument) for argument in sys.argv[1:]] or [256, 1024]
+    found = {}
+    for points in grids:
+        stats, count = profile(points)
+        found[points] = {part: value / count for part, value in by_part(stats).items()}
+    print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
+    print("| part |", " | ".join(f"{points} x {points}" for points in grids), "|")
+    print("| --- " * (1 + len(grids)) + "|")
+    for part in (*PARTS, "other"):
+        shares = (found[points].get(part, 0.0) / sum(found[points].values()) for points in grids)
+        print(f"| {part} |", " | ".join(f"{100 * value:.0f} %" for value in shares), "|")
+    print("| an increment |", " | ".join(f"{sum(found[points].values()):.3g} s" for points in grids), "|")

@@ -1,0 +1,132 @@
+"""Contact and stick radii within cells: their errors, order and smoothness, against those of counted cells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from solving import FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_last
+
+from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin
+from fretsolve.edges import contact_area, stick_area
+from fretsolve.state import Zone
+
+POINTS = (32, 64, 128)
+PLACES = [(size, center) for size in (0.68, 0.6993, 0.7226, 0.74, 0.77) for center in ([0.0, 0.0], [0.0037, -0.0021])]
+"""Sizes of the grid and its centres. Errors are root mean squares over them: they fluctuate with how the circles cut
+the cells."""
+SHEAR_FORCE, TORQUE = 36.0, 5.0
+MINDLIN = cattaneo_mindlin(HERTZ, FRICTION, SHEAR_FORCE, MATERIAL.tangential)
+CERTIFIED_STICK_RADIUS = 0.139761
+"""Of mode I with all tangential coefficients, by counting the cells of a 256 x 256 grid."""
+
+
+def radius(area):
+    return np.sqrt(area / np.pi)
+
+
+def radii(state, before, grid):
+    """Contact and stick radius from the fields of one increment, and both by counting cells."""
+    fields = state.fields
+    slip = fields.slip - before.fields.slip
+    contact = contact_area(fields.pressure, fields.gap, grid, MATERIAL)
+    parts = fields.pressure, fields.gap, fields.shear, FRICTION * fields.pressure, slip, fields.zone
+    stick = stick_area(*parts, grid, MATERIAL, contact)
+    counts = np.count_nonzero(fields.zone != Zone.OPEN), np.count_nonzero(fields.zone == Zone.STICK)
+    return radius(np.array([contact, stick, *(count * grid.cell_area for count in counts)]))
+
+
+def solved_radii(path, **parts):
+    """Of the last increment of a load path."""
+    *_, before, state = solve(load_path=path, **parts)
+    return radii(state, before, grid_of(**parts))
+
+
+@pytest.fixture(scope="module")
+def mode_one():
+    """Relative errors (points, 4) of the radii of mode I without cross influence, where the closed forms are exact."""
+    path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 1}]
+    exact = np.array([A, MINDLIN.stick_radius] * 2)
+    grids = [[{"points": n, "size": size, "center": center} for size, center in PLACES] for n in POINTS]
+    found = [[solved_radii(path, grid=grid, coupling="none") / exact - 1.0 for grid in level] for level in grids]
+    return np.sqrt(np.mean(np.square(found), axis=1))
+
+
+class TestModeOne:
+    def test_errors_are_within_bounds(self, mode_one):
+        """The bounds are twice what is found."""
+        contact, stick = mode_one[:, 0], mode_one[:, 1]
+        assert (contact < [4e-4, 1.2e-4, 5e-5]).all()
+        assert (stick < [3e-3, 5e-4, 2e-4]).all()
+
+    def test_they_are_far_below_those_of_counting(self, mode_one):
+        assert (mode_one[:, :2] < 0.1 * mode_one[:, 2:]).all()
+
+    def test_order_of_convergence(self, mode_one):
+        order = -np.polyfit(np.log(POINTS), np.log(mode_one), 1)[0]
+        assert (order[:2] > [1.3, 1.7]).all()
+        assert (order[:2] > order[2:] + 0.4).all()
+
+    @pytest.mark.parametrize("points", [64, 128])
+    def test_certified_radius_with_cross_influence(self, points):
+        """A count on the finest grid, which is about a tenth of its cells (0.2 %) too large."""
+        path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 1}]
+        found = solved_radii(path, grid={"points": points, "size": 0.7226}, coupling="tangential")
+        assert found[1] == pytest.approx(CERTIFIED_STICK_RADIUS, rel=3e-3)
+
+    def test_number_of_increments_does_not_matter(self):
+        parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
+        for increments in (2, 5, 20):
+            found = solved_radii([{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": increments}], **parts)
+            assert found[1] == pytest.approx(MINDLIN.stick_radius, rel=1e-3)
+
+    def test_a_whole_cycle(self):
+        """Unloading by dQ makes a front as a load of dQ/2 does from nothing."""
+        turns = [(SHEAR_FORCE, 0.0), (SHEAR_FORCE, -SHEAR_FORCE), (-SHEAR_FORCE, 0.0), (-SHEAR_FORCE, SHEAR_FORCE)]
+        once = {"P": LOAD, "increments": 1}, {"Qx": SHEAR_FORCE, "increments": 1}
+        parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
+        states = solve(load_path=[*once, *({"Qx": force, "increments": 2} for _, force in turns)], **parts)
+        grid = grid_of(**parts)
+        for (turned_at, force), before, state in zip(turns, states[2::2], states[3::2], strict=True):
+            exact = A * np.cbrt(1.0 - 0.5 * abs(force - turned_at) / (FRICTION * LOAD))
+            assert state.summary.Qx == pytest.approx(force, abs=1e-3)
+            assert radii(state, before, grid)[1] == pytest.approx(exact, abs=0.1 * grid.dx)
+
+
+def test_torsion():
+    """Here the front runs along the slip."""
+    exact = lubkin(HERTZ, FRICTION, TORQUE, MATERIAL.torsional).stick_radius
+    for points in POINTS:
+        path = [{"P": LOAD}, {"Mz": TORQUE, "increments": 1}]
+        found = solved_radii(path, grid={"points": points, "size": 0.7226})
+        assert found[1] == pytest.approx(exact, rel=2e-3)
+
+
+def jumps(areas, cell):
+    """Largest change in cells of the step from one area to the next."""
+    return np.abs(np.diff(areas, 2)).max() / cell
+
+
+def test_the_contact_grows_smoothly():
+    """Under loads 1 % apart, by 11 cells of 64 x 64 each."""
+    parts = {"grid": {"points": 64, "size": 0.76}}
+    grid, loads = grid_of(**parts), 300.0 * 1.01 ** np.arange(25)
+    states = [solve_last(**parts, load_path=[{"P": float(load)}]) for load in loads]
+    found = np.array([contact_area(state.fields.pressure, state.fields.gap, grid, MATERIAL) for state in states])
+    exact = np.array([hertz_sphere(load, RADIUS, MATERIAL.contact_modulus).contact_radius for load in loads])
+    counted = [np.count_nonzero(state.fields.pressure) * grid.cell_area for state in states]
+    assert radius(found) == pytest.approx(exact, rel=3e-4)
+    assert jumps(found, grid.cell_area) < 1.0
+    assert jumps(counted, grid.cell_area) > 16.0
+
+
+def test_the_stick_zone_shrinks_smoothly():
+    """Under shear forces 1 % apart, by 10 cells of 64 x 64 each and more."""
+    parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
+    grid, forces = grid_of(**parts), 20.0 * 1.01 ** np.arange(40)
+    paths = [[{"P": LOAD}, {"Qx": float(force), "increments": 1}] for force in forces]
+    found = np.array([solved_radii(path, **parts) for path in paths])
+    exact = A * np.cbrt(1.0 - forces / (FRICTION * LOAD))
+    assert found[:, 1] == pytest.approx(exact, rel=1e-3)
+    smooth, counted = (jumps(np.pi * found[:, column] ** 2, grid.cell_area) for column in (1, 3))
+    assert smooth < 2.0
+    assert counted > 16.0
