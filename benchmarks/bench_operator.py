@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 
@@ -14,7 +15,8 @@ from fretsolve.scene import prepare
 from fretsolve.terms import Terms
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"
-PARTS = ("normal", "tangential", "all")
+PARTS = ("normal", "tangential", "all", "tangential, single", "preconditioner")
+"""The last two are what an inner iteration applies to a shear, in single precision."""
 
 
 class Operator:
@@ -29,13 +31,16 @@ class Operator:
         self.operator = ElasticOperator((points, points), (0.01, 0.01), material, Terms(True, True, True))
         random = np.random.default_rng(0)
         pressure, shear = random.random((points, points)), random.random((2, points, points))
+        inner = self.operator.inner
+        single, result = shear.astype(inner.dtype), np.empty(shear.shape, inner.dtype)
         uz, displacement = np.empty_like(pressure), np.empty_like(shear)
-        arguments = {
-            "normal": (pressure, uz),
-            "tangential": (shear, displacement),
-            "all": (pressure, shear, uz, displacement),
-        }
-        self.apply = lambda: getattr(self.operator, part)(*arguments[part])
+        self.apply = {
+            "normal": lambda: self.operator.normal(pressure, uz),
+            "tangential": lambda: self.operator.tangential(shear, displacement),
+            "all": lambda: self.operator.all(pressure, shear, uz, displacement),
+            "tangential, single": lambda: inner.elastic.tangential(single, result),
+            "preconditioner": lambda: inner.inverse.tangential(single, result),
+        }[part]
         self.apply()
 
     def time_application(self, points: int, part: str) -> None:
@@ -52,13 +57,18 @@ class Operator:
         return float(np.median(seconds)) / work_unit(points)
 
 
-if __name__ == "__main__":
-    print("| points | WU, s |", " | ".join(f"{part}, WU" for part in PARTS), "|")
+def print_table(grids: list[int]) -> None:
+    """All parts on some grids."""
+    print("| points | WU, ms |", " | ".join(f"{part}, WU" for part in PARTS), "|")
     print("| --- " * (2 + len(PARTS)) + "|")
-    for points in Operator.params[0]:
+    for points in grids:
         costs = []
         for part in PARTS:
             bench = Operator()
             bench.setup(points, part)
             costs.append(f"{bench.track_work_units(points, part):.2f}")
-        print(f"| {points} | {work_unit(points):.5f} |", " | ".join(costs), "|", flush=True)
+        print(f"| {points} | {1e3 * work_unit(points):.3g} |", " | ".join(costs), "|", flush=True)
+
+
+if __name__ == "__main__":
+    print_table([int(argument) for argument in sys.argv[1:]] or list(Operator.params[0]))

@@ -86,12 +86,13 @@ class Solvers:
         return self.seconds / work_unit(points)
 
 
-if __name__ == "__main__":
+def print_table(grids: list[int]) -> None:
+    """Both solvers on some grids."""
     print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
     print("| solver | points | iterations | applications | WU | seconds |")
     print("| --- | --- | --- | --- | --- | --- |")
     for solver in SOLVERS:
-        for points in [int(argument) for argument in sys.argv[1:]] or Solvers.params[0]:
+        for points in grids:
             bench = Solvers()
             bench.setup(points, solver)
             print(
@@ -99,3 +100,7 @@ if __name__ == "__main__":
                 f" | {bench.track_work_units(points, solver):.0f} | {bench.seconds:.3g} |",
                 flush=True,
             )
+
+
+if __name__ == "__main__":
+    print_table([int(argument) for argument in sys.argv[1:]] or list(Solvers.params[0]))

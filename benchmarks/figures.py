@@ -1,8 +1,8 @@
-"""Regenerate the figures of the README: certified values reached, residuals of the shipped cases, cost.
+"""Regenerate the figures of the documents: certified values reached, residuals of the shipped cases, cost.
 
-    python benchmarks/figures.py              # everything, about two minutes on one core
-    python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, cost
-    python benchmarks/figures.py --into README.md
+    python benchmarks/figures.py              # everything, about fifteen minutes on one core
+    python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, performance ...
+    python benchmarks/figures.py --into README.md docs/performance.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
 References: closed forms (`fretsolve.closed_forms`) with the deviations of an independent, certified solve on 256 x 256
@@ -14,18 +14,21 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
-import resource
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import bench_operator
+import bench_path
+import bench_solvers
 import numpy as np
+import profile_increment
 
 import fretsolve
 from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin
@@ -151,31 +154,41 @@ def print_residuals() -> None:
         print(f"| {path.stem} | {len(summaries)} | {case.solver.tolerance:.0e} | {values} |")
 
 
-def print_cost() -> None:
-    """Operator applications, seconds and memory of the figures that the README names."""
-    states = _run("mode1_similar", "grid.points=256", "grid.size=0.9")
-    first, second = states[0].summary, states[1].summary
-    print("| job | operator applications | seconds |")
-    print("| --- | --- | --- |")
-    print(f"| Hertz, 256 x 256 on 0.9 mm | {first.operator_applications} | {first.wall_time:.2f} |")
-    print(f"| mode I.2, the same, one increment 0 to 36 N | {second.operator_applications} | {second.wall_time:.2f} |")
-    began = time.perf_counter()
-    coupled = _run("mode2_dissimilar", "grid.points=128", "load_path.0.increments=10")
-    seconds, spent = time.perf_counter() - began, sum(state.summary.operator_applications for state in coupled)
-    print(f"| mode II, 128 x 128, {len(coupled)} increments | {spent} | {seconds:.1f} |")
-    child = subprocess.run([sys.executable, __file__, "memory"], capture_output=True, text=True, check=True)
+def print_performance() -> None:
+    """What the increments of the modes cost, and the memory of the coupled one."""
+    bench_path.print_table([256, 512, 1024])
+    sizes = ", ".join(
+        f"{bench_path.Memory().track_bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048)
+    )
+    print(f"\nPeak memory of mode I.3 in bytes per cell, beyond the interpreter and its libraries: {sizes}.")
+
+
+def print_profile() -> None:
+    """Where the time of a coupled increment goes."""
+    profile_increment.print_table([256, 1024])
+
+
+def print_solvers() -> None:
+    """Iterations of the two solvers as the grid is refined."""
+    bench_solvers.print_table([64, 128, 256, 512, 1024])
+
+
+def print_operator() -> None:
+    """The elastic operator against the floor."""
+    bench_operator.print_table([64, 128, 256, 512, 1024])
+
+
+def print_without_compiler() -> None:
+    """The same increments with the pointwise kernels in NumPy."""
+    script = Path(bench_path.__file__)
+    child = subprocess.run(
+        [sys.executable, script, "256", "512"],
+        env=os.environ | {"FRETSOLVE_NUMBA": "0"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     print(child.stdout.strip())
-
-
-def print_memory() -> None:
-    """Peak memory of this process after indentation and one increment on 1024 x 1024 cells."""
-    case = fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=1024", "expect=[]"])
-    states = fretsolve.run(case)
-    summaries = [next(states).summary for _ in range(2)]
-    seconds = sum(summary.wall_time for summary in summaries)
-    spent = sum(summary.operator_applications for summary in summaries)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    print(f"| mode I.2, 1024 x 1024, indentation and one increment ({peak:.2f} GiB) | {spent} | {seconds:.1f} |")
 
 
 def _run(case: str, *overrides: str) -> list[State]:
@@ -197,7 +210,11 @@ PARTS = {
     "certified": print_certified,
     "steps": print_steps,
     "residuals": print_residuals,
-    "cost": print_cost,
+    "performance": print_performance,
+    "profile": print_profile,
+    "solvers": print_solvers,
+    "operator": print_operator,
+    "without compiler": print_without_compiler,
 }
 
 
@@ -221,10 +238,9 @@ def put_into(file: Path) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["memory"]:
-        print_memory()
-    elif sys.argv[1:2] == ["--into"]:
-        put_into(Path(sys.argv[2]))
+    if sys.argv[1:2] == ["--into"]:
+        for file in sys.argv[2:]:
+            put_into(Path(file))
     else:
         for name in sys.argv[1:] or list(PARTS):
             print(f"\n### {name}\n\n{printed(name)}")

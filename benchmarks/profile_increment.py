@@ -72,9 +72,9 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
     return seconds
 
 
-if __name__ == "__main__":
+def print_table(grids: list[int]) -> None:
+    """Shares of the parts on each grid."""
     compile_kernels()
-    grids = [int(argument) for argument in sys.argv[1:]] or [256, 1024]
     found = {}
     for points in grids:
         stats, count = profile(points)
@@ -86,3 +86,7 @@ if __name__ == "__main__":
         shares = (found[points].get(part, 0.0) / sum(found[points].values()) for points in grids)
         print(f"| {part} |", " | ".join(f"{100 * value:.0f} %" for value in shares), "|")
     print("| an increment |", " | ".join(f"{sum(found[points].values()):.3g} s" for points in grids), "|")
+
+
+if __name__ == "__main__":
+    print_table([int(argument) for argument in sys.argv[1:]] or [256, 1024])

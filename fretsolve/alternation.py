@@ -18,7 +18,7 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
-from fretsolve.modes import Balance, TangentialModes, Vector
+from fretsolve.modes import TINY, Balance, TangentialModes, Vector
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
 
 if TYPE_CHECKING:
@@ -31,6 +31,9 @@ FIRST_TOLERANCE = 1e-2
 
 PASS_REDUCTION = 0.05
 """How much more exactly than the last pass's change a pass is solved."""
+
+SHEAR_REDUCTION = 0.01
+"""The same for the shear alone, against the slip error that the pressure's last change made."""
 
 EXACT_ENOUGH = 3.0
 """The last pass is solved to this many targets at least: after a small step the change alone says little."""
@@ -105,7 +108,7 @@ class Alternation:
             tolerance = max(target, PASS_REDUCTION * work.change) if self._coupled else target
             settled = not self._coupled or work.change < SETTLED
             self._normal_pass(increment, start, work, tolerance)
-            self._tangential_pass(increment, start, work, tolerance, settled)
+            tolerance = self._tangential_pass(increment, start, work, tolerance, settled)
             work.alternations += 1
             work.change = self._couple_normal(work) if self._coupled else 0.0
             if work.change <= target and tolerance <= EXACT_ENOUGH * target:
@@ -141,13 +144,14 @@ class Alternation:
 
     def _tangential_pass(
         self, increment: Increment, start: Start, work: Iterate, tolerance: float, settled: bool
-    ) -> None:
+    ) -> float:
+        """Returns the tolerance that was met."""
         if not self.model.sheared:
             self._slide_without_friction(increment, start, work)
-            return
+            return tolerance
         if self._stays_unsheared(increment, start):
             work.rigid[3:] = start.rigid[3:]
-            return
+            return tolerance
         np.multiply(work.pressure, self.model.friction, out=self._bound)
         balance = self._carried(increment, start, settled)
         if self.model.terms.coupled:
@@ -160,6 +164,10 @@ class Alternation:
         least = LEAST_MOTION * float(np.abs(start.displacement).max())
         largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach, least)
         unlike_the_last = start.normal != increment.normal or not work.shear.any()
+        if self._coupled:
+            moved = np.abs(work.rigid[3:] - start.rigid[3:]) * (1.0, 1.0, reach)
+            disturbed = work.change * work.approach / max(largest, float(moved.max()), TINY)
+            tolerance = max(tolerance, min(SHEAR_REDUCTION * disturbed, FIRST_TOLERANCE))
         if work.alternations == 0 and unlike_the_last:
             self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
         result = self.level.tangential.solve(
@@ -172,6 +180,7 @@ class Alternation:
                 f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error"
                 f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
             )
+        return tolerance
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
         """Whether nothing is there that could cause shear: no load, no motion, no pressure that moves the surfaces."""

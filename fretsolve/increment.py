@@ -32,8 +32,9 @@ MARGIN = 0.3
 KEPT_WINDOWS = 2
 """A contact whose extent wavers between two sizes of window needs no new spectra at each increment."""
 
-LARGE_GRID = 1e6
-"""Cells from which on memory counts for more: one window is kept."""
+LARGE_GRID = 5e5
+"""Cells from which on memory counts for more than the time to get it again: one window is kept, and arrays are given
+back as soon as they hold nothing of use."""
 
 MOST_PROOFS = 12
 """How often an increment is taken up again after a window too small or a certificate not met."""
@@ -78,7 +79,7 @@ class IncrementSolver:
         self.windows_made = 0
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
-        self._kept_windows = KEPT_WINDOWS if grid.nx * grid.ny <= LARGE_GRID else 1
+        self._large = grid.nx * grid.ny > LARGE_GRID
 
     def solve(self, increment: Increment, start: Start) -> Solved:
         """Solve an increment from `start` and prove it.
@@ -132,8 +133,9 @@ class IncrementSolver:
 
     def _release(self, level: Level) -> None:
         """Give back the memory of one part of an increment before the next needs its own."""
-        level.release()
-        self._space.release()
+        if self._large:
+            level.release()
+            self._space.release()
 
     def _share(self, window: Window) -> float:
         """Cells of the window over those of the grid."""
@@ -146,7 +148,7 @@ class IncrementSolver:
         window = window_around(expected, free)
         alternation = self._alternations.pop(window, None)
         if alternation is None:
-            if len(self._alternations) == self._kept_windows:
+            if len(self._alternations) == (1 if self._large else KEPT_WINDOWS):
                 before = self.applications
                 del self._alternations[next(iter(self._alternations))]
                 self._spent += before - self.applications
@@ -192,7 +194,8 @@ class IncrementSolver:
             self.level.operator.all(work.pressure, work.shear, uz, displacement)
         else:
             self.level.operator.normal(work.pressure, uz)
-        self._space.release()
+        if self._large:
+            self._space.release()
         motion = work.rigid - start.rigid
         return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, start.displacement)
 

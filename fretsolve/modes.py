@@ -68,7 +68,10 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
     Singular directions (a contact of one cell cannot resist rotation) get no amplitude.
     """
     amplitudes = np.zeros(3)
-    if forced:
+    if len(forced) == 1:
+        (mode,) = forced
+        amplitudes[mode] = right[mode] / gram[mode, mode] if gram[mode, mode] > 0.0 else 0.0
+    elif forced:
         block = gram[forced][:, forced]
         scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
         scale[scale == 0.0] = 1.0

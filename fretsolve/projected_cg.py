@@ -90,7 +90,10 @@ class ProjectedCG:
         gram: NDArray[np.float64] = np.zeros((len(motions), len(motions)))
         for row, constraint in zip(gram, self._constraints, strict=True):
             cg.weigh_moments(constraint, self.weight, self._constraints, row)
-        self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
+        if len(motions) == 1:
+            self._inverse_gram = np.divide(1.0, gram, out=np.zeros_like(gram), where=gram > 0.0)
+        elif motions:
+            self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
 
     def solve(self, operators: Operators, reduction: float, floor: float, limit: int) -> int:
         """Reduce the residual's largest length by `reduction`, or to `floor`; at most `limit` iterations.
@@ -129,7 +132,7 @@ class ProjectedCG:
 
     def _amplitudes(self) -> NDArray[np.float64]:
         """Of the constraints' motions, from the moments found last."""
-        return self._inverse_gram @ self._moments
+        return self._inverse_gram @ self._moments if len(self._moments) else self._moments
 
     def _precondition(self, operators: Operators) -> float:
         """The preconditioned residual in `_image`; its product with the residual."""

@@ -20,6 +20,7 @@ from scipy.fft import next_fast_len
 
 from fretsolve.convolution import CACHE_BYTES
 from fretsolve.materials import Compliances
+from fretsolve.pointwise import spectral
 from fretsolve.wisdom import planner_effort
 
 FloatArray = NDArray[np.floating]
@@ -66,7 +67,9 @@ class SymbolInverse:
         rows = self._products[0].shape[0]
         for start in range(0, self._size[0], rows):
             block = slice(start, start + rows)
-            _multiply_symmetric((along_x[block], along_y[block], mixed[block]), x[block], y[block], self._products)
+            fields = x[block], y[block]
+            room = self._products[0][: len(fields[0])], self._products[1][: len(fields[0])]
+            spectral.multiply_pair((along_x[block], along_y[block], mixed[block]), False, fields, fields, room)
         for part in (0, 1):
             self._restore(part, traction[part])
 
@@ -186,20 +189,3 @@ class _Transform:
 def _period(points: int) -> int:
     """Least fast length with `APART` cells more."""
     return int(next_fast_len(points + APART, real=True))
-
-
-def _multiply_symmetric(
-    matrix: tuple[FloatArray, FloatArray, FloatArray],
-    x: ComplexArray,
-    y: ComplexArray,
-    products: tuple[ComplexArray, ComplexArray],
-) -> None:
-    """In place, (x, y) times the symmetric matrix (xx, yy, xy) at each wave vector."""
-    along_x, along_y, mixed = matrix
-    from_x, from_y = products[0][: x.shape[0]], products[1][: x.shape[0]]
-    np.multiply(x, mixed, out=from_x)
-    np.multiply(y, mixed, out=from_y)
-    x *= along_x
-    y *= along_y
-    x += from_y
-    y += from_x

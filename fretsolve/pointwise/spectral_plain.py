@@ -1,7 +1,8 @@
 """Products of spectra with kernels in NumPy.
 
 Fields and results are complex (m, n); kernels are real and hold the non-negative wave numbers along the first axis,
-(m//2 + 1, n): the negative ones are mirrored, with a change of sign where the kernel is odd.
+(m//2 + 1, n): the negative ones are mirrored, with a change of sign where the kernel is odd. A kernel of m rows is
+whole.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def multiply_pair(
 ) -> None:
     """Two results of two fields by the symmetric matrix of kernels (xx, yy, xy), `odd` that of xy.
 
-    products: room for the size of a field, used up.
+    products: room for the size of a field, used up; `results` may be the fields.
     """
     direct_x, direct_y, mixed = kernels
     from_x, from_y = products
