@@ -11,6 +11,7 @@ import numpy as np
 
 from fretsolve.alternation import Start
 from fretsolve.components import PAIRS
+from fretsolve.edges import contact_area, stick_area
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.grid import Grid
 from fretsolve.increment import IncrementSolver, Solved
@@ -83,6 +84,7 @@ def _state(
 ) -> State:
     """Accumulate slip and work, and sum the increment up."""
     solution, evidence = solved.solution, solved.evidence
+    areas = _areas(solved, scene)
     # In place: the evidence and its arrays are this state's alone.
     slip, slip_path = evidence.slip, np.hypot(evidence.slip[0], evidence.slip[1])
     work_density = scene.model.friction * solution.pressure
@@ -104,16 +106,39 @@ def _state(
     )
     for array in (*vars(fields).values(), solution.displacement):
         array.flags.writeable = False  # the next increment starts from these very arrays
-    summary = _summary(solved, increment, scene.grid, work, work_before + work, wall_time)
+    summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
     return State(summary, fields, solution.displacement)
 
 
+def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:
+    """Areas of the contact and of the stick zone, their edges placed inside the cells."""
+    solution, evidence, materials = solved.solution, solved.evidence, scene.model.compliances
+    contact = contact_area(solution.pressure, evidence.gap, scene.grid, materials)
+    bound = scene.model.friction * solution.pressure
+    stick = stick_area(
+        solution.pressure,
+        evidence.gap,
+        solution.shear,
+        bound,
+        evidence.slip,
+        evidence.zone,
+        scene.grid,
+        materials,
+        contact,
+    )
+    return contact, stick
+
+
 def _summary(
-    solved: Solved, increment: Increment, grid: Grid, work: float, work_total: float, wall_time: float
+    solved: Solved,
+    increment: Increment,
+    areas: tuple[float, float],
+    work: float,
+    work_total: float,
+    wall_time: float,
 ) -> Summary:
     solution, zone = solved.solution, solved.evidence.zone
-    contact_area = float(np.count_nonzero(zone)) * grid.cell_area
-    stick_area = float(np.count_nonzero(zone == Zone.STICK)) * grid.cell_area
+    contact, stick = areas
     rigid = dict(zip(RIGID, map(float, solution.rigid), strict=True))
     return Summary(
         step=increment.step,
@@ -121,10 +146,12 @@ def _summary(
         **dict(zip(("P", "Mx", "My"), map(float, solved.normal), strict=True)),
         **dict(zip(("Qx", "Qy", "Mz"), map(float, solved.tangential), strict=True)),
         **rigid,
-        contact_area=contact_area,
-        stick_area=stick_area,
-        contact_radius=math.sqrt(contact_area / math.pi),
-        stick_radius=math.sqrt(stick_area / math.pi),
+        contact_area=contact,
+        stick_area=stick,
+        contact_radius=math.sqrt(contact / math.pi),
+        stick_radius=math.sqrt(stick / math.pi),
+        contact_cells=int(np.count_nonzero(zone)),
+        stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
         max_pressure=float(solution.pressure.max()),
         max_shear=float(np.hypot(solution.shear[0], solution.shear[1]).max()),
         work=work,

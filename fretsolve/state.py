@@ -74,6 +74,8 @@ class Summary:
     stick_area: float
     contact_radius: float
     stick_radius: float
+    contact_cells: int
+    stick_cells: int
     max_pressure: float
     max_shear: float
     work: float

@@ -14,6 +14,8 @@ from fretsolve.state import Fields, State, Summary
 
 ALL_FIELDS = ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap")
 COUNTS = (
+    "contact_cells",
+    "stick_cells",
     "step",
     "stage",
     "iterations_normal",

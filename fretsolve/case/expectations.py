@@ -41,7 +41,7 @@ _QUANTITIES: dict[Dimension, str] = {
     AREA: "contact_area stick_area",
     PRESSURE: "max_pressure max_shear",
     ENERGY: "work work_total",
-    NUMBER: "iterations_normal iterations_tangential alternations operator_applications"
+    NUMBER: "contact_cells stick_cells iterations_normal iterations_tangential alternations operator_applications"
     " residual_gap residual_stick residual_slip residual_bound residual_load",
     TIME: "wall_time",
 }

@@ -70,6 +70,8 @@ HISTORY = (
     Quantity("stick_area", "mm^2", "area of the stick zone"),
     Quantity("contact_radius", "mm", "radius of the circle of the area of contact"),
     Quantity("stick_radius", "mm", "radius of the circle of the area of the stick zone"),
+    Quantity("contact_cells", "1", "cells in contact", "int64"),
+    Quantity("stick_cells", "1", "cells of the stick zone", "int64"),
     Quantity("max_pressure", "MPa", "largest pressure"),
     Quantity("max_shear", "MPa", "largest shear traction"),
     Quantity("work", "mJ", "work dissipated in the increment"),
