@@ -126,7 +126,7 @@ def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:
         materials,
         contact,
     )
-    return contact, stick
+    return float(contact), float(stick)
 
 
 def _summary(
