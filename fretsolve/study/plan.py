@@ -1,0 +1,64 @@
+"""What a study is going to do, settled before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fretsolve.errors import CaseError
+from fretsolve.study.observable import Observable, usual_observables
+from fretsolve.study.trial import MakeHeader, Trial, finest, prepare_trials, stage_count
+from fretsolve.study.truth import NOUNS, TruthKind, chosen_observables, known_values
+from fretsolve.study.variation import Variation, crossed, read_variations
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The runs of a study in turn, the finest first, then by their estimated cost.
+
+    known: the truth where it is known before any run, else None: the finest run. unknown: what would usually be
+    compared, but has no such truth.
+    """
+
+    variations: tuple[Variation, ...]
+    trials: tuple[Trial, ...]
+    observables: tuple[Observable, ...]
+    unknown: tuple[Observable, ...]
+    kind: TruthKind
+    known: Mapping[Observable, float] | None
+
+    @property
+    def finest(self) -> Trial:
+        """The costliest of the trials."""
+        return self.trials[0]
+
+    @property
+    def truth_words(self) -> str:
+        """What the runs are compared with."""
+        if self.known is not None:
+            return f"the {NOUNS[self.kind]}s"
+        return f"the finest run, {self.finest.combination.words}"
+
+
+def make_plan(
+    case: Path,
+    overrides: Sequence[str],
+    varied: Sequence[str],
+    quantities: Sequence[str],
+    kind: TruthKind,
+    folder: Path,
+    make_header: MakeHeader,
+) -> Plan:
+    """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
+    variations = read_variations(varied)
+    trials = prepare_trials(case, overrides, crossed(variations), folder, make_header)
+    costliest = finest(trials)
+    known = known_values(kind, costliest.scene)
+    observables = chosen_observables(quantities, stage_count(trials), costliest.scene, kind, known)
+    if not observables:
+        raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
+    others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.seconds)
+    usual = usual_observables(costliest.scene) if kind == "closed-form" and not quantities else ()
+    unknown = tuple(one for one in usual if one not in observables)
+    return Plan(variations, (costliest, *others), observables, unknown, kind, known)

@@ -1,0 +1,88 @@
+"""The runs of a study as a table for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from fretsolve.study.assessment import Assessment, Row
+from fretsolve.study.variation import Variation
+from fretsolve.study.wording import percent, two_digits
+
+GAP = 2
+"""Blanks between two columns."""
+
+BEST, TRUTH = "*", "truth"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A heading of three lines, the last of units, and the cells below it."""
+
+    heading: tuple[str, str, str]
+    cells: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        return max(map(len, (*self.heading, *self.cells)))
+
+
+def tables(study: Assessment, width: int) -> Iterator[Table]:
+    """One row per run, by cost; as many tables of at most `width` characters as the quantities need."""
+    fixed = list(_fixed(study))
+    part, used = list(fixed), sum(column.width + GAP for column in fixed)
+    for column in _errors(study):
+        if len(part) > len(fixed) and used + column.width + GAP > width:
+            yield _table(study, part)
+            part, used = list(fixed), sum(column.width + GAP for column in fixed)
+        part.append(column)
+        used += column.width + GAP
+    yield _table(study, part)
+
+
+def key_names(variations: Sequence[Variation]) -> list[str]:
+    """The last parts of the varied keys, as far as they tell them apart."""
+    last = [variation.key.rpartition(".")[2] for variation in variations]
+    return [
+        name if last.count(name) == 1 else variation.key for name, variation in zip(last, variations, strict=True)
+    ]
+
+
+def _fixed(study: Assessment) -> Iterator[Column]:
+    rows = study.rows
+    settings = [row.outcome.trial.combination.settings for row in rows]
+    for index, name in enumerate(key_names(study.variations)):
+        values = [chosen[index].value for chosen in settings]
+        if not index:
+            width = max(map(len, values))
+            values = [f"{BEST if row.best else ''} {value:>{width}}" for row, value in zip(rows, values, strict=True)]
+        yield Column(("", name, ""), tuple(values))
+    yield Column(("", "time", "s"), tuple(two_digits(row.outcome.seconds) for row in rows))
+
+
+def _errors(study: Assessment) -> Iterator[Column]:
+    yield Column(("worst", "error", "%"), tuple(_cell(row, row.worst) for row in study.rows))
+    for name in study.names:
+        first, _, second = name.rpartition("_")
+        heading = (first, second) if len(second) > 1 and first else (name, f"@{study.stages_of(name)}")
+        yield Column((*heading, "%"), tuple(_cell(row, study.error_of(row, name)) for row in study.rows))
+
+
+def _cell(row: Row, error: float) -> str:
+    if row.outcome.failure:
+        return "failed"
+    return TRUTH if row.is_truth else percent(error)
+
+
+def _table(study: Assessment, columns: Sequence[Column]) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
+    for column in columns:
+        table.add_column("\n".join(column.heading), justify="right", no_wrap=True)
+    cells = zip(*(column.cells for column in columns), strict=True)
+    for row, texts in zip(study.rows, cells, strict=True):
+        table.add_row(*map(Text, texts), style="bold" if row.best else None)
+    return table

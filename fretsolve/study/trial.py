@@ -1,0 +1,100 @@
+"""The runs of a study before they are made: each a valid case with the name of its result."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.case import CaseErrors, HeightsSurface, load_case
+from fretsolve.errors import CaseError, KeyPath
+from fretsolve.estimate import estimate, require_memory
+from fretsolve.scene import Scene, prepare
+from fretsolve.study.variation import Combination
+
+if TYPE_CHECKING:
+    from fretsolve.history import RunHeader
+
+NO_FIELDS = "output.fields=[]"
+"""A study compares scalars; without fields a result takes some tens of kilobytes."""
+
+IRRELEVANT = ("title", "expect")
+"""Keys of a case that change nothing of a run, not even whether it fails."""
+
+DIGITS = 16
+"""Hexadecimal digits in the name of a result."""
+
+MakeHeader = Callable[[Scene, Path, tuple[str, ...]], "RunHeader"]
+"""The header of the run of a scene into a result file, with the overrides that made it."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of a study. out: its result file, named by what the run is."""
+
+    combination: Combination
+    scene: Scene
+    header: RunHeader
+    out: Path
+
+    @property
+    def seconds(self) -> float:
+        """Estimated, for the order of the runs and for progress."""
+        return estimate(self.scene).seconds
+
+
+def prepare_trials(
+    path: Path, overrides: Sequence[str], combinations: Sequence[Combination], folder: Path, make_header: MakeHeader
+) -> list[Trial]:
+    """All runs, in the order of `combinations`. Raises CaseError or FileError for the first that is no valid case."""
+    stages = [stage.key for stage in load_case(path, overrides).stages()]
+    trials = []
+    for combination in combinations:
+        varied = [text for setting in combination.settings for text in setting.overrides(stages)]
+        texts = (*overrides, *varied, NO_FIELDS)
+        try:
+            scene = prepare(load_case(path, texts))
+            require_memory(scene)
+            if any(isinstance(surface, HeightsSurface) for surface in scene.case.surface):
+                scene.separation()  # reads the maps
+        except CaseError as error:
+            raise _at_its_setting(error, combination, stages) from None
+        header = make_header(scene, folder, texts)
+        trials.append(Trial(combination, scene, header, folder / f"{digest(header)}.h5"))
+    return trials
+
+
+def digest(header: RunHeader) -> str:
+    """Of all that a run's outcome depends on, failures included."""
+    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in IRRELEVANT}
+    identity = json.dumps([case, header.inputs, header.version, header.format_version], sort_keys=True)
+    return hashlib.sha256(identity.encode()).hexdigest()[:DIGITS]
+
+
+def finest(trials: Sequence[Trial]) -> Trial:
+    """The trial with the most points, then increments, then terms of the model, then the least tolerance."""
+
+    def rank(trial: Trial) -> tuple[float, ...]:
+        nx, ny = trial.scene.grid.shape
+        terms = trial.scene.model.terms
+        kept = sum((terms.tangential, terms.cross, terms.coupled))
+        return nx * ny, trial.scene.load_path.increments, kept, -trial.scene.case.solver.tolerance
+
+    return max(reversed(trials), key=rank)
+
+
+def stage_count(trials: Sequence[Trial]) -> int:
+    """Stages that every trial has."""
+    return min(len(trial.scene.load_path.last_steps) for trial in trials)
+
+
+def _at_its_setting(error: CaseError, combination: Combination, stages: Sequence[KeyPath]) -> CaseError:
+    """One line that names the `--vary` at fault; the error itself where none is."""
+    first = error.problems[0] if isinstance(error, CaseErrors) else error
+    for setting in combination.settings:
+        if str(first.file) in {f"--set {text}" for text in setting.overrides(stages)}:
+            return CaseError(first.message, first.key, setting.origin)
+    return error
