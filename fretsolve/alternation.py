@@ -18,6 +18,7 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
+from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
 
@@ -40,6 +41,12 @@ EXACT_ENOUGH = 3.0
 
 SETTLED = 1e-4
 """Change below which the pressure tells what friction can carry. Before, a load beyond it is cut to just below it."""
+
+SLOW = 0.1
+"""Ratio of one change to the last from which on the passes are mixed (`fretsolve.mixing`) ..."""
+
+FEWEST_PLAIN = 1
+"""... after these many plain ones: at first the zones still move."""
 
 CUT = 0.999
 
@@ -90,6 +97,7 @@ class Alternation:
         self._coupled = model.terms.coupled and model.sheared
         self._separation = np.array(separation) if self._coupled else separation
         self._tangential_modes = TangentialModes(level.grid)
+        self._mixing: Mixing | None = None
         if model.sheared:
             self._known = np.zeros((2, *level.grid.shape))
             self._bound = np.zeros(level.grid.shape)
@@ -99,6 +107,7 @@ class Alternation:
 
         `work` is changed in place. Raises SlidingError or NotConvergedError.
         """
+        self._mixing = None
         if self.model.sheared:
             self._mark_slipping(work)
         if self._coupled:
@@ -110,7 +119,10 @@ class Alternation:
             self._normal_pass(increment, start, work, tolerance)
             tolerance = self._tangential_pass(increment, start, work, tolerance, settled)
             work.alternations += 1
+            before = work.change
             work.change = self._couple_normal(work) if self._coupled else 0.0
+            if self._mixing is None and work.alternations > FEWEST_PLAIN and work.change > SLOW * before:
+                self._mixing = Mixing()
             if work.change <= target and tolerance <= EXACT_ENOUGH * target:
                 return
             if work.alternations >= MOST_ALTERNATIONS:
@@ -216,7 +228,11 @@ class Alternation:
         contact = work.pressure > 0.0
         if not contact.any():
             contact = np.isfinite(separation)  # delta_z then is where the surfaces touch
-        np.subtract(uz, separation, out=separation, where=contact)
-        change = float(np.max(np.abs(separation), where=contact, initial=0.0))
+        change = float(np.max(np.abs(np.subtract(uz, separation, where=contact, out=np.zeros_like(uz)))))
+        if self._mixing is not None:
+            material = np.isfinite(uz)
+            uz[material] = self._mixing.next(
+                separation[material], uz[material], contact[material].astype(np.float64)
+            )
         separation[:] = uz
         return change / (work.approach or 1.0)
