@@ -119,7 +119,7 @@ class Examiner:
         in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
-        return float(np.max([in_contact / approach, penetration / approach, tension]))
+        return float(np.max([in_contact / approach, penetration / approach, tension])) + 0.0  # -0.0 is 0
 
     def _slip_residuals(
         self, shear: FloatArray, slip: FloatArray, sticking: NDArray[np.bool_], motion: float

@@ -39,7 +39,10 @@ class Compliances:
 
     @property
     def dundurs_constant(self) -> float:
-        """Dundurs' second constant beta = (C/2)/A, in [-1/2, 1/2]; 0 for two rigid bodies."""
+        """Dundurs' second constant beta = (C/2)/A; 0 for two rigid bodies.
+
+        In [-1/2, 1/2] where no Poisson's ratio is negative.
+        """
         return 0.5 * self.C / self.A if self.A else 0.0
 
     @property

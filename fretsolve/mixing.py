@@ -5,6 +5,8 @@ Sources: Anderson, J. ACM 12 (1965); Walker & Ni, SIAM J. Numer. Anal. 49 (2011)
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,12 +34,8 @@ class Mixing:
         del self._iterates[: -DEPTH - 1], self._residuals[: -DEPTH - 1]
         if len(self._residuals) == 1:
             return image
-        steps = np.array([after - before for before, after in _pairs(self._residuals)])
-        moves = np.array([after - before for before, after in _pairs(self._iterates)])
+        steps = np.array([after - before for before, after in pairwise(self._residuals)])
+        moves = np.array([after - before for before, after in pairwise(self._iterates)])
         shares = np.linalg.lstsq((steps * weight).T, residual * weight, rcond=LEAST_SINGULAR_VALUE)[0]
         result: FloatArray = image - shares @ (moves + steps)
         return result
-
-
-def _pairs(items: list[FloatArray]) -> list[tuple[FloatArray, FloatArray]]:
-    return list(zip(items[:-1], items[1:], strict=True))

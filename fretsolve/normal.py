@@ -31,6 +31,14 @@ REDUCTION = 0.2
 """By how much CG reduces the gap on a fixed zone before the zone is looked at again."""
 
 
+PATIENCE = 4
+"""Passes without halving the residual after which the contact zone is taken to run in circles ..."""
+
+CAUTION = 0.6
+"""... and from which on only cells that penetrate by this part of the deepest join it (next time by this part of what
+is left to 1): on a rough surface those beside them need not."""
+
+
 @dataclass(frozen=True)
 class NormalResult:
     """rigid: (delta_z, phi_x, phi_y); residual: largest |gap| in contact or penetration, over `scale` (mm)."""
@@ -84,11 +92,15 @@ class NormalSolver:
         max_iterations: of CG; rigid: estimate of the rigid displacements, used while there is no contact.
         """
         iterations, passes, rigid = 0, 0, rigid.copy()
+        least, since, caution = np.inf, 0, 0.0
         self._start_zone(separation, balance, pressure)
         self.operator.normal(pressure, self._uz)
         while True:
             rigid = self._rigid_displacement(separation, balance, rigid)
-            residual, scale = self._update_gap_and_zone(separation, rigid, tolerance)
+            residual, scale = self._update_gap_and_zone(separation, rigid, tolerance, caution)
+            least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
+            if since >= PATIENCE:
+                caution, since = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
             unbalanced = self._unbalance(balance, pressure)
             if residual <= tolerance and unbalanced <= tolerance:
                 return NormalResult(rigid, iterations, residual, scale, True)
@@ -139,8 +151,13 @@ class NormalSolver:
         self._scratch[~contact] = 0.0
         return imposed + solve_modes(self._gram, self.modes.sums(self._scratch), forced)
 
-    def _update_gap_and_zone(self, separation: FloatArray, rigid: Vector, threshold: float) -> tuple[float, float]:
-        """True gap; penetrating cells join the contact. Returns the relative residual and its scale."""
+    def _update_gap_and_zone(
+        self, separation: FloatArray, rigid: Vector, threshold: float, caution: float
+    ) -> tuple[float, float]:
+        """True gap; cells that penetrate by `caution` of the most, or any, join the contact.
+
+        Returns the relative residual and its scale.
+        """
         gap, contact = self._gap, self._contact
         self.modes.displacement(rigid, self._scratch)
         np.add(separation, self._uz, out=gap)
@@ -149,7 +166,8 @@ class NormalSolver:
         in_contact = float(np.max(np.abs(gap, out=self._scratch), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
         if penetration > threshold * scale:
-            np.logical_or(contact, gap < -0.5 * threshold * scale, out=contact)
+            deep = max(0.5 * threshold * scale, caution * penetration)
+            np.logical_or(contact, gap < -deep, out=contact)
             self._gram = self.modes.gram(contact)
         return max(in_contact, penetration) / scale, scale
 

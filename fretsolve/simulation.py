@@ -25,6 +25,12 @@ if TYPE_CHECKING:
     from fretsolve.case import Case
     from fretsolve.modes import Balance
 
+FEWEST_CELLS = 8
+"""Per side: on fewer a contact reaches the edge because its cells are large."""
+
+WIDER = 1.5
+"""By how much a size is enlarged in advice where shear or moments widen the contact."""
+
 RIGID = tuple(motion for _, motion in PAIRS)
 
 
@@ -196,5 +202,9 @@ def _advised_size(scene: Scene, increment: Increment) -> str:
     except CaseError:
         return "; no size would hold it"
     if all(advised <= 1.05 * present for advised, present in zip(size, scene.grid.size, strict=True)):
-        return "; the size would do with more points, which resolve the contact"
+        if min(scene.grid.shape) < FEWEST_CELLS:
+            return "; the size would do with more points, which resolve the contact"
+        wider = tuple(WIDER * present for present in scene.grid.size)
+        advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"
+        return f"; the size would hold the contact under the normal load alone: {advice}"
     return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

@@ -396,3 +396,22 @@ def test_torque_near_the_limit_of_coupled_bodies():
     turned = solve(**parts, load_path=[*loads, {"phi_z": 0.1, "increments": 1}])[-1]
     carried = solve(**parts, load_path=[*loads, {"Mz": 0.995 * turned.summary.Mz, "increments": 1}])[-1]
     assert carried.summary.Mz == pytest.approx(0.995 * turned.summary.Mz)
+
+
+def test_thousands_of_spots(tmp_path):
+    """White noise under a punch: the contact zone must not run in circles (a third of the cells are in contact)."""
+    points = 240
+    heights = 1e-3 * np.random.default_rng(0).standard_normal((points + 17, points + 17))
+    np.save(tmp_path / "noise.npy", heights)
+    rough = {"heights": {"file": str(tmp_path / "noise.npy"), "spacing": 1.2 / points}}
+    case = build(
+        bodies=[{"young_modulus": 2e5, "poisson_ratio": 0.0}] * 2,
+        friction=0,
+        grid={"points": points, "size": 1.2},
+        load_path=[{"P": 4000}],
+        surface=[rough, {"punch": {"radius": 0.55}}],
+    )
+    (state,) = run(case)
+    assert state.summary.residual_gap < 1e-6
+    assert state.summary.iterations_normal < 200
+    assert 15000 < state.summary.contact_cells < 25000
