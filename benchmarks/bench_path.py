@@ -1,8 +1,9 @@
 """Increments of the modes in WU and seconds, in asv's shape; ``python benchmarks/bench_path.py 256 512`` prints.
 
 The base case on a square potential contact area of 0.9 mm, one thread, tolerance 1e-6, certificates met. `first` is an
-increment with all that it makes ready for the later ones (plans, influence coefficients); `again` is the same increment
-solved once more from the same start. Of a whole path the mean over its increments is told.
+increment with all that it makes ready for later ones (influence coefficients, window, arrays; FFTW's plans from its
+wisdom, which a machine measures once for each size of grid); `again` is the same increment from the same start, the
+median of five. Of a whole path the mean over its increments is told, windows and influence coefficients included.
 """
 
 from __future__ import annotations
@@ -10,8 +11,10 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +43,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds of the first solve and the median of later ones; iterations and applications of one solve."""
+    """Seconds of the first solve (NaN of a path) and the median of later ones; iterations and applications of one."""
 
     first: float
     again: float
@@ -68,11 +71,12 @@ def cost(job: Job, points: int) -> Cost:
 
 
 def cost_of_path(job: Job, points: int) -> Cost:
-    """Means over the increments of a run."""
+    """Means over the increments of a run; the first stage is solved before, so that FFTW's plans are known."""
+    deque(islice(fretsolve.run(scene_of(job, points)), 11), maxlen=0)
     history = [state.summary for state in fretsolve.run(scene_of(job, points))]
     seconds = float(np.mean([summary.wall_time for summary in history]))
     return Cost(
-        seconds,
+        np.nan,
         seconds,
         float(np.mean([summary.iterations_normal + summary.iterations_tangential for summary in history])),
         float(np.mean([summary.operator_applications for summary in history])),
@@ -86,7 +90,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     solver = IncrementSolver(
         scene.grid, scene.separation(), scene.model, settings.tolerance, settings.max_iterations
     )
-    history = [state.summary for state, _ in zip(fretsolve.run(scene), range(index), strict=False)]
+    history = [state.summary for state in islice(fretsolve.run(scene), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *scene.grid.shape))
     start = Start(nothing[0], nothing, nothing, np.zeros(6))
     for step in range(index):
@@ -112,8 +116,7 @@ def end_of(solved: Solved, increment: Increment) -> Start:
 def compile_kernels() -> None:
     """Load the compiled kernels, so that no increment is charged with it."""
     for job in JOBS:
-        for _ in zip(fretsolve.run(scene_of(job, 32)), range(3), strict=False):
-            pass
+        deque(islice(fretsolve.run(scene_of(job, 32)), 3), maxlen=0)
 
 
 class PathCost:
@@ -124,11 +127,9 @@ class PathCost:
     timeout = 1200
 
     def setup(self, points: int, name: str) -> None:
-        """Measure once: FFTW's plans are made and kept."""
+        """Measure, the kernels compiled and FFTW's plans known."""
         compile_kernels()
         job = next(job for job in JOBS if job.name == name)
-        if job.increment is None:
-            cost_of_increment(job, points, 0)
         self.cost, self.work_unit = cost(job, points), work_unit(points)
 
     def track_applications(self, points: int, name: str) -> float:
@@ -172,9 +173,12 @@ def print_bytes_per_cell(points: int) -> None:
     """What `Memory` asks its process for."""
     compile_kernels()
     before = peak_bytes()
-    for _ in zip(fretsolve.run(scene_of(JOBS[3], points)), range(3), strict=False):
-        pass
+    deque(islice(fretsolve.run(scene_of(JOBS[3], points)), 3), maxlen=0)
     print((peak_bytes() - before) / points**2)
+
+
+def _rounded(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.0f}"
 
 
 def print_table(grids: list[int]) -> None:
@@ -188,7 +192,7 @@ def print_table(grids: list[int]) -> None:
             found = bench.cost
             print(
                 f"| {job.name} | {points} | {1e3 * bench.work_unit:.2f} | {found.iterations:.0f}"
-                f" | {found.applications:.0f} | {found.first / bench.work_unit:.0f}"
+                f" | {found.applications:.0f} | {_rounded(found.first / bench.work_unit)}"
                 f" | {found.again / bench.work_unit:.0f} | {found.again:.3g} |",
                 flush=True,
             )

@@ -242,5 +242,8 @@ if __name__ == "__main__":
         for file in sys.argv[2:]:
             put_into(Path(file))
     else:
+        unknown = [name for name in sys.argv[1:] if name not in PARTS]
+        if unknown:
+            sys.exit(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
         for name in sys.argv[1:] or list(PARTS):
             print(f"\n### {name}\n\n{printed(name)}")

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.fft import dct, dst, next_fast_len
 
 from fretsolve.pointwise import spectral
-from fretsolve.wisdom import planner_effort
+from fretsolve.wisdom import plan, planner_effort
 
 FloatArray = NDArray[np.floating]
 ComplexArray = NDArray[np.complexfloating]
@@ -59,7 +59,7 @@ class KernelSpectrum:
 
     def scaled(self, factor: float, dtype: type[np.floating]) -> KernelSpectrum:
         """The same times `factor`, in another precision."""
-        return KernelSpectrum(np.multiply(self.values, factor, dtype=dtype, casting="same_kind"), self.odd_x)
+        return KernelSpectrum((self.values * factor).astype(dtype), self.odd_x)
 
 
 KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
@@ -126,12 +126,12 @@ class PaddedConvolution:
         options = {"threads": threads, "flags": (effort, "FFTW_DESTROY_INPUT")}
         self._row_real = pyfftw.zeros_aligned((self._block_rows, my), self._float)
         self._row_complex = pyfftw.zeros_aligned((self._block_rows, self.columns), self._complex)
-        self._rows_forward = pyfftw.FFTW(
+        self._rows_forward = plan(
             self._row_real, self._row_complex, axes=(1,), threads=threads, flags=(effort,)
         )
         self._back_complex = pyfftw.zeros_aligned((self._block_rows, self.columns), self._complex)
         self._back_real = pyfftw.zeros_aligned((self._block_rows, my), self._float)
-        self._rows_backward = pyfftw.FFTW(
+        self._rows_backward = plan(
             self._back_complex, self._back_real, axes=(1,), direction="FFTW_BACKWARD", **options
         )
         self._row_real[:] = 0.0  # measuring a plan overwrites its arrays
@@ -146,8 +146,8 @@ class PaddedConvolution:
             self._blocks.append(
                 _ColumnBlock(
                     array,
-                    pyfftw.FFTW(array, array, axes=(0,), **self._options),
-                    pyfftw.FFTW(array, array, axes=(0,), direction="FFTW_BACKWARD", **self._options),
+                    plan(array, array, axes=(0,), **self._options),
+                    plan(array, array, axes=(0,), direction="FFTW_BACKWARD", **self._options),
                 )
             )
         return self._blocks[:count]

@@ -36,7 +36,8 @@ class ElasticOperator:
 
     Displacements in mm from tractions in MPa, written into the array given as the last argument. `applications`
     counts the calls of its methods; `transforms` the forward-and-inverse pairs of transforms of one field.
-    space: room for spectra, which operators that take turns may share.
+    space: room for row spectra, which operators that take turns may share; spectra: of the influence coefficients, in
+    the precision `dtype`, where they are not to be computed.
     """
 
     def __init__(
@@ -47,23 +48,29 @@ class ElasticOperator:
         terms: Terms,
         threads: int = 1,
         space: RowSpace | None = None,
+        dtype: type[np.floating] = np.float64,
+        spectra: Spectra | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
-        self.threads = threads
+        self.threads, self._dtype = threads, dtype
         self.applications = 0
-        self._dtype: type[np.floating] = np.float64
-        self._source: Spectra | None = None
         self._space = space or RowSpace()
+        self._given_spectra = spectra
 
     @cached_property
     def inner(self) -> InnerOperators:
         """This operator and an approximate inverse for inner iterations, in units of their own."""
         unit = UNIT_OF_COMPLIANCE * self.self_coefficient
         elastic = ElasticOperator(
-            self.shape, self.spacing, self.compliances, self.terms, self.threads, self._space
+            self.shape,
+            self.spacing,
+            self.compliances,
+            self.terms,
+            self.threads,
+            self._space,
+            INNER_PRECISION,
+            ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION),
         )
-        elastic._dtype = INNER_PRECISION
-        elastic._source = ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION)
         inverse = SymbolInverse(
             self.shape, self.spacing, self.compliances, self.terms.cross, unit, INNER_PRECISION, self.threads
         )
@@ -75,7 +82,7 @@ class ElasticOperator:
 
     @cached_property
     def _spectra(self) -> Spectra:
-        return self._source or InfluenceSpectra(self._convolution, self.spacing, self.compliances)
+        return self._given_spectra or InfluenceSpectra(self._convolution, self.spacing, self.compliances)
 
     @property
     def total_applications(self) -> int:
@@ -84,7 +91,7 @@ class ElasticOperator:
 
     @property
     def transforms(self) -> float:
-        """Pairs of transforms made so far."""
+        """Pairs of transforms made so far, without those of the inner iterations."""
         return self._convolution.transforms
 
     @cached_property

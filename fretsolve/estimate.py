@@ -12,9 +12,9 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from fretsolve.compiler import compiler_wanted
 from fretsolve.errors import CaseError
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def estimate(scene: Scene) -> Estimate:
         size * term
         for size, term in zip((CELL_BYTES_TANGENTIAL, CELL_BYTES_CROSS, CELL_BYTES_COUPLED), kept, strict=True)
     )
-    fixed = PROCESS_BYTES + COMPILER_BYTES * (find_spec("numba") is not None) + BUFFER_BYTES * (1 + sum(kept))
+    fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted() + BUFFER_BYTES * (1 + sum(kept))
     applications, seconds = APPLICATIONS_NORMAL, SECONDS_NORMAL
     if scene.model.sheared:
         applications = APPLICATIONS_COUPLED if terms.coupled else APPLICATIONS_TANGENTIAL

@@ -76,7 +76,6 @@ class IncrementSolver:
         self._space = RowSpace()
         self.level = Level(grid, model, threads, self._space)
         self._examiner = Examiner(separation, model.friction, NormalModes(grid), TangentialModes(grid))
-        self.windows_made = 0
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID
@@ -152,7 +151,6 @@ class IncrementSolver:
                 before = self.applications
                 del self._alternations[next(iter(self._alternations))]
                 self._spent += before - self.applications
-            self.windows_made += 1
             whole = window.count == self.grid.nx * self.grid.ny
             level = self.level if whole else Level(
                 window.part_of(self.grid), self.model, self._threads, self._space

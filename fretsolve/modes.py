@@ -89,6 +89,10 @@ class NormalModes:
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
 
+    def middle(self, contact: NDArray[np.bool_]) -> tuple[float, float]:
+        """x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
+        return _middle(self.x, contact, 0), _middle(self.y, contact, 1)
+
     def sums(self, field: FloatArray) -> Vector:
         """Sums of field (nx, ny) times each mode over the cells."""
         along_x = field.sum(axis=1, dtype=np.float64)
@@ -131,6 +135,10 @@ class TangentialModes:
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
 
+    def middle(self, contact: NDArray[np.bool_]) -> tuple[float, float]:
+        """x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
+        return _middle(self.x, contact, 0), _middle(self.y, contact, 1)
+
     def sums(self, field: FloatArray) -> Vector:
         """Sums of field (2, nx, ny) times each mode over the cells."""
         x_along_y = field[0].sum(axis=0, dtype=np.float64)
@@ -145,3 +153,8 @@ class TangentialModes:
         """``out`` (2, nx, ny) = (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x)."""
         out[0] = rigid[0] - rigid[2] * self.y[None, :]
         out[1] = rigid[1] + rigid[2] * self.x[:, None]
+
+
+def _middle(places: Vector, contact: NDArray[np.bool_], axis: int) -> float:
+    ends = np.flatnonzero(contact.any(axis=1 - axis))
+    return 0.5 * float(places[ends[0]] + places[ends[-1]]) if ends.size else 0.0

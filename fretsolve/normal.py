@@ -22,7 +22,7 @@ from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
-from fretsolve.projected_cg import ProjectedCG
+from fretsolve.projected_cg import ProjectedCG, Space
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -48,14 +48,6 @@ class NormalResult:
     residual: float
     scale: float
     converged: bool
-
-
-@dataclass(frozen=True)
-class Space:
-    """What a solver works in, each (nx, ny)."""
-
-    planes: tuple[FloatArray, FloatArray, FloatArray]
-    cg: ProjectedCG
 
 
 class NormalSolver:
@@ -104,7 +96,7 @@ class NormalSolver:
             unbalanced = self._unbalance(balance, pressure)
             if residual <= tolerance and unbalanced <= tolerance:
                 return NormalResult(rigid, iterations, residual, scale, True)
-            if iterations >= max_iterations or passes >= max_iterations:
+            if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
                 return NormalResult(rigid, iterations, residual, scale, False)
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
@@ -190,14 +182,16 @@ class NormalSolver:
         cg.residual[:] = 0.0
         np.divide(self._gap, -largest or 1.0, out=cg.residual[0], where=contact, casting="same_kind")
         np.copyto(cg.weight, contact)
-        cg.constrain(balance.forced_index, self._motion)
+        tilts = self._tilts_about_the_contact() if balance.forced[0] else np.eye(3)
+        cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
         iterations = cg.solve(self.operator.inner.normal, reduction, 0.0, limit)
-        pressure += np.multiply(cg.solution[0], largest / unit, out=self._scratch)
+        pressure += np.multiply(cg.solution[0], largest / unit, out=self._scratch, dtype=np.float64)
         return iterations
 
-    def _motion(self, mode: int, out: FloatArray) -> None:
-        """``out`` (1, nx, ny) = a rigid displacement."""
-        self.modes.displacement(np.eye(3)[mode], out[0])
+    def _tilts_about_the_contact(self) -> FloatArray:
+        """The modes with tilts about the contact's middle: beside P the same set, but not nearly dependent."""
+        middle_x, middle_y = self.modes.middle(self._contact)
+        return np.array([[1.0, 0.0, 0.0], [-middle_y, 1.0, 0.0], [-middle_x, 0.0, 1.0]])
 
     def _release_tension(self, pressure: FloatArray) -> None:
         """Cells under tension leave the contact."""

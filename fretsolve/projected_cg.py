@@ -13,13 +13,12 @@ preconditioner is
 F the inverse of the half-space's symbol: F where S = 0, the diagonal where S is large. The constraints are kept
 by projection (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001), orthogonal with the weight W.
 
-All is in units in which the self-coefficient of a cell and the largest residual are 1, so that single precision
+All is in units in which about the self-coefficient of a cell and the largest residual are 1, so that single precision
 holds at any scale of the problem; a correction of a few digits is all that is asked of one solve.
 """
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -52,30 +51,30 @@ class ProjectedCG:
 
     Before `solve`: `residual` r (c, nx, ny); `zone` (nx, ny); `weight` W (nx, ny); and for two components
     `stiffness` S (nx, ny) and `normal` n (2, nx, ny), 0 where T takes all; and the constraints by `constrain`.
-    After it `solution` holds x.
+    After it `solution` holds x. lender: one of more components to work in the arrays of, `weight` too; not for use at
+    the same time.
     """
 
-    def __init__(self, components: int, shape: tuple[int, int], dtype: type[np.floating]):
+    def __init__(
+        self,
+        components: int,
+        shape: tuple[int, int],
+        dtype: type[np.floating],
+        lender: ProjectedCG | None = None,
+    ):
         vector, alone = (components, *shape), components == 1
-        self.solution, self.residual, self._direction, self._image = (np.zeros(vector, dtype) for _ in range(4))
+        if lender is None:
+            self._arrays = tuple(np.zeros(vector, dtype) for _ in range(4))
+            self.weight = np.zeros(shape, dtype)
+        else:
+            self._arrays, self.weight = tuple(array[:components] for array in lender._arrays), lender.weight
+        self.solution, self.residual, self._direction, self._image = self._arrays
         self.zone: BoolArray = np.zeros(shape, dtype=bool)
-        self.weight = np.zeros(shape, dtype)
         self.stiffness = np.zeros((1, 1) if alone else shape, dtype)
         self.normal = np.zeros((2, 1, 1) if alone else vector, dtype)
         self._room = np.zeros((0, *vector), dtype)
         self._constraints, self._moments = self._room, np.zeros(0)
         self._inverse_gram: FloatArray = np.zeros((0, 0))
-
-    def first_component(self) -> ProjectedCG:
-        """The same for one component, in the first component's arrays; not for use at the same time."""
-        other = copy.copy(self)
-        for name in ("solution", "residual", "_direction", "_image"):
-            setattr(other, name, getattr(self, name)[:1])
-        shape, dtype = self.zone.shape, self.weight.dtype
-        other.zone = np.zeros(shape, dtype=bool)
-        other.stiffness, other.normal = np.zeros((1, 1), dtype), np.zeros((2, 1, 1), dtype)
-        other._room = np.zeros((0, 1, *shape), dtype)
-        return other
 
     def constrain(self, motions: Sequence[int], motion: Callable[[int, FloatArray], None]) -> None:
         """Keep the solution orthogonal to rigid motions; ``motion(mode, out)`` writes one of them (c, nx, ny)."""
@@ -166,3 +165,11 @@ class ProjectedCG:
             self._amplitudes(),
             length,
         )
+
+
+@dataclass(frozen=True)
+class Space:
+    """What a solver of one component works in: planes (nx, ny) in double precision, and conjugate gradients."""
+
+    planes: tuple[FloatArray, FloatArray, FloatArray]
+    cg: ProjectedCG

@@ -19,7 +19,7 @@ from fretsolve.load_path import Increment
 from fretsolve.scene import Scene, prepare
 from fretsolve.sizing import contact_size
 from fretsolve.state import Certificate, Fields, State, Summary, Zone
-from fretsolve.wisdom import load_wisdom, save_wisdom
+from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
 
 if TYPE_CHECKING:
     from fretsolve.case import Case
@@ -57,7 +57,7 @@ def run(
         threads,
         scene.map_border(),
     )
-    state, summaries, windows = start, list(history), 0
+    state, summaries, plans = start, list(history), plans_made()
     for step in range(len(summaries), scene.load_path.increments):
         began = time.perf_counter()
         increment = scene.load_path.increment(step, summaries)
@@ -67,10 +67,10 @@ def run(
         except NoSolutionError as error:
             _locate(error, scene, increment)
             raise
-        if solver.windows_made > windows:
+        if plans_made() > plans:
             # Before the increment is given out: a resumed run must transform by the same plans.
             save_wisdom()
-            windows = solver.windows_made
+            plans = plans_made()
         state = _state(solved, state, increment, scene, time.perf_counter() - began)
         del solved  # what the state does not need of it
         summaries.append(state.summary)

@@ -21,7 +21,7 @@ from scipy.fft import next_fast_len
 from fretsolve.convolution import CACHE_BYTES
 from fretsolve.materials import Compliances
 from fretsolve.pointwise import spectral
-from fretsolve.wisdom import planner_effort
+from fretsolve.wisdom import plan, planner_effort
 
 FloatArray = NDArray[np.floating]
 ComplexArray = NDArray[np.complexfloating]
@@ -181,8 +181,8 @@ class _Transform:
         return cls(
             field,
             spectrum,
-            pyfftw.FFTW(field, spectrum, flags=(effort, "FFTW_DESTROY_INPUT"), **options),
-            pyfftw.FFTW(spectrum, field, direction="FFTW_BACKWARD", flags=(effort, "FFTW_DESTROY_INPUT"), **options),
+            plan(field, spectrum, flags=(effort, "FFTW_DESTROY_INPUT"), **options),
+            plan(spectrum, field, direction="FFTW_BACKWARD", flags=(effort, "FFTW_DESTROY_INPUT"), **options),
         )
 
 

@@ -24,9 +24,8 @@ from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector, solve_modes
-from fretsolve.normal import Space
 from fretsolve.pointwise import friction
-from fretsolve.projected_cg import ProjectedCG
+from fretsolve.projected_cg import ProjectedCG, Space
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -66,7 +65,10 @@ class TangentialSolver:
     @property
     def space(self) -> Space:
         """Arrays that hold nothing between solves."""
-        return Space((self._slip[0], self._slip[1], self._normal[0]), self._cg.first_component())
+        shape, dtype = self._contact.shape, self.operator.inner.dtype
+        return Space(
+            (self._slip[0], self._slip[1], self._normal[0]), ProjectedCG(1, shape, dtype, lender=self._cg)
+        )
 
     def solve(
         self,
@@ -94,7 +96,7 @@ class TangentialSolver:
             unsettled = max(self._unbalance(balance, bound, shear), self._excess(bound, shear))
             if residual <= tolerance and unsettled <= tolerance:
                 return TangentialResult(rigid, iterations, residual, True)
-            if iterations >= max_iterations or passes >= max_iterations:
+            if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
                 return TangentialResult(rigid, iterations, residual, False)
             if residual > tolerance:
                 floor = 0.3 * tolerance * scale
@@ -190,14 +192,17 @@ class TangentialSolver:
         largest = largest or 1.0
         friction.scale_tangential(self._slip, self._normal, 1.0 / largest, cg.residual)
         np.copyto(cg.normal, self._normal, casting="same_kind")
-        cg.constrain(balance.forced_index, self._motion)
+        motions = self._turn_about_the_contact(balance)
+        cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
         iterations = cg.solve(self.operator.inner.tangential, REDUCTION, floor / largest, limit)
-        shear += np.multiply(cg.solution, largest / unit, out=self._slip)
+        shear += np.multiply(cg.solution, largest / unit, out=self._slip, dtype=np.float64)
         return iterations
 
-    def _motion(self, mode: int, out: FloatArray) -> None:
-        """``out`` (2, nx, ny) = a rigid displacement."""
-        self.modes.displacement(np.eye(3)[mode], out)
+    def _turn_about_the_contact(self, balance: Balance) -> FloatArray:
+        """The modes with the turn about the contact's middle, as far as imposed forces make it the same set."""
+        x, y = self.modes.middle(self._contact)
+        turn = [y if balance.forced[0] else 0.0, -x if balance.forced[1] else 0.0, 1.0]
+        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
 
     def _restore_balance(self, balance: Balance, weight: FloatArray, shear: FloatArray) -> None:
         """Add the weighted rigid pattern, tangential in the slip zone, that makes the imposed resultants hold [45]."""

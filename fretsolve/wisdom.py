@@ -6,6 +6,7 @@ import contextlib
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import pyfftw
 
@@ -16,6 +17,21 @@ MEASURED_POINTS = 300 * 300
 def planner_effort(padded: tuple[int, int]) -> str:
     """FFTW's planner flag for a padded grid."""
     return "FFTW_ESTIMATE" if padded[0] * padded[1] <= MEASURED_POINTS else "FFTW_MEASURE"
+
+
+_plans_made = 0  # as FFTW's wisdom itself, this is the process's
+
+
+def plan(*arguments: Any, **options: Any) -> pyfftw.FFTW:
+    """A plan of FFTW, counted in `plans_made`."""
+    global _plans_made
+    _plans_made += 1
+    return pyfftw.FFTW(*arguments, **options)
+
+
+def plans_made() -> int:
+    """How many plans this process has made; as many may have been measured since the wisdom was last saved."""
+    return _plans_made
 
 
 def wisdom_file() -> Path:

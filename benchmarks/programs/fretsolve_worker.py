@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from pathlib import Path
 
@@ -36,12 +37,13 @@ def main() -> None:
     history = [increment(task) for _ in range(task.repeats)]
     last = history[-1]
     normal = task.job == "normal"
+    cells = last.contact_cells if normal else last.stick_cells
     Answer(
         version=fretsolve.__version__,
         seconds=statistics.median(summary.wall_time for summary in history),
         rigid=last.delta_z if normal else last.Qx,
         peak=last.max_pressure if normal else last.max_shear,
-        radius=last.contact_radius if normal else last.stick_radius,
+        radius=(task.size / task.points) * math.sqrt(cells / math.pi),  # counted, as the others do
         residual=last.residual_gap if normal else last.residual_stick,
         iterations=last.iterations_normal if normal else last.iterations_tangential,
         applications=last.operator_applications,

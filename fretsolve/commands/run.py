@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fretsolve import pointwise
 from fretsolve.case import HeightsSurface, load_case
 from fretsolve.commands.description import grid_line, model_lines, warn
 from fretsolve.commands.progress import progress
@@ -72,6 +73,8 @@ def run_case(order: Order, stop: StopRequest) -> int:
             _say(order, f"{order.output}: already complete, {len(writer.summaries)} increments")
             return 0
         if not order.quiet:
+            if pointwise.WHY_NOT:
+                print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
             _introduce(scene, order, writer)
         try:
             complete = _solve(scene, order, writer, stop)
@@ -96,6 +99,7 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
     provenance = {
         "threads": order.threads,
         "precision": case.solver.precision,
+        "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
         "overrides": order.overrides,
         "platform": platform.platform(),
         "python": platform.python_version(),

@@ -6,19 +6,24 @@ rounded. Compiled, each array is read and written once.
 
 from __future__ import annotations
 
-import os
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-COMPILED = os.environ.get("FRETSOLVE_NUMBA") != "0" and find_spec("numba") is not None
+from fretsolve.compiler import compiler_wanted
+from fretsolve.pointwise import cg_plain as cg
+from fretsolve.pointwise import friction_plain as friction
+from fretsolve.pointwise import spectral_plain as spectral
 
-if TYPE_CHECKING or not COMPILED:
-    from fretsolve.pointwise import cg_plain as cg
-    from fretsolve.pointwise import friction_plain as friction
-    from fretsolve.pointwise import spectral_plain as spectral
-else:
-    from fretsolve.pointwise import cg_compiled as cg
-    from fretsolve.pointwise import friction_compiled as friction
-    from fretsolve.pointwise import spectral_compiled as spectral
+COMPILED = False
+WHY_NOT = ""
+"""What numba says where it is installed and cannot be used."""
 
-__all__ = ["COMPILED", "cg", "friction", "spectral"]
+if not TYPE_CHECKING and compiler_wanted():
+    try:
+        from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
+    except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
+        WHY_NOT = f"{type(error).__name__}: {error}"
+    else:
+        cg, friction, spectral = cg_compiled, friction_compiled, spectral_compiled
+        COMPILED = True
+
+__all__ = ["COMPILED", "WHY_NOT", "cg", "friction", "spectral"]

@@ -123,11 +123,14 @@ def advance(
                     residual[part, i, j] += moment * constraints[m, part, i, j]
         if components == 1:
             for j in range(ny):
-                largest = max(largest, residual[0, i, j] * residual[0, i, j])
+                squared = residual[0, i, j] * residual[0, i, j]
+                if squared > largest or squared != squared:  # a NaN must come through
+                    largest = squared
         else:
             for j in range(ny):
                 squared = residual[0, i, j] * residual[0, i, j] + residual[1, i, j] * residual[1, i, j]
-                largest = max(largest, squared)
+                if squared > largest or squared != squared:
+                    largest = squared
     return math.sqrt(largest)
 
 
@@ -173,8 +176,12 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
                     field[part, i, j] -= moment * constraints[m, part, i, j]
         if components == 1:
             for j in range(ny):
-                largest = max(largest, field[0, i, j] * field[0, i, j])
+                squared = field[0, i, j] * field[0, i, j]
+                if squared > largest or squared != squared:
+                    largest = squared
         else:
             for j in range(ny):
-                largest = max(largest, field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j])
+                squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
+                if squared > largest or squared != squared:
+                    largest = squared
     return math.sqrt(largest)

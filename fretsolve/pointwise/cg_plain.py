@@ -80,7 +80,7 @@ def finish_image(
         if len(image) == 2:
             block += stiffness[rows] * direction[:, rows]
             _take_tangential(block, normal[:, rows])
-        block *= zone[rows]
+        np.copyto(block, 0.0, where=~zone[rows])
         product += _product(direction[:, rows], block)
         weighted = weight[rows] * block
         for index, constraint in enumerate(constraints):
@@ -105,7 +105,7 @@ def advance(
         block -= length * image[:, rows]
         for constraint, moment in zip(constraints, moments, strict=True):
             block += float(length * moment) * constraint[:, rows]
-        largest = max(largest, float(np.einsum("kij,kij->ij", block, block).max()))
+        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
     return math.sqrt(largest)
 
 
@@ -114,7 +114,7 @@ def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
     for rows in _blocks(zone):
         if len(field) == 2:
             _take_tangential(field[:, rows], normal[:, rows])
-        field[:, rows] *= zone[rows]
+        np.copyto(field[:, rows], 0.0, where=~zone[rows])
 
 
 def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
@@ -133,7 +133,7 @@ def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> f
         block = field[:, rows]
         for constraint, moment in zip(constraints, moments, strict=True):
             block -= float(moment) * constraint[:, rows]
-        largest = max(largest, float(np.einsum("kij,kij->ij", block, block).max()))
+        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
     return math.sqrt(largest)
 
 

@@ -69,7 +69,8 @@ def move(
     np.minimum(forward, stiffest, out=forward)
     stiffness[:] = forward
     forward += 1.0
-    np.divide(contact, forward, out=weight, casting="same_kind")
+    weight[:] = 0.0
+    np.divide(1.0, forward, out=weight, where=contact, casting="same_kind")
 
 
 def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:

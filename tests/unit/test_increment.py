@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
+from fretsolve import increment as increment_module
 from fretsolve.alternation import Start
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.increment import IncrementSolver
@@ -161,3 +162,18 @@ def test_control_by_displacement_from_the_start():
     moved = Balance((False, False, False), (float(forced.solution.rigid[0]), 0.0, 0.0))
     solved = solver_of(scene).solve(replace(increment(scene), normal=moved), nothing(scene.grid))
     assert solved.normal[0] == pytest.approx(LOAD, rel=1e-5)
+
+
+@pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
+def test_a_large_grid_gives_memory_back_and_solves_the_same(bodies, monkeypatch):
+    """The solvers' arrays are made anew for each increment there; nothing of the result may hang on what they held."""
+    scene = scene_of(bodies, points=64)
+    pulled = increment(scene, tangential=Balance((True, True, False), (25.0, -5.0, 0.0)))
+    shears = []
+    for limit in (np.inf, 0.0):
+        monkeypatch.setattr(increment_module, "LARGE_GRID", limit)
+        solver = solver_of(scene)
+        first = solver.solve(increment(scene), nothing(scene.grid))
+        shears.append(solver.solve(pulled, after(first)).solution.shear)
+    assert not any(name in vars(solver.level) for name in ("normal", "tangential"))
+    np.testing.assert_array_equal(shears[0], shears[1])

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from solving import build
 
 from fretsolve.errors import NotConvergedError
 from fretsolve.mixing import Mixing
 from fretsolve.simulation import run
-from solving import build
 
 FLAT_RIGID = ["rigid", {"young_modulus": "100 GPa", "poisson_ratio": 0}]
 

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -98,9 +102,68 @@ def test_products_of_spectra(rows, odd):
     np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
 
 
-def test_a_nan_is_not_lost():
-    """A residual that is not a number must not look like a small one."""
-    slip, normal = np.zeros((2, 4, 4)), np.zeros((2, 4, 4))
+@pytest.mark.parametrize("module", [friction_plain, friction_compiled])
+@pytest.mark.parametrize("slips", [False, True])
+def test_a_nan_of_the_slip_is_not_lost(module, slips):
+    """A residual that is not a number must not look like a small one, whatever comes after it."""
+    slip, normal, slipping = np.zeros((2, 4, 4)), np.zeros((2, 4, 4)), np.full((4, 4), slips)
+    normal[1] = slipping
     slip[0, 1, 1] = np.nan
-    for module in (friction_plain, friction_compiled):
-        assert not module.violation(slip, normal, np.zeros((4, 4), dtype=bool))[0] <= 1.0
+    largest, in_slip, in_stick = module.violation(slip, normal, slipping)
+    assert np.isnan(largest)
+    assert np.isnan(in_slip if slips else in_stick)
+    assert np.isnan(module.excess(slip, np.ones((4, 4))))
+
+
+@pytest.mark.parametrize("module", [cg_plain, cg_compiled])
+@pytest.mark.parametrize("components", [1, 2])
+def test_a_nan_of_the_residual_is_not_lost(module, components):
+    fields = [np.zeros((components, 4, 4)) for _ in range(4)]
+    fields[1][-1, 1, 1] = np.nan
+    nothing = np.zeros((0, components, 4, 4)), np.zeros(0)
+    assert np.isnan(module.advance(*fields, *nothing, 0.5))
+    assert np.isnan(module.remove(fields[1], *nothing))
+
+
+@pytest.mark.parametrize("module", [cg_plain, cg_compiled])
+def test_nothing_from_outside_of_the_zone_comes_in(module):
+    field, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
+    field[0, 0, 0] = 1.0
+    module.restrict(field, np.zeros((2, 1, 1)), zone)
+    assert field.tolist() == [[[1.0, 0.0], [0.0, 0.0]]]
+
+
+SOLVE = """
+from fretsolve import load_case, run, pointwise
+path = "load_path=[{P: 400, increments: 2}, {Qx: 30, increments: 2}]"
+case = load_case("cases/mode1_dissimilar.yaml", ["grid.points=32", "expect=[]", path])
+last = list(run(case))[-1].summary
+print(pointwise.COMPILED, last.iterations_tangential, repr(last.delta_x), repr(last.work_total))
+"""
+
+
+def solve_in_a_process(**environment):
+    root = Path(__file__).parents[2]
+    child = subprocess.run(
+        [sys.executable, "-c", SOLVE],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": str(root)} | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    compiled, iterations, *numbers = child.stdout.split()
+    return compiled == "True", int(iterations), [float(number) for number in numbers]
+
+
+def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
+    """Also with a numba that is there and refuses to work: as if it were not there."""
+    (tmp_path / "numba.py").write_text("raise ImportError('Numba needs another NumPy')\n")
+    root = Path(__file__).parents[2]
+    compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
+    plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
+    refused = solve_in_a_process(PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
+    assert (compiled[0], plain[0], refused[0]) == (True, False, False)
+    assert refused == plain
+    assert abs(compiled[1] - plain[1]) <= 2
+    np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)

@@ -98,13 +98,29 @@ def tangent_basis(contact, normal):
 
 
 def test_one_cell_resists_no_rotation():
-    """The constraints of a single cell depend on each other: no division by nothing, and nothing can move."""
+    """The constraints of a single cell are one: of their Gram matrix one direction is inverted; nothing can move."""
     modes = NormalModes(GRID)
     cg = ProjectedCG(1, GRID.shape, np.float32)
     cg.zone[3, 4] = cg.weight[3, 4] = cg.residual[0, 3, 4] = 1
     cg.constrain([0, 1, 2], lambda mode, out: modes.displacement(np.eye(3)[mode], out[0]))
+    assert np.linalg.matrix_rank(cg._inverse_gram, tol=1e-3) == 1
     assert cg.solve(INNER.normal, 0.1, 0.0, 10) <= 10
     np.testing.assert_allclose(cg.solution, 0.0, atol=1e-5)
+
+
+def test_a_lender_and_a_borrower_take_turns():
+    lender = ProjectedCG(2, GRID.shape, np.float32)
+    borrower = ProjectedCG(1, GRID.shape, np.float32, lender=lender)
+    assert np.shares_memory(borrower.solution, lender.solution)
+    assert not np.shares_memory(borrower.zone, lender.zone)
+    own = ProjectedCG(1, GRID.shape, np.float32)
+    residual = np.random.default_rng(0).normal(size=(1, *GRID.shape))
+    for cg in (borrower, own):
+        cg.zone[:] = cg.weight[:] = zone()
+        cg.residual[:] = residual
+        cg.constrain([], lambda mode, out: None)
+        cg.solve(INNER.normal, 0.01, 0.0, 30)
+    np.testing.assert_array_equal(borrower.solution, own.solution)
 
 
 def test_the_limit_of_iterations_holds():

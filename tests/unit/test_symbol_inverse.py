@@ -71,3 +71,17 @@ def test_a_component_that_is_nowhere_costs_nothing():
     alone.normal(field[:1], np.empty((1, 20, 30)))
     assert made.transforms == alone.transforms
     assert 0.25 < made.transforms < 0.4
+
+
+@pytest.mark.parametrize("shape", [(6, 6), (7, 6)])
+def test_mirrored_displacements_give_mirrored_shears(shape):
+    """x to -x turns the sign of the x components alone; the highest wave number of an even period stands for both."""
+    made, field = inverse(shape), np.random.default_rng(0).normal(size=(2, *shape))
+    plain, mirrored = np.empty_like(field), np.empty_like(field)
+    made.tangential(field, plain)
+    turned = field[:, ::-1].copy()
+    turned[0] *= -1.0
+    made.tangential(turned, mirrored)
+    mirrored = mirrored[:, ::-1]
+    mirrored[0] *= -1.0
+    np.testing.assert_allclose(mirrored, plain, atol=1e-10 * np.abs(plain).max())

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pyfftw
 import pytest
+from solving import build
 
-from fretsolve import wisdom
+from fretsolve import run, wisdom
 from fretsolve.wisdom import load_wisdom, planner_effort, save_wisdom, wisdom_file
 
 
@@ -95,3 +96,15 @@ def test_home_unknown(monkeypatch):
     monkeypatch.setattr(wisdom.Path, "home", unknown)
     assert not load_wisdom()
     save_wisdom()
+
+
+def test_all_plans_are_kept_before_an_increment_is_given_out(cache, monkeypatch):
+    """A resumed run must transform by the same plans, those too that were not needed until a later increment."""
+    monkeypatch.setattr(wisdom, "MEASURED_POINTS", 0)
+    path = [{"P": 400}, {"Qx": 30, "increments": 1}, {"P": 404, "increments": 1}]
+    sizes = []
+    for _ in run(build(grid={"points": 80, "size": 0.9}, load_path=path)):
+        kept = tuple(wisdom_file().read_bytes().split(b"\0"))
+        assert kept == pyfftw.export_wisdom()
+        sizes.append(sum(map(len, kept)))
+    assert sizes[0] < sizes[1]

@@ -2,7 +2,8 @@
 
 The reference has residuals below 1e-7 on 256 x 256 cells (mode II: 128 x 128), with 10 increments per stage where
 coupled and one elsewhere, and agrees with CONTACT's published results. Here the cases run on 128 x 128 cells: rigid
-displacements within 0.1 %, pressures and other tractions within 0.2 %, radii (which count cells) within one cell.
+displacements within 0.1 %, pressures and other tractions within 0.2 %, radii within one cell (the reference counts
+cells).
 """
 
 from __future__ import annotations
