@@ -89,8 +89,11 @@ class Result:
     def field(self, name: str, step: int = -1) -> NDArray[Any]:
         """The field `name`, ``(nx, ny)``, at increment `step`, one of `steps` (-1: the last of them).
 
-        Raises KeyError for what is not stored, FileError where the file is damaged.
+        ``shear`` and ``slip`` give both components, ``(2, nx, ny)``. Raises KeyError for what is not stored, FileError
+        where the file is damaged.
         """
+        if f"{name}_x" in self.fields:
+            return np.array([self.field(f"{name}_x", step), self.field(f"{name}_y", step)])
         if name not in self.fields:
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step

@@ -67,17 +67,19 @@ def test_second_signal_stops_at_once(tmp_path: Path, uninterrupted: bytes) -> No
 
 def test_growing_result_is_read_as_running_and_locked(tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
-    process = start_and_wait(out, pause=1.0)
-    with open_result(out) as result:
-        assert result.status == "running"
-        assert result.field("pressure").shape == (6, 6)
-    for flags in ((), ("--resume",), ("--overwrite",)):
-        code, output, messages = finish(run_line(out, *flags, **RUN))
-        assert (code, output) == (4, "")
-        assert messages.startswith(f"{out}.parts: another run is writing this output (process {process.pid} on ")
-        assert messages.count("\n") == 1
-    process.kill()
-    process.communicate()
+    process = start_and_wait(out, pause=6.0)  # six such outlast the commands below, also on a loaded machine
+    try:
+        with open_result(out) as result:
+            assert result.status == "running"
+            assert result.field("pressure").shape == (6, 6)
+        for flags in ((), ("--resume",), ("--overwrite",)):
+            code, output, messages = finish(run_line(out, *flags, **RUN))
+            assert (code, output) == (4, "")
+            assert messages.startswith(f"{out}.parts: another run is writing this output (process {process.pid} on ")
+            assert messages.count("\n") == 1
+    finally:
+        process.kill()
+        process.communicate()
     with open_result(out) as result:
         assert result.status == "stopped"
     assert finish(run_line(out, "--resume", **RUN))[0] == 0

@@ -262,3 +262,11 @@ def test_samples_of_released_formats_are_read(sample: Path) -> None:
         assert set(np.unique(result.field("zone"))) == {0, 1, 2}
         assert result.units("work_total") == "mJ"
     assert SAMPLES
+
+
+def test_both_components_at_once(tmp_path):
+    with open_result(write(tmp_path / "out.h5", "complete", 1)) as result:
+        shear = result.field("shear", 2)
+        np.testing.assert_array_equal(shear, [result.field("shear_x", 2), result.field("shear_y", 2)])
+        with pytest.raises(KeyError, match="no field 'stress'"):
+            result.field("stress")
