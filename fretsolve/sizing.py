@@ -62,9 +62,17 @@ def _extent(
 ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
     size = np.array([first, first])
+    refused: CaseError | None = None
     for _ in range(MOST_TRIALS):
         grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
-        contact = _contact(surfaces, compliances, load, grid)
+        try:
+            gap = separation(surfaces, grid.x, grid.y)
+        except CaseError as error:  # a grid too small to meet the surface, or a surface that cannot be had at all
+            refused = error
+            size *= 2.0
+            continue
+        refused = None
+        contact = _contact(gap, compliances, load, grid)
         if contact is None:
             size *= 2.0
             continue
@@ -79,6 +87,8 @@ def _extent(
         size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
         if size.max() > MOST_SLENDER * size.min():
             break
+    if refused is not None:
+        raise refused
     raise CaseError(
         f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give one, or a surface"
         " that ends",
@@ -87,16 +97,12 @@ def _extent(
 
 
 def _contact(
-    surfaces: Sequence[Surface], compliances: Compliances, load: Balance, grid: Grid
+    gap: np.ndarray[tuple[int, int], np.dtype[np.float64]], compliances: Compliances, load: Balance, grid: Grid
 ) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]] | None:
     """Cells in contact on a trial grid; None where the grid is too small to carry the load."""
     from fretsolve.elastic import ElasticOperator  # as late as here: most cases are sized by a formula
     from fretsolve.normal import NormalSolver
 
-    try:
-        gap = separation(surfaces, grid.x, grid.y)
-    except CaseError:
-        return None
     if not np.isfinite(gap).any():
         return None
     reached = NormalModes(grid)

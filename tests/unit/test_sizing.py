@@ -76,3 +76,12 @@ def test_a_sphere_has_its_closed_form():
     grid = prepare(build(grid={"points": [12, 24]}, load_path=[{"P": 100.0}, {"P": LOAD}, {"P": 50.0}])).grid
     assert grid.size == pytest.approx((2 * MARGIN * A,) * 2, rel=1e-12)
     assert (grid.nx, grid.ny) == (12, 24)
+
+
+def test_a_surface_that_cannot_be_had_is_the_reason(tmp_path):
+    """Not that auto finds no size."""
+    np.save(tmp_path / "map.npy", np.zeros((4, 4)))
+    map_file = {"heights": {"file": str(tmp_path / "map.npy")}}
+    case = build(surface=[map_file], grid={"points": 8})
+    with pytest.raises(CaseError, match="spacing is missing"):
+        prepare(case)
