@@ -96,9 +96,9 @@ def automatic_increments(stage: Stage, at_rest: bool, model: Model) -> int:
     if not model.sheared:
         return 1
     moves_pressure = any(name not in TANGENTIAL for name, _ in stage.targets)
-    if moves_pressure and model.terms.coupled:
+    if moves_pressure and model.interacting:
         return PRESSURE_INCREMENTS
-    if at_rest and not model.terms.coupled:
+    if at_rest and not model.interacting:
         return 1
     return PRESSURE_INCREMENTS if moves_pressure else TANGENTIAL_INCREMENTS
 

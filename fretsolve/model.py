@@ -44,6 +44,16 @@ class Model:
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def interacting(self) -> bool:
+        """Whether pressure and shear do act on each other, not only may: coupling can be asked for equal bodies too."""
+        return self.terms.coupled and _differ(self.compliances)
+
+
+def _differ(material: Compliances) -> bool:
+    """Whether pressure and shear act on each other between such bodies."""
+    return abs(material.dundurs_constant) > UNCOUPLED_BELOW
+
 
 def derive_model(case: Case) -> Model:
     """Decide from bodies, friction, loads and `coupling` what `case` needs."""
@@ -51,7 +61,7 @@ def derive_model(case: Case) -> Model:
     friction = case.friction.coefficient
     moved = _moved_tangentially(case)
     beta = material.dundurs_constant
-    dissimilar = abs(beta) > UNCOUPLED_BELOW
+    dissimilar = _differ(material)
     coupled = case.coupling == "full" or (case.coupling == "auto" and dissimilar)
     sheared = friction > 0.0 and (bool(moved) or coupled)
     slip_is_stored = bool({"slip", "slip_path"} & set(case.output.fields))

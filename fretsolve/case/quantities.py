@@ -57,6 +57,10 @@ TEXT_PATTERN = r"^\s*[+-]?\.?[0-9][^,]*$"
 _LONGEST = 100
 
 
+LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
+"""In internal units; products of a few such numbers still have room in double precision."""
+
+
 class QuantityError(ValueError):
     """Text or a number that is not the quantity needed; the text says what would be."""
 
@@ -137,6 +141,9 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
         raise QuantityError(f"{shown(value)} {error}") from None
     if not math.isfinite(number):
         raise QuantityError(f"{shown(value)} is not finite; {dimension.wanted} is needed")
+    if number and not LEAST_MAGNITUDE <= abs(number) <= LARGEST_MAGNITUDE:
+        bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
+        raise QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")
     return number
 
 

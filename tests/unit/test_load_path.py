@@ -122,3 +122,8 @@ class TestAutomaticIncrements:
 
     def test_a_number_given_is_taken(self):
         assert path_of([{"P": 400.0, "increments": 7}], bodies=DISSIMILAR).increments == 7
+
+
+def test_coupling_that_is_asked_for_between_equal_bodies_takes_no_more_increments():
+    assert path_of([{"P": 400.0}], bodies=SIMILAR, coupling="full").increments == 1
+    assert path_of([{"P": 400.0}], bodies=DISSIMILAR, coupling="full").increments == PRESSURE_INCREMENTS
