@@ -22,6 +22,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import bench_operator
@@ -218,8 +219,9 @@ PARTS = {
 }
 
 
+@cache
 def printed(part: str) -> str:
-    """What a part prints."""
+    """What a part prints; measured once for all files."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         PARTS[part]()
