@@ -145,6 +145,11 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     help="The result file; by default that of the case with .h5.",
 )
 @_overrides
+@click.option(
+    "--error-bars",
+    is_flag=True,
+    help="Estimate the errors of the history, from coarser companion runs (solver.error_estimate).",
+)
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
 @click.option("--overwrite", is_flag=True, help="Replace a result that is there.")
 @click.option(
@@ -159,6 +164,7 @@ def run(
     case: Path,
     out: Path | None,
     overrides: tuple[str, ...],
+    error_bars: bool,
     resume: bool,
     overwrite: bool,
     threads: int,
@@ -176,6 +182,8 @@ def run(
     with StopRequest() as stop:
         from fretsolve.commands.run import Order, run_case
 
+        if error_bars:
+            overrides = (*overrides, "solver.error_estimate=true")
         return run_case(Order(case, out, overrides, resume, overwrite, threads, quiet), stop)
 
 

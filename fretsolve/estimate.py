@@ -45,6 +45,9 @@ SECONDS_NORMAL = 0.06e-6
 SECONDS_TANGENTIAL = 0.1e-6
 """Per application and cell, with all that is done besides."""
 
+COMPANIONS = 0.25
+"""Work of the runs for error bars over that of the run itself. There are up to two, on a quarter of its cells each."""
+
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields other than 8, before compression."""
 
@@ -85,14 +88,15 @@ def estimate(scene: Scene) -> Estimate:
     if scene.model.sheared:
         applications = APPLICATIONS_COUPLED if terms.coupled else APPLICATIONS_TANGENTIAL
         seconds = SECONDS_TANGENTIAL
+    companions = COMPANIONS if scene.case.solver.error_estimate else 0.0
     output = scene.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     return Estimate(
-        memory=fixed + per_cell * cells,
+        memory=fixed + per_cell * cells * (1.0 + 2.0 * companions),
         file=COMPRESSION * stored * cells + 300.0 * increments + 100e3,
         increments=increments,
-        applications=applications * increments,
-        seconds=seconds * applications * increments * cells,
+        applications=round(applications * increments * (1.0 + companions)),
+        seconds=seconds * applications * increments * cells * (1.0 + companions),
     )
 
 

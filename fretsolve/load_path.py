@@ -8,7 +8,7 @@ that the contact had at the stage's start.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fretsolve.components import PAIRS, TANGENTIAL
@@ -56,6 +56,7 @@ class LoadPath:
     """The stages of a case with the number of increments of each settled."""
 
     def __init__(self, stages: Sequence[Stage], model: Model):
+        self._model = model
         self._planned: list[_PlannedStage] = []
         before, first, at_rest = dict(INITIAL), 0, True
         for stage in stages:
@@ -71,6 +72,18 @@ class LoadPath:
     def last_steps(self) -> tuple[int, ...]:
         """The last step of each stage."""
         return tuple(planned.first + planned.increments - 1 for planned in self._planned)
+
+    def with_counts(self, counts: Sequence[int]) -> LoadPath:
+        """The same stages with other numbers of increments, one per stage."""
+        stages = [
+            replace(planned.stage, increments=count) for planned, count in zip(self._planned, counts, strict=True)
+        ]
+        return LoadPath(stages, self._model)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """The number of increments of each stage."""
+        return tuple(planned.increments for planned in self._planned)
 
     def normal_loads(self) -> tuple[Balance, ...]:
         """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import IO
@@ -14,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fretsolve.history import Result
+from fretsolve.state import ERROR_SUFFIX
 
 WIDTH = 100
 """Columns of the report where the output is no terminal, or one that is too narrow for it."""
@@ -62,6 +64,10 @@ def print_report(
     for table in history_tables(result, every_increment=every_increment, width=console.width):
         console.print()
         console.print(table)
+    errors = error_table(result)
+    if errors is not None:
+        console.print()
+        console.print(errors)
     for line in totals(result):
         console.print(escape(line), soft_wrap=True)
 
@@ -111,12 +117,40 @@ def totals(result: Result) -> list[str]:
     worst = worst_residuals(result)
     step = int(worst.argmax())
     name = max(_RESIDUALS, key=lambda residual: history[residual][step])
+    applications, seconds = float(history["operator_applications"].sum()), float(history["wall_time"].sum())
+    lines = []
+    if "companion_wall_time" in history:
+        companions = float(history["companion_wall_time"].sum())
+        applications += float(history["companion_applications"].sum())
+        seconds += companions
+        lines.append(f"error bars: companion runs took {100.0 * companions / seconds:.0f} % of the run")
     return [
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated work {history['work_total'][-1]:.6g} {result.units('work_total')}",
-        f"{history['operator_applications'].sum()} operator applications,"
-        f" {history['wall_time'].sum():.3g} {result.units('wall_time')} of wall time",
+        f"{applications:.0f} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
+        *lines,
     ]
+
+
+def error_table(result: Result) -> Table | None:
+    """The last values with their estimated errors, None where the result has none."""
+    names = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
+    if not result.increments or not names:
+        return None
+    values = [float(result.history[name][-1]) for name in names]
+    errors = [float(result.history[name + ERROR_SUFFIX][-1]) for name in names]
+    columns = [
+        Column(("at the", "end"), "", tuple(names)),
+        Column(("", "value"), "", tuple(f"{value:.6g}" for value in values)),
+        Column(("estimated", "error"), "", tuple(_error(error) for error in errors)),
+        Column(("", "units"), "", tuple(result.units(name) for name in names)),
+    ]
+    return _table(columns)
+
+
+def _error(error: float) -> str:
+    """An estimated error in the two digits that it deserves."""
+    return "unknown" if math.isnan(error) else f"± {error:.1e}"
 
 
 def stage_ends(stage: NDArray[np.int64]) -> NDArray[np.intp]:

@@ -92,6 +92,39 @@ class Summary:
     residual_load: float
 
 
+ERROR_SUFFIX = "_error"
+
+
+@dataclass(frozen=True)
+class SummaryErrors:
+    """Error bars of one row of the history: estimated errors of `Summary`'s values, in their units, all >= 0.
+
+    NaN where they are not known. Attribute names are the names of datasets in ``/history``. companion_applications: of
+    the elastic operator in the companion runs up to here since the row before, in parts of one on the run's own grid;
+    companion_wall_time: the seconds that they took.
+    """
+
+    P_error: float
+    Mx_error: float
+    My_error: float
+    Qx_error: float
+    Qy_error: float
+    Mz_error: float
+    delta_z_error: float
+    delta_x_error: float
+    delta_y_error: float
+    phi_x_error: float
+    phi_y_error: float
+    phi_z_error: float
+    contact_radius_error: float
+    stick_radius_error: float
+    max_pressure_error: float
+    work_error: float
+    work_total_error: float
+    companion_applications: float
+    companion_wall_time: float
+
+
 @dataclass(frozen=True)
 class Fields:
     """Fields at the end of an increment.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema, core_schema
 
 from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
@@ -18,6 +18,9 @@ from .surface_specs import Surfaces
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
+
+FEWEST_POINTS = 16
+"""Per side, of a run with error bars: on fewer, half of them tell nothing."""
 
 FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"]
 
@@ -108,6 +111,9 @@ class SolverSpec(CaseModel):
     )
     precision: Literal["double"] = Field(default="double", description="of the arithmetic")
     max_iterations: Count = Field(default=2000, description="of one solve")
+    error_estimate: StrictBool = Field(
+        default=False, description="whether the history has error bars, from companion runs on half of the points"
+    )
 
 
 class OutputSpec(CaseModel):
@@ -181,6 +187,14 @@ class Case(CaseModel):
     @classmethod
     def _runnable(cls, load_path: tuple[LoadStep, ...]) -> tuple[LoadStep, ...]:
         return check_load_path(load_path)
+
+    @model_validator(mode="after")
+    def _enough_points(self) -> Self:
+        if self.solver.error_estimate and min(self.grid.points) < FEWEST_POINTS:
+            nx, ny = self.grid.points
+            message = f"{nx} x {ny} are too few for an error estimate; {FEWEST_POINTS} or more per side are needed"
+            refused_at([(("grid", "points"), message)])
+        return self
 
     @field_validator("expect")
     @classmethod

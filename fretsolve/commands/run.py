@@ -8,7 +8,9 @@ import os
 import platform
 import shlex
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +19,7 @@ from fretsolve import pointwise
 from fretsolve.case import HeightsSurface, load_case
 from fretsolve.commands.description import grid_line, model_lines, warn
 from fretsolve.commands.progress import progress
+from fretsolve.error_bars import run_with_error_bars
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.estimate import require_memory
 from fretsolve.history import HistoryWriter, RunHeader, open_result
@@ -28,6 +31,7 @@ from fretsolve.simulation import run
 if TYPE_CHECKING:
     from fretsolve.case import Case
     from fretsolve.interrupt import StopRequest
+    from fretsolve.state import State, SummaryErrors
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
 
@@ -116,6 +120,7 @@ def run_header(scene: Scene, order: Order) -> RunHeader:
         y=scene.grid.y,
         fields=case.output.fields,
         every=case.output.every,
+        errors=case.solver.error_estimate,
     )
 
 
@@ -144,12 +149,21 @@ def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest)
     if stop.requested and done < path.increments:
         return False
     with progress(path.increments, len(path.last_steps), done, quiet=order.quiet) as display:
-        for state in run(scene, writer.last_state, writer.summaries, order.threads):
-            writer.append(state)
+        for state, errors in _states(scene, writer, order.threads):
+            writer.append(state, errors)
             display.show(state.summary)
             if stop.requested and len(writer.summaries) < path.increments:
                 return False
     return True
+
+
+def _states(scene: Scene, writer: HistoryWriter, threads: int) -> Iterator[tuple[State, SummaryErrors | None]]:
+    """What is missing, with error bars where the case asks for them."""
+    so_far = writer.last_state, writer.summaries
+    if not scene.case.solver.error_estimate:
+        yield from ((state, None) for state in run(scene, *so_far, threads))
+        return
+    yield from run_with_error_bars(scene, *so_far, threads, partial(warn, scene))
 
 
 def _introduce(scene: Scene, order: Order, writer: HistoryWriter) -> None:

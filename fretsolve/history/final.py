@@ -11,6 +11,7 @@ import numpy as np
 from fretsolve.history import durable
 from fretsolve.history.header import RunHeader
 from fretsolve.history.layout import (
+    ERRORS,
     HISTORY,
     RESTART,
     STEP,
@@ -22,7 +23,7 @@ from fretsolve.history.layout import (
     stored_fields,
 )
 from fretsolve.history.parts import component, copy_fields, write_restart
-from fretsolve.state import State, Summary
+from fretsolve.state import State, Summary, SummaryErrors
 
 
 def write_result(
@@ -30,15 +31,16 @@ def write_result(
     folder: Path,
     header: RunHeader,
     summaries: Sequence[Summary],
+    errors: Sequence[SummaryErrors],
     last_state: State | None,
     sources: Sequence[Path],
     failure: str | None,
 ) -> None:
     """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
 
-    summaries: of all increments; last_state: that of the last one, None if there is none. failure: why the
-    run failed, None for a complete one; a failed result keeps what a restart needs. Raises OSError,
-    FileError.
+    summaries: of all increments; errors: their error bars, or none; last_state: that of the last one, None if there is
+    none. failure: why the run failed, None for a complete one; a failed result keeps what a restart needs. Raises
+    OSError, FileError.
     """
     steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
     copied = len(steps)
@@ -47,7 +49,7 @@ def write_result(
     kept = stored_fields(header.fields)
     with durable.new_hdf5(out, folder) as file:
         _write_attributes(file, header, failure)
-        _write_history(file.create_group("history"), summaries)
+        _write_history(file.create_group("history"), summaries, errors if header.errors else None)
         group = file.create_group("fields")
         scales = (_scale(group, STEP, steps), _scale(group, X, header.x), _scale(group, Y, header.y))
         for quantity in kept:
@@ -87,10 +89,13 @@ def _write_attributes(file: Any, header: RunHeader, failure: str | None) -> None
         file.attrs[name] = value
 
 
-def _write_history(group: Any, summaries: Sequence[Summary]) -> None:
+def _write_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors] | None) -> None:
+    """The columns of the history; errors: None for a run without error bars."""
     scale = _scale(group, STEP, [summary.step for summary in summaries])
     for quantity in HISTORY:
         _attach(_column(group, quantity, [getattr(summary, quantity.name) for summary in summaries]), scale)
+    for quantity in ERRORS if errors is not None else ():
+        _attach(_column(group, quantity, [getattr(error, quantity.name) for error in errors or ()]), scale)
 
 
 def _scale(group: Any, quantity: Quantity, values: Any) -> Any:

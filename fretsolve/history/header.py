@@ -29,7 +29,8 @@ class RunHeader:
     case_yaml: the case as written. effective_case, provenance: JSON objects. coupling: the terms kept, and model: the
     reason for each part of the model, a JSON list. inputs: JSON object of the SHA-256 of files that the case names.
     x, y: cell centres in mm, ``(nx,)`` and ``(ny,)``. fields: which to store, of `pressure`, `shear`, `slip`,
-    `slip_path`, `work_density`, `zone`, `gap`; every: of which increments, besides the last.
+    `slip_path`, `work_density`, `zone`, `gap`; every: of which increments, besides the last. errors: whether every
+    increment comes with error bars.
     """
 
     case_yaml: str
@@ -42,6 +43,7 @@ class RunHeader:
     every: int
     model: str = "[]"
     inputs: str = "{}"
+    errors: bool = False
     version: str = __version__
     format_version: int = FORMAT_VERSION
 

@@ -8,12 +8,12 @@ compression; lzf saves a fifth of the time but h5py alone reads it, and gzip lev
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from fretsolve.state import Zone
+from fretsolve.state import ERROR_SUFFIX, SummaryErrors, Zone
 
 FORMAT_VERSION = 1
 """Raised whenever an older fretsolve could misread a newer file."""
@@ -87,6 +87,23 @@ HISTORY = (
     Quantity("residual_bound", "1", "largest excess of the shear over the friction bound, over its maximum"),
     Quantity("residual_load", "1", "worst error of an imposed load component, over its scale"),
 )
+
+_COMPANIONS = (
+    Quantity("companion_applications", "1", "operator applications of the error bars, over those on the run's grid"),
+    Quantity("companion_wall_time", "s", "wall-clock time of the error bars"),
+)
+
+
+def _errors() -> tuple[Quantity, ...]:
+    """The datasets of the error bars: what they are errors of tells units and meaning."""
+    values = {quantity.name + ERROR_SUFFIX: quantity for quantity in HISTORY}
+    found = {name: Quantity(name, of.units, f"estimated error of {of.long_name}") for name, of in values.items()}
+    found |= {quantity.name: quantity for quantity in _COMPANIONS}
+    return tuple(found[field.name] for field in fields(SummaryErrors))
+
+
+ERRORS = _errors()
+"""Only there where the case asks for them; otherwise as `HISTORY`."""
 
 FIELDS = (
     FieldQuantity("pressure", "MPa", "pressure", array="pressure"),

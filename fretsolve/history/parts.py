@@ -22,6 +22,7 @@ from fretsolve.errors import FileError
 from fretsolve.history import durable
 from fretsolve.history.header import RunHeader
 from fretsolve.history.layout import (
+    ERRORS,
     HISTORY,
     RESTART,
     STEP,
@@ -31,11 +32,12 @@ from fretsolve.history.layout import (
     create_restart,
     stored_fields,
 )
-from fretsolve.state import Fields, State, Summary
+from fretsolve.state import Fields, State, Summary, SummaryErrors
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
 _ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in (STEP, *HISTORY)])
+_ERROR_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in ERRORS])
 
 
 @dataclass(frozen=True)
@@ -68,14 +70,14 @@ def contiguous_parts(folder: Path) -> list[Part]:
     return chosen
 
 
-def write_part(folder: Path, header: RunHeader, state: State) -> Part:
-    """Commit one increment. Raises OSError."""
+def write_part(folder: Path, header: RunHeader, state: State, errors: SummaryErrors | None = None) -> Part:
+    """Commit one increment, with its error bars if there are any. Raises OSError."""
     step = state.summary.step
     part = _named(folder, step, step)
     steps = [step] if header.stores_fields(step) else []
     kept = stored_fields(header.fields) if steps else ()
     with durable.new_hdf5(part.path, folder) as file:
-        _write_rows(file, [state.summary])
+        _write_rows(file, [state.summary], [] if errors is None else [errors])
         group = _create_fields(file, header, kept, steps)
         for quantity in kept:
             group[quantity.name][0] = component(state, quantity.name)
@@ -90,14 +92,16 @@ def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state:
     Raises OSError, FileError.
     """
     rows: list[Summary] = []
+    errors: list[SummaryErrors] = []
     for source in sources:
         with open_piece(source) as piece:
             rows += piece.summaries()
+            errors += piece.errors()
     part = _named(folder, rows[0].step, rows[-1].step)
     kept = stored_fields(header.fields)
     steps = [row.step for row in rows if header.stores_fields(row.step)]
     with durable.new_hdf5(part.path, folder) as file:
-        _write_rows(file, rows)
+        _write_rows(file, rows, errors)
         copy_fields(sources, steps, _create_fields(file, header, kept, steps), kept)
         write_restart(file, state, kept if header.stores_fields(rows[-1].step) else ())
     return part
@@ -154,17 +158,29 @@ class Piece:
         self.file.close()
 
     def history(self) -> dict[str, NDArray[Any]]:
-        """The columns of the history, `step` first."""
-        with damage_reported(self.path, "history"):
-            if "rows" in self.file:
-                rows = self.file["rows"][:]
-                return {name: rows[name] for name in _ROW.names or ()}
-            return {name: self.file["history"][name][:] for name in _ROW.names or ()}
+        """The columns of the history, `step` first, those of the error bars last if there are any."""
+        return self._columns("rows", _ROW) | self._columns("error_rows", _ERROR_ROW)
 
     def summaries(self) -> list[Summary]:
         """The rows of the history."""
-        columns = [column.tolist() for column in self.history().values()]
+        columns = [column.tolist() for column in self._columns("rows", _ROW).values()]
         return [Summary(*row) for row in zip(*columns, strict=True)]
+
+    def errors(self) -> list[SummaryErrors]:
+        """The error bars of each row, none where the run has no error bars."""
+        columns = [column.tolist() for column in self._columns("error_rows", _ERROR_ROW).values()]
+        return [SummaryErrors(*row) for row in zip(*columns, strict=True)]
+
+    def _columns(self, rows: str, kind: np.dtype[Any]) -> dict[str, NDArray[Any]]:
+        """Columns of the history, in a part's dataset `rows` or a result's own; none of bars that are not there."""
+        names = kind.names or ()
+        with damage_reported(self.path, "history"):
+            if rows in self.file:
+                found = self.file[rows][:]
+                return {name: found[name] for name in names}
+            if kind is _ERROR_ROW and names[0] not in self.file.get("history", {}):
+                return {}
+            return {name: self.file["history"][name][:] for name in names}
 
     def field_dataset(self, name: str) -> Any:
         """The dataset ``(len(field_steps), nx, ny)`` of a field."""
@@ -247,9 +263,11 @@ def _named(folder: Path, first: int, last: int) -> Part:
     return Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
 
 
-def _write_rows(file: Any, summaries: Sequence[Summary]) -> None:
-    rows = np.array([astuple(summary) for summary in summaries], _ROW)
-    file.create_dataset("rows", data=rows, chunks=rows.shape, fletcher32=True)
+def _write_rows(file: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
+    for name, values, kind in (("rows", summaries, _ROW), ("error_rows", errors, _ERROR_ROW)):
+        if values:
+            rows = np.array([astuple(value) for value in values], kind)
+            file.create_dataset(name, data=rows, chunks=rows.shape, fletcher32=True)
 
 
 def _create_fields(file: Any, header: RunHeader, kept: Sequence[FieldQuantity], steps: Sequence[int]) -> Any:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.history.final import attributes as root_attributes
-from fretsolve.history.layout import HISTORY, RESTART, STEP, X, Y, stored_fields
+from fretsolve.history.layout import ERRORS, HISTORY, RESTART, STEP, X, Y, stored_fields
 from fretsolve.history.lock import is_locked
 from fretsolve.history.parts import (
     HEADER_NAME,
@@ -30,15 +30,15 @@ from fretsolve.history.stored import read_attributes, read_header
 ATTEMPTS = 20
 """How often to look again where a run merges or finishes its parts at the same moment."""
 
-_UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, X, Y, *RESTART)}
+_UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
 
 
 class Result:
     """A result, read lazily; a context manager.
 
     status: complete, failed, running or stopped. attributes: those of the root of the file. history: the
-    columns of ``/history`` with `step`, each ``(increments,)``. x, y: cell centres in mm. fields: names of
-    the fields. steps: the increments of which fields are there.
+    columns of ``/history`` with `step`, each ``(increments,)``; error bars are columns ``<name>_error``. x, y: cell
+    centres in mm. fields: names of the fields. steps: the increments of which fields are there.
     """
 
     def __init__(
@@ -197,7 +197,7 @@ def _open_parts(out: Path) -> Result:
         quantity.name: np.concatenate(
             [np.empty(0, quantity.dtype), *(column[quantity.name] for column in columns)]
         )
-        for quantity in (STEP, *HISTORY)
+        for quantity in (STEP, *HISTORY, *(ERRORS if header.errors else ()))
     }
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # its fields are among the restart data

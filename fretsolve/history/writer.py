@@ -29,7 +29,7 @@ from fretsolve.history.parts import (
     write_part,
 )
 from fretsolve.history.stored import read_attributes, read_header
-from fretsolve.state import State, Summary
+from fretsolve.state import State, Summary, SummaryErrors
 
 MERGE_EVERY = 32
 """Increments per merged part: bounds the number of files and the restart data that is kept without use."""
@@ -39,8 +39,8 @@ class HistoryWriter:
     """A result being written; a context manager, which stops the run where it is left without `finish`.
 
     complete: OUT is there already and there is nothing to do. last_state: where to go on from, None for a
-    start at the beginning. summaries: of all committed increments. notes: what a person should hear of a
-    resume.
+    start at the beginning. summaries: of all committed increments. errors: their error bars, none where the header
+    promises none. notes: what a person should hear of a resume.
     """
 
     def __init__(self, out: Path, header: RunHeader, lock: RunLock | None):
@@ -49,6 +49,7 @@ class HistoryWriter:
         self.complete = False
         self.last_state: State | None = None
         self.summaries: list[Summary] = []
+        self.errors: list[SummaryErrors] = []
         self.notes: list[str] = []
         self._folder = parts_folder(out)
         self._lock = lock
@@ -85,18 +86,21 @@ class HistoryWriter:
     ) -> None:
         self.stop()
 
-    def append(self, state: State) -> None:
+    def append(self, state: State, errors: SummaryErrors | None = None) -> None:
         """Commit an increment: once this returns, no kill and no power cut takes it back.
 
-        Raises FileError where it cannot be written (all earlier increments stay), ValueError where `state`
-        does not follow the last one.
+        errors: its error bars, where the header promises them. Raises FileError where it cannot be written (all
+        earlier increments stay), ValueError where `state` does not follow the last one.
         """
+        if (errors is not None) != self.header.errors:
+            raise ValueError("error bars are needed of every increment or of none, as the header has it")
         if state.summary.step != len(self.summaries):
             raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
         with _reported("cannot save the increment", self._folder, resumable=True):
-            self._parts.append(write_part(self._folder, self.header, state))
+            self._parts.append(write_part(self._folder, self.header, state, errors))
             self.last_state = state
             self.summaries.append(state.summary)
+            self.errors += [] if errors is None else [errors]
             single = [part for part in self._parts if part.first == part.last]
             if len(single) >= MERGE_EVERY:
                 self._merge(single, state)
@@ -107,7 +111,7 @@ class HistoryWriter:
         with _reported("cannot write the result", self.out, resumable=True):
             sources = [part.path for part in self._parts]
             write_result(
-                self.out, self._folder, self.header, self.summaries, self.last_state, sources, failure
+                self.out, self._folder, self.header, self.summaries, self.errors, self.last_state, sources, failure
             )
             self._clear()
         self.stop()
@@ -123,7 +127,7 @@ class HistoryWriter:
         """For a result that is complete, whose parts a kill may have left behind."""
         writer = cls(out, header, None)
         with open_piece(out) as piece:
-            writer.summaries = piece.summaries()
+            writer.summaries, writer.errors = piece.summaries(), piece.errors()
         if parts_folder(out).exists():
             writer._lock = RunLock.acquire(parts_folder(out))
             try:
@@ -162,7 +166,7 @@ class HistoryWriter:
         self._clear()
         durable.write_text(self._folder / HEADER_NAME, self.header.to_json())
         with open_piece(self.out) as piece:
-            self.summaries = piece.summaries()
+            self.summaries, self.errors = piece.summaries(), piece.errors()
             if self.summaries:
                 piece.verify()
                 self.last_state = piece.state()
@@ -178,6 +182,7 @@ class HistoryWriter:
                 with open_piece(part.path) as piece:
                     piece.verify()
                     self.summaries += piece.summaries()
+                    self.errors += piece.errors()
                     self.last_state = piece.state()
             except FileError as error:
                 self.notes.append(f"{error}; going on from increment {part.first}")
