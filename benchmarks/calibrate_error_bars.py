@@ -1,0 +1,235 @@
+"""How far to trust the error bars: estimated errors against true ones, over the varied cases of `calibration_cases`.
+
+    python benchmarks/calibrate_error_bars.py            # everything, about five minutes on one core
+    python benchmarks/calibrate_error_bars.py Hertz II   # the cases whose names begin so
+    python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
+
+Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
+file. Compared are the values at the end of each stage that the stage does not impose and that are more than round-off;
+where a stage leaves a value as it is, as one of shear leaves the pressure, it is compared once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibration_cases import CASES, HELD_OUT, CalibrationCase
+
+import fretsolve
+from fretsolve.error_bars import run_with_error_bars
+from fretsolve.scene import Scene, prepare
+from fretsolve.state import Summary, SummaryErrors
+
+QUANTITIES = {
+    **dict.fromkeys(("P", "Qx", "Qy"), "N"),
+    **dict.fromkeys(("Mx", "My", "Mz"), "N mm"),
+    **dict.fromkeys(("delta_z", "delta_x", "delta_y"), "mm"),
+    **dict.fromkeys(("phi_x", "phi_y", "phi_z"), "rad"),
+    **dict.fromkeys(("contact_radius", "stick_radius"), "mm"),
+    "max_pressure": "MPa",
+    "work_total": "mJ",
+}
+UNCHANGED = 1e-6
+"""A value whose error and bar change by less than this much of it from one stage to the next is not compared again."""
+
+SINGULAR = frozenset({"cone", "cone, sheared", "punch, sharp edge"})
+"""Cases with an infinite pressure, to which no maximum of cells converges."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison; errors in the quantity's units."""
+
+    case: str
+    stage: int
+    quantity: str
+    value: float
+    error: float
+    bar: float
+
+    @property
+    def inside(self) -> bool:
+        return self.error <= self.bar
+
+    @property
+    def ratio(self) -> float:
+        """Bar over true error."""
+        return self.bar / self.error if self.error else math.inf
+
+    @property
+    def near(self) -> bool:
+        """Within a factor of ten."""
+        return 0.1 < self.ratio < 10.0
+
+    def line(self) -> str:
+        """As a row of the table."""
+        units = QUANTITIES[self.quantity]
+        return (
+            f"| {self.case} | {self.stage} | {self.quantity}, {units} | {self.value:.5g} | {self.error:.1e} |"
+            f" {self.bar:.1e} | {self.ratio:.2g} | {'yes' if self.inside else 'NO'} |"
+        )
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Share of the companions in the run's seconds, and in its operator applications."""
+
+    time: float
+    applications: float
+
+
+def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
+    """Run a case with error bars and without end, and compare where both are known."""
+    scene = prepare(case.case())
+    rows = [(state.summary, errors) for state, errors in run_with_error_bars(scene)]
+    truth = true_values(case, scene)
+    found: list[Row] = []
+    for stage, last in enumerate(scene.load_path.last_steps, start=1):
+        for row in stage_rows(case.name, stage, rows[last], truth.get(stage, {}), scales([s for s, _ in rows])):
+            earlier = [one for one in found if one.quantity == row.quantity]
+            if not earlier or not same(earlier[-1], row):
+                found.append(row)
+    return found, cost(rows)
+
+
+def true_values(case: CalibrationCase, scene: Scene) -> dict[int, dict[str, float]]:
+    """Closed forms, or the ends of stages of the fine run."""
+    if case.exact is not None:
+        return {stage: dict(values) for stage, values in case.exact(scene.model.compliances).items()}
+    fine = prepare(case.fine_case())
+    ends = {state.summary.stage: state.summary for state in fretsolve.run(fine)}
+    names = [name for name in QUANTITIES if name != "max_pressure" or case.name not in SINGULAR]
+    return {stage: {name: float(getattr(summary, name)) for name in names} for stage, summary in ends.items()}
+
+
+def scales(summaries: Sequence[Summary]) -> dict[str, float]:
+    """What counts as nothing: a thousandth of the load, the displacement or the moment that goes with a value."""
+    largest = {name: max(abs(float(getattr(row, name))) for row in summaries) for name in QUANTITIES}
+    force, moment = largest["P"], largest["P"] * largest["contact_radius"]
+    turn = largest["delta_z"] / largest["contact_radius"]
+    own = {"Qx": force, "Qy": force, "Mx": moment, "My": moment, "Mz": moment}
+    own |= dict.fromkeys(("delta_x", "delta_y"), largest["delta_z"])
+    own |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn)
+    return {name: 1e-3 * own.get(name, largest[name]) for name in QUANTITIES}
+
+
+def stage_rows(
+    case: str, stage: int, row: tuple[Summary, SummaryErrors], truth: dict[str, float], nothing: dict[str, float]
+) -> Iterator[Row]:
+    """The comparisons at the end of a stage."""
+    summary, errors = row
+    for name, exact in truth.items():
+        value, bar = float(getattr(summary, name)), float(getattr(errors, f"{name}_error"))
+        imposed = name in QUANTITIES and abs(value - exact) < 1e-5 * abs(exact) and bar < 1e-5 * abs(exact)
+        if max(abs(value), abs(exact)) > nothing[name] and not imposed:
+            yield Row(case, stage, name, value, abs(value - exact), bar)
+
+
+def same(one: Row, other: Row) -> bool:
+    """Whether a stage left a value as it was."""
+    least = UNCHANGED * abs(one.value)
+    return abs(one.error - other.error) < least and abs(one.value - other.value) < least
+
+
+def cost(rows: Iterable[tuple[Summary, SummaryErrors]]) -> Cost:
+    """What the companions took of the whole."""
+    own = [(summary.wall_time, summary.operator_applications) for summary, _ in rows]
+    theirs = [(errors.companion_wall_time, errors.companion_applications) for _, errors in rows]
+    time, work = (sum(column) for column in zip(*own, strict=True))
+    their_time, their_work = (sum(column) for column in zip(*theirs, strict=True))
+    return Cost(their_time / (time + their_time), their_work / (work + their_work))
+
+
+def share(rows: Sequence[bool]) -> str:
+    """How many of them, in per cent."""
+    return f"{sum(rows)} of {len(rows)} ({100.0 * sum(rows) / len(rows):.0f} %)"
+
+
+def report(names: Sequence[str]) -> Iterator[str]:
+    """Shares and tables, of the cases that the constants were chosen by and of those that they were not."""
+    rows: dict[str, list[Row]] = {}
+    costs: list[Cost] = []
+    groups = {"calibrated on": CASES, "held out": HELD_OUT}
+    for group, cases in groups.items():
+        for case in cases:
+            if not names or case.name.startswith(tuple(names)):
+                found, spent = compare(case)
+                rows.setdefault(group, []).extend(found)
+                costs.append(spent)
+    yield "| | " + " | ".join(rows) + " |"
+    yield "| --- " * (1 + len(rows)) + "|"
+    for label, value in SHARES.items():
+        yield f"| {label} | " + " | ".join(value(part) for part in rows.values()) + " |"
+    work = [one.applications for one in costs]
+    yield from ("", "Share of the companion runs in all operator applications:")
+    yield f"{percent(statistics.median(work))} in the median case, {percent(max(work))} at most."
+    together = [row for part in rows.values() for row in part]
+    yield from ("", *by_quantity(together), "", *by_case(together))
+
+
+def percent(part: float) -> str:
+    """A share in whole per cent."""
+    return f"{100.0 * part:.0f} %"
+
+
+def whole_cases(rows: Sequence[Row]) -> str:
+    """How many cases have every value inside its bar."""
+    names = dict.fromkeys(row.case for row in rows)
+    return share([all(row.inside for row in rows if row.case == name) for name in names])
+
+
+SHARES: dict[str, Callable[[Sequence[Row]], str]] = {
+    "true error inside the bar": lambda rows: share([row.inside for row in rows]),
+    "bar within a factor of ten of the true error": lambda rows: share([row.near for row in rows]),
+    "cases with every value inside its bar": whole_cases,
+    "median of bar over true error": lambda rows: f"{statistics.median(row.ratio for row in rows):.2g}",
+}
+
+
+def by_quantity(rows: Sequence[Row]) -> Iterator[str]:
+    """A table with a row per quantity."""
+    yield "| quantity | comparisons | inside | within a factor of ten | median of bar over error |"
+    yield "| --- | --- | --- | --- | --- |"
+    for name in QUANTITIES:
+        its = [row for row in rows if row.quantity == name]
+        if its:
+            ratio = statistics.median(row.ratio for row in its)
+            inside, near = (sum(kind) / len(its) for kind in ([r.inside for r in its], [r.near for r in its]))
+            yield f"| {name} | {len(its)} | {percent(inside)} | {percent(near)} | {ratio:.2g} |"
+
+
+def by_case(rows: Sequence[Row]) -> Iterator[str]:
+    """A table with a row per comparison."""
+    yield "| case | stage | quantity | found | true error | bar | bar over error | inside |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    yield from (row.line() for row in rows)
+
+
+def put_into(file: Path, lines: Sequence[str]) -> None:
+    """Replace what stands between the marks."""
+    marks = r"(<!-- figures: calibration -->\n).*?(<!-- end of figures -->)"
+    text = "\n" + "\n".join(lines) + "\n\n"
+    file.write_text(re.sub(marks, lambda match: match[1] + text + match[2], file.read_text(), flags=re.DOTALL))
+
+
+def main() -> None:
+    """Read the arguments and print, or put the report into a file."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
+    parser.add_argument("--into", type=Path, help="a Markdown file with marks")
+    options = parser.parse_args()
+    lines = list(report(options.names))
+    if options.into is None:
+        print("\n".join(lines))
+    else:
+        put_into(options.into, lines)
+
+
+if __name__ == "__main__":
+    main()

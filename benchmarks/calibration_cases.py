@@ -1,0 +1,352 @@
+"""The cases that the error bars are calibrated on: parts of a case file each, and where their truth comes from.
+
+Truth is a closed form where one is exact, and else a run with several times the points and the increments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fretsolve.case import Case
+from fretsolve.closed_forms import (
+    boussinesq_punch,
+    cattaneo_mindlin,
+    full_slip_torque,
+    hertz_elliptic,
+    hertz_sphere,
+    love_cone,
+    lubkin,
+    mindlin_unloading,
+)
+from fretsolve.materials import Compliances
+from fretsolve.scene import prepare
+
+Truth = Mapping[int, Mapping[str, float]]
+"""Values of the history at the end of stages (1-based)."""
+
+STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
+SIMILAR = [STEEL, STEEL]
+DISSIMILAR = [{"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42}]
+RIGID_ON_SOFT = ["rigid", {"young_modulus": 70e3, "poisson_ratio": 0.2}]
+SPHERE = {"sphere": {"radius": 10.0}}
+LOAD, RADIUS = 400.0, 10.0
+
+
+@dataclass(frozen=True)
+class CalibrationCase:
+    """parts: as in a case file; exact: closed forms from the pair's compliances, None where a fine run is needed.
+
+    points, increments: how many times as many the fine run has.
+    """
+
+    name: str
+    parts: Mapping[str, Any]
+    exact: Callable[[Compliances], Truth] | None = None
+    points: int = 4
+    increments: int = 8
+
+    def case(self) -> Case:
+        """The case itself."""
+        return self._with()
+
+    def fine_case(self) -> Case:
+        """The same on the same area with more points and increments, in each stage by the same factor."""
+        scene = prepare(self.case())
+        points = [self.points * count for count in scene.grid.shape]
+        counts = scene.load_path.counts
+        path = [
+            {**dict(stage.targets), "increments": self.increments * count if count > 1 or self._slips else 1}
+            for stage, count in zip(scene.case.stages(), counts, strict=True)
+        ]
+        grid = {"points": points, "size": list(scene.grid.size), "center": list(scene.grid.center)}
+        return self._with(grid=grid, load_path=path)
+
+    def _with(self, **parts: Any) -> Case:
+        base = {"bodies": SIMILAR, "surface": SPHERE, "friction": 0.1}
+        return Case.model_validate({**base, **self.parts, **parts})
+
+    @property
+    def _slips(self) -> bool:
+        """Whether a stage of one increment takes more of them in the fine run."""
+        return self.parts.get("friction", 0.1) > 0.0 and self.parts.get("bodies", SIMILAR) != SIMILAR
+
+
+def _hertz(pair: Compliances) -> Truth:
+    found = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+    return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": found.contact_radius}}
+
+
+def _elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
+    def exact(pair: Compliances) -> Truth:
+        found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
+        radius = math.sqrt(found.semi_axis_x * found.semi_axis_y)
+        return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": radius}}
+
+    return exact
+
+
+def _driven(delta_z: float) -> Callable[[Compliances], Truth]:
+    def exact(pair: Compliances) -> Truth:
+        radius = math.sqrt(delta_z * RADIUS)
+        load = 4.0 / 3.0 * pair.contact_modulus * radius**3 / RADIUS
+        found = hertz_sphere(load, RADIUS, pair.contact_modulus)
+        return {1: {"P": load, "max_pressure": found.max_pressure, "contact_radius": radius}}
+
+    return exact
+
+
+def _cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
+    def exact(pair: Compliances) -> Truth:
+        found = love_cone(load, angle, pair.contact_modulus)
+        return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
+
+    return exact
+
+
+def _punch(pair: Compliances) -> Truth:
+    found = boussinesq_punch(LOAD, 0.3, pair.contact_modulus)
+    return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
+
+
+def _mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable[[Compliances], Truth]:
+    """Pressed, sheared; back: and sheared to nothing, and to the opposite force."""
+
+    def exact(pair: Compliances) -> Truth:
+        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        found = cattaneo_mindlin(hertz, friction, force, pair.tangential)
+        first = {
+            "delta_z": hertz.delta_z,
+            "delta_x": found.delta_x,
+            "stick_radius": found.stick_radius,
+            "work_total": 0.25 * found.work_per_cycle,
+        }
+        values: dict[int, Mapping[str, float]] = {**_hertz(pair), 2: first}
+        if back:
+            unloaded = mindlin_unloading(hertz, friction, force, 0.0, pair.tangential)
+            values[3] = {"delta_x": unloaded}
+            values[4] = {
+                "delta_x": -found.delta_x,
+                "stick_radius": found.stick_radius,
+                "work_total": 0.75 * found.work_per_cycle,
+            }
+        return values
+
+    return exact
+
+
+def _gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]:
+    """Slid by more than the last point sticks: the work is mu P (D - 0.8 d)."""
+
+    def exact(pair: Compliances) -> Truth:
+        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        limit = friction * LOAD
+        last = 3.0 * limit * pair.tangential / (16.0 * hertz.contact_radius)
+        return {**_hertz(pair), 2: {"Qx": limit, "work_total": limit * (motion - 0.8 * last)}}
+
+    return exact
+
+
+def _lubkin(torque: float) -> Callable[[Compliances], Truth]:
+    def exact(pair: Compliances) -> Truth:
+        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        found = lubkin(hertz, 0.1, torque * full_slip_torque(hertz, 0.1), pair.torsional)
+        return {**_hertz(pair), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
+
+    return exact
+
+
+TORQUE = full_slip_torque(hertz_sphere(LOAD, RADIUS, 109890.10989010989), 0.1)
+"""At which the contact of two steel bodies turns."""
+
+
+def _pressed(points: Any, **parts: Any) -> dict[str, Any]:
+    return {"friction": 0.0, "grid": {"points": points}, "load_path": [{"P": LOAD}], **parts}
+
+
+def _path(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, Any]:
+    return {"grid": {"points": points}, "load_path": list(stages), **parts}
+
+
+def _alone(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, Any]:
+    """Without cross influence, as the closed forms of shear have it."""
+    return {**_path(points, {"P": LOAD}, *stages), "coupling": "none", **parts}
+
+
+def _sheared(force: float, count: int) -> dict[str, Any]:
+    return {"Qx": force, "increments": count}
+
+
+def _pressing(count: int, load: float = LOAD) -> dict[str, Any]:
+    return {"P": load, "increments": count}
+
+
+def _unlike(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, Any]:
+    return _path(points, *stages, bodies=DISSIMILAR, **parts)
+
+
+CASES = (
+    CalibrationCase("Hertz, 24 points", _pressed(24), _hertz),
+    CalibrationCase("Hertz, 45 points", _pressed(45), _hertz),
+    CalibrationCase("Hertz, 96 points, wider", _pressed(96, grid={"points": 96, "size": 0.77}), _hertz),
+    CalibrationCase("Hertz, rigid on soft", _pressed(32, bodies=RIGID_ON_SOFT), _hertz),
+    CalibrationCase(
+        "ellipse, radii 10 and 25 mm",
+        _pressed(40, surface={"ellipsoid": {"radius_x": 10.0, "radius_y": 25.0}}),
+        _elliptic(10.0, 25.0),
+    ),
+    CalibrationCase(
+        "ellipse, radii 5 and 100 mm",
+        _pressed([32, 64], surface={"ellipsoid": {"radius_x": 5.0, "radius_y": 100.0}}),
+        _elliptic(5.0, 100.0),
+    ),
+    CalibrationCase(
+        "cone",
+        _pressed(48, surface={"cone": {"angle": 0.02}}, load_path=[{"P": 100.0}]),
+        _cone(100.0, 0.02),
+    ),
+    CalibrationCase(
+        "punch, sharp edge", _pressed(40, surface={"punch": {"radius": 0.3}}, grid={"points": 40, "size": 0.72}), _punch
+    ),
+    CalibrationCase(
+        "Hertz, driven by delta_z",
+        _pressed(24, grid={"points": 24, "size": 0.8}, load_path=[{"delta_z": 9e-3}]),
+        _driven(9e-3),
+    ),
+    CalibrationCase("Mindlin, 0.2 of sliding", _alone(32, _sheared(8.0, 2)), _mindlin(8.0)),
+    CalibrationCase("Mindlin, 0.5 of sliding, fine", _alone(96, _sheared(20.0, 2)), _mindlin(20.0)),
+    CalibrationCase(
+        "Mindlin, 0.9, and back",
+        _alone(48, _sheared(36.0, 4), _sheared(0.0, 4), _sheared(-36.0, 4)),
+        _mindlin(36.0, back=True),
+    ),
+    CalibrationCase("Mindlin, 0.985 of sliding", _alone(40, _sheared(39.4, 5)), _mindlin(39.4)),
+    CalibrationCase(
+        "Mindlin, friction 0.6", _alone(28, _sheared(200.0, 3), friction=0.6), _mindlin(200.0, friction=0.6)
+    ),
+    CalibrationCase(
+        "gross slip, driven by delta_x",
+        _alone(32, {"delta_x": 2.5e-3, "increments": 8}),
+        _gross_slip(0.1, 2.5e-3),
+    ),
+    CalibrationCase(
+        "Lubkin, 0.7 of turning", _path(32, {"P": LOAD}, {"Mz": 0.7 * TORQUE, "increments": 2}), _lubkin(0.7)
+    ),
+    CalibrationCase(
+        "Lubkin, 0.95 of turning", _path(48, {"P": LOAD}, {"Mz": 0.95 * TORQUE, "increments": 3}), _lubkin(0.95)
+    ),
+    CalibrationCase("I.2, cycle", _path(32, {"P": LOAD}, _sheared(36.0, 4), _sheared(-36.0, 8)), increments=2),
+    CalibrationCase("I.3, 5 increments", _unlike(24, _pressing(5), _sheared(36.0, 5))),
+    CalibrationCase("I.3, 10 increments, back", _unlike(32, _pressing(10), _sheared(36.0, 10), _sheared(0.0, 10))),
+    CalibrationCase("I.3, 20 increments", _unlike(24, _pressing(20), _sheared(30.0, 20)), increments=4),
+    CalibrationCase("I.3, 0.985 of sliding", _unlike(28, _pressing(6), _sheared(39.4, 6))),
+    CalibrationCase("I.3, driven by delta_x", _unlike(28, _pressing(6), {"delta_x": 0.8e-3, "increments": 6})),
+    CalibrationCase("II, friction 0.05", _unlike(32, _pressing(10), friction=0.05)),
+    CalibrationCase("II, friction 0.2, 20 increments", _unlike(24, _pressing(20), friction=0.2), increments=4),
+    CalibrationCase("II, rigid on soft, friction 0.3", _path(40, _pressing(8), friction=0.3, bodies=RIGID_ON_SOFT)),
+    CalibrationCase("III.3", _unlike(32, _pressing(6), {"Mz": 4.0, "increments": 6})),
+    CalibrationCase(
+        "x, then y", _path(32, {"P": LOAD}, _sheared(24.0, 5), {"Qy": 28.0, "increments": 5}), increments=4
+    ),
+    CalibrationCase(
+        "P and Q together", _path(32, {"P": 200.0}, {"P": 400.0, "Qx": 30.0, "increments": 10}), increments=4
+    ),
+    CalibrationCase(
+        "P and Q together, dissimilar",
+        _unlike(24, _pressing(6, 200.0), {"P": 400.0, "Qx": 24.0, "increments": 8}, {"P": 300.0, "increments": 4}),
+    ),
+    CalibrationCase(
+        "ellipse, oblique, dissimilar",
+        _path(
+            [28, 36],
+            _pressing(4),
+            {"Qx": 15.0, "Qy": 22.0, "increments": 4},
+            surface={"ellipsoid": {"radius_x": 10.0, "radius_y": 25.0, "angle": 0.5}},
+            bodies=DISSIMILAR,
+        ),
+    ),
+    CalibrationCase(
+        "tilted, sheared",
+        _path(
+            40,
+            {"P": LOAD, "Mx": 0.0, "My": 20.0},
+            _sheared(34.0, 3),
+            grid={"points": 40, "size": 0.8},
+        ),
+        increments=2,
+    ),
+    CalibrationCase(
+        "punch, rounded edge, sheared",
+        _path(
+            32,
+            {"P": 800.0},
+            _sheared(60.0, 3),
+            surface={"punch": {"radius": 0.3, "edge_radius": 0.1}},
+            grid={"points": 32, "size": 0.72},
+        ),
+        increments=2,
+    ),
+    CalibrationCase(
+        "crowned cylinder, sheared along y",
+        _path(
+            [24, 48],
+            {"P": LOAD},
+            {"Qy": 33.0, "increments": 3},
+            surface={"cylinder": {"radius": 10.0, "axis": "y", "crown_radius": 80.0}},
+        ),
+        increments=2,
+    ),
+    CalibrationCase(
+        "cone, sheared", _path(32, {"P": 100.0}, _sheared(8.0, 3), surface={"cone": {"angle": 0.02}}), increments=2
+    ),
+    CalibrationCase(
+        "partly unloaded under shear",
+        _unlike(24, _pressing(6), _sheared(14.0, 4), _pressing(6, 200.0)),
+    ),
+    CalibrationCase(
+        "torsion and shear",
+        _path(28, {"P": LOAD}, {"Mz": 3.0, "increments": 4}, _sheared(24.0, 4)),
+        increments=4,
+    ),
+)
+
+HELD_OUT = (
+    CalibrationCase(
+        "Hertz, 52 points, off the centre",
+        _pressed(52, grid={"points": 52, "size": 0.75, "center": [0.01, 0.004]}),
+        _hertz,
+    ),
+    CalibrationCase(
+        "ellipse, radii 8 and 12 mm",
+        _pressed(30, surface={"ellipsoid": {"radius_x": 8.0, "radius_y": 12.0}}),
+        _elliptic(8.0, 12.0),
+    ),
+    CalibrationCase("Mindlin, 0.75 of sliding", _alone(36, _sheared(30.0, 3)), _mindlin(30.0)),
+    CalibrationCase("Lubkin, 0.85 of turning", _path(40, {"P": LOAD}, {"Mz": 0.85 * TORQUE}), _lubkin(0.85)),
+    CalibrationCase(
+        "I.2, driven by delta_x", _path(36, {"P": LOAD}, {"delta_x": 0.9e-3, "increments": 3}), increments=2
+    ),
+    CalibrationCase("I.3, 8 increments, reversed", _unlike(26, _pressing(8), _sheared(32.0, 8), _sheared(-32.0, 8))),
+    CalibrationCase("II, friction 0.12", _unlike(38, _pressing(12), friction=0.12), increments=6),
+    CalibrationCase(
+        "III.3, rigid on soft",
+        _path(30, _pressing(8), {"Mz": 12.0, "increments": 6}, friction=0.4, bodies=RIGID_ON_SOFT),
+    ),
+    CalibrationCase(
+        "y, then x",
+        _path(30, {"P": LOAD}, {"Qy": 30.0, "increments": 4}, {"Qx": 16.0, "Qy": 10.0, "increments": 6}),
+        increments=4,
+    ),
+    CalibrationCase(
+        "ellipse, pressed and turned, dissimilar",
+        _unlike(
+            [30, 26],
+            _pressing(6),
+            {"Mz": 3.0, "Qx": 10.0, "increments": 6},
+            surface={"ellipsoid": {"radius_x": 16.0, "radius_y": 10.0}},
+        ),
+    ),
+)
+"""Cases of the same kinds that the constants of the error bars were not chosen by."""
