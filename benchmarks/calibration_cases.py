@@ -5,34 +5,34 @@ Truth is a closed form where one is exact, and else a run with several times the
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fretsolve.case import Case
-from fretsolve.closed_forms import (
-    boussinesq_punch,
-    cattaneo_mindlin,
-    full_slip_torque,
-    hertz_elliptic,
-    hertz_sphere,
-    love_cone,
-    lubkin,
-    mindlin_unloading,
+from calibration_truth import (
+    LOAD,
+    RADIUS,
+    Truth,
+    cone,
+    driven,
+    elliptic,
+    gross_slip,
+    hertz,
+    mindlin,
+    punch,
+    torsion,
 )
+
+from fretsolve.case import Case
+from fretsolve.closed_forms import full_slip_torque, hertz_sphere
 from fretsolve.materials import Compliances
 from fretsolve.scene import prepare
-
-Truth = Mapping[int, Mapping[str, float]]
-"""Values of the history at the end of stages (1-based)."""
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]
 DISSIMILAR = [{"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42}]
 RIGID_ON_SOFT = ["rigid", {"young_modulus": 70e3, "poisson_ratio": 0.2}]
 SPHERE = {"sphere": {"radius": 10.0}}
-LOAD, RADIUS = 400.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -74,90 +74,6 @@ class CalibrationCase:
         return self.parts.get("friction", 0.1) > 0.0 and self.parts.get("bodies", SIMILAR) != SIMILAR
 
 
-def _hertz(pair: Compliances) -> Truth:
-    found = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-    return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": found.contact_radius}}
-
-
-def _elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
-    def exact(pair: Compliances) -> Truth:
-        found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
-        radius = math.sqrt(found.semi_axis_x * found.semi_axis_y)
-        return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": radius}}
-
-    return exact
-
-
-def _driven(delta_z: float) -> Callable[[Compliances], Truth]:
-    def exact(pair: Compliances) -> Truth:
-        radius = math.sqrt(delta_z * RADIUS)
-        load = 4.0 / 3.0 * pair.contact_modulus * radius**3 / RADIUS
-        found = hertz_sphere(load, RADIUS, pair.contact_modulus)
-        return {1: {"P": load, "max_pressure": found.max_pressure, "contact_radius": radius}}
-
-    return exact
-
-
-def _cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
-    def exact(pair: Compliances) -> Truth:
-        found = love_cone(load, angle, pair.contact_modulus)
-        return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
-
-    return exact
-
-
-def _punch(pair: Compliances) -> Truth:
-    found = boussinesq_punch(LOAD, 0.3, pair.contact_modulus)
-    return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
-
-
-def _mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable[[Compliances], Truth]:
-    """Pressed, sheared; back: and sheared to nothing, and to the opposite force."""
-
-    def exact(pair: Compliances) -> Truth:
-        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-        found = cattaneo_mindlin(hertz, friction, force, pair.tangential)
-        first = {
-            "delta_z": hertz.delta_z,
-            "delta_x": found.delta_x,
-            "stick_radius": found.stick_radius,
-            "work_total": 0.25 * found.work_per_cycle,
-        }
-        values: dict[int, Mapping[str, float]] = {**_hertz(pair), 2: first}
-        if back:
-            unloaded = mindlin_unloading(hertz, friction, force, 0.0, pair.tangential)
-            values[3] = {"delta_x": unloaded}
-            values[4] = {
-                "delta_x": -found.delta_x,
-                "stick_radius": found.stick_radius,
-                "work_total": 0.75 * found.work_per_cycle,
-            }
-        return values
-
-    return exact
-
-
-def _gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]:
-    """Slid by more than the last point sticks: the work is mu P (D - 0.8 d)."""
-
-    def exact(pair: Compliances) -> Truth:
-        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-        limit = friction * LOAD
-        last = 3.0 * limit * pair.tangential / (16.0 * hertz.contact_radius)
-        return {**_hertz(pair), 2: {"Qx": limit, "work_total": limit * (motion - 0.8 * last)}}
-
-    return exact
-
-
-def _lubkin(torque: float) -> Callable[[Compliances], Truth]:
-    def exact(pair: Compliances) -> Truth:
-        hertz = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-        found = lubkin(hertz, 0.1, torque * full_slip_torque(hertz, 0.1), pair.torsional)
-        return {**_hertz(pair), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
-
-    return exact
-
-
 TORQUE = full_slip_torque(hertz_sphere(LOAD, RADIUS, 109890.10989010989), 0.1)
 """At which the contact of two steel bodies turns."""
 
@@ -188,54 +104,54 @@ def _unlike(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, 
 
 
 CASES = (
-    CalibrationCase("Hertz, 24 points", _pressed(24), _hertz),
-    CalibrationCase("Hertz, 45 points", _pressed(45), _hertz),
-    CalibrationCase("Hertz, 96 points, wider", _pressed(96, grid={"points": 96, "size": 0.77}), _hertz),
-    CalibrationCase("Hertz, rigid on soft", _pressed(32, bodies=RIGID_ON_SOFT), _hertz),
+    CalibrationCase("Hertz, 24 points", _pressed(24), hertz),
+    CalibrationCase("Hertz, 45 points", _pressed(45), hertz),
+    CalibrationCase("Hertz, 96 points, wider", _pressed(96, grid={"points": 96, "size": 0.77}), hertz),
+    CalibrationCase("Hertz, rigid on soft", _pressed(32, bodies=RIGID_ON_SOFT), hertz),
     CalibrationCase(
         "ellipse, radii 10 and 25 mm",
         _pressed(40, surface={"ellipsoid": {"radius_x": 10.0, "radius_y": 25.0}}),
-        _elliptic(10.0, 25.0),
+        elliptic(10.0, 25.0),
     ),
     CalibrationCase(
         "ellipse, radii 5 and 100 mm",
         _pressed([32, 64], surface={"ellipsoid": {"radius_x": 5.0, "radius_y": 100.0}}),
-        _elliptic(5.0, 100.0),
+        elliptic(5.0, 100.0),
     ),
     CalibrationCase(
         "cone",
         _pressed(48, surface={"cone": {"angle": 0.02}}, load_path=[{"P": 100.0}]),
-        _cone(100.0, 0.02),
+        cone(100.0, 0.02),
     ),
     CalibrationCase(
-        "punch, sharp edge", _pressed(40, surface={"punch": {"radius": 0.3}}, grid={"points": 40, "size": 0.72}), _punch
+        "punch, sharp edge", _pressed(40, surface={"punch": {"radius": 0.3}}, grid={"points": 40, "size": 0.72}), punch
     ),
     CalibrationCase(
         "Hertz, driven by delta_z",
         _pressed(24, grid={"points": 24, "size": 0.8}, load_path=[{"delta_z": 9e-3}]),
-        _driven(9e-3),
+        driven(9e-3),
     ),
-    CalibrationCase("Mindlin, 0.2 of sliding", _alone(32, _sheared(8.0, 2)), _mindlin(8.0)),
-    CalibrationCase("Mindlin, 0.5 of sliding, fine", _alone(96, _sheared(20.0, 2)), _mindlin(20.0)),
+    CalibrationCase("Mindlin, 0.2 of sliding", _alone(32, _sheared(8.0, 2)), mindlin(8.0)),
+    CalibrationCase("Mindlin, 0.5 of sliding, fine", _alone(96, _sheared(20.0, 2)), mindlin(20.0)),
     CalibrationCase(
         "Mindlin, 0.9, and back",
         _alone(48, _sheared(36.0, 4), _sheared(0.0, 4), _sheared(-36.0, 4)),
-        _mindlin(36.0, back=True),
+        mindlin(36.0, back=True),
     ),
-    CalibrationCase("Mindlin, 0.985 of sliding", _alone(40, _sheared(39.4, 5)), _mindlin(39.4)),
+    CalibrationCase("Mindlin, 0.985 of sliding", _alone(40, _sheared(39.4, 5)), mindlin(39.4)),
     CalibrationCase(
-        "Mindlin, friction 0.6", _alone(28, _sheared(200.0, 3), friction=0.6), _mindlin(200.0, friction=0.6)
+        "Mindlin, friction 0.6", _alone(28, _sheared(200.0, 3), friction=0.6), mindlin(200.0, friction=0.6)
     ),
     CalibrationCase(
         "gross slip, driven by delta_x",
         _alone(32, {"delta_x": 2.5e-3, "increments": 8}),
-        _gross_slip(0.1, 2.5e-3),
+        gross_slip(0.1, 2.5e-3),
     ),
     CalibrationCase(
-        "Lubkin, 0.7 of turning", _path(32, {"P": LOAD}, {"Mz": 0.7 * TORQUE, "increments": 2}), _lubkin(0.7)
+        "Lubkin, 0.7 of turning", _path(32, {"P": LOAD}, {"Mz": 0.7 * TORQUE, "increments": 2}), torsion(0.7)
     ),
     CalibrationCase(
-        "Lubkin, 0.95 of turning", _path(48, {"P": LOAD}, {"Mz": 0.95 * TORQUE, "increments": 3}), _lubkin(0.95)
+        "Lubkin, 0.95 of turning", _path(48, {"P": LOAD}, {"Mz": 0.95 * TORQUE, "increments": 3}), torsion(0.95)
     ),
     CalibrationCase("I.2, cycle", _path(32, {"P": LOAD}, _sheared(36.0, 4), _sheared(-36.0, 8)), increments=2),
     CalibrationCase("I.3, 5 increments", _unlike(24, _pressing(5), _sheared(36.0, 5))),
@@ -316,15 +232,15 @@ HELD_OUT = (
     CalibrationCase(
         "Hertz, 52 points, off the centre",
         _pressed(52, grid={"points": 52, "size": 0.75, "center": [0.01, 0.004]}),
-        _hertz,
+        hertz,
     ),
     CalibrationCase(
         "ellipse, radii 8 and 12 mm",
         _pressed(30, surface={"ellipsoid": {"radius_x": 8.0, "radius_y": 12.0}}),
-        _elliptic(8.0, 12.0),
+        elliptic(8.0, 12.0),
     ),
-    CalibrationCase("Mindlin, 0.75 of sliding", _alone(36, _sheared(30.0, 3)), _mindlin(30.0)),
-    CalibrationCase("Lubkin, 0.85 of turning", _path(40, {"P": LOAD}, {"Mz": 0.85 * TORQUE}), _lubkin(0.85)),
+    CalibrationCase("Mindlin, 0.75 of sliding", _alone(36, _sheared(30.0, 3)), mindlin(30.0)),
+    CalibrationCase("Lubkin, 0.85 of turning", _path(40, {"P": LOAD}, {"Mz": 0.85 * TORQUE}), torsion(0.85)),
     CalibrationCase(
         "I.2, driven by delta_x", _path(36, {"P": LOAD}, {"delta_x": 0.9e-3, "increments": 3}), increments=2
     ),

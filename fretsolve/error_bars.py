@@ -33,10 +33,9 @@ if TYPE_CHECKING:
     from fretsolve.scene import Scene
     from fretsolve.state import State, Summary
 
-ORDER, ORDER_CONTACT_RADIUS = 0.9, 2.0
+ORDER, ORDER_CONTACT_RADIUS = 0.8, 1.0
 """Orders of the discretisation that are taken for granted. Sequences of grids show 1.3 to 2, but with fluctuations, as
-the edges cut the cells now so, now so; the radius of contact, whose edge is placed inside the cells, needs no such
-safety."""
+the edges cut the cells now so, now so; the radius of contact needs somewhat less safety."""
 
 INCREMENTS_SAFETY = 2.0
 """On the difference that is the increments' error to first order; the order found is somewhat less than 1."""
@@ -67,7 +66,7 @@ def run_with_error_bars(
     for state in run(scene, start, history, threads):
         errors = bars.of(state.summary)
         if bars.failure is not None and tell is not None and not told:
-            tell(f"no error bars from increment {state.summary.step} on: {bars.failure} on a coarser grid")
+            tell(f"no error bars from increment {state.summary.step} on: {bars.failure}")
             told = True
         yield state, errors
 
@@ -99,9 +98,10 @@ class ErrorBars:
     @property
     def failure(self) -> str | None:
         """Why a companion goes no farther, in one line."""
-        for companion in filter(None, (self._coarse, self._stepped)):
+        for companion in self._companions:
             if companion.failure is not None:
-                return companion.failure.message
+                nx, ny = companion.scene.grid.shape
+                return f"the companion run on {nx} x {ny} cells has no solution: {companion.failure.message}"
         return None
 
     def of(self, summary: Summary) -> SummaryErrors:

@@ -31,6 +31,7 @@ def fake_header(
     every: int = 1,
     increments: int = 6,
     title: str = "made up",
+    errors: bool = False,
     **solver: Any,
 ) -> RunHeader:
     case = {
@@ -49,6 +50,7 @@ def fake_header(
         y=0.1 * np.arange(shape[1]) - 0.2,
         fields=stored,
         every=every,
+        errors=errors,
     )
 
 

@@ -96,7 +96,7 @@ def _total_work(result: Result) -> str:
     """All dissipated work with its error, where that is known, and its unit."""
     work, error = float(result.history["work_total"][-1]), result.history.get("work_total_error")
     unit = readable("mJ", work)
-    known = "" if error is None else f" ± {error[-1] * unit.factor:.2g}"
+    known = "" if error is None or np.isnan(error[-1]) else f" ± {error[-1] * unit.factor:.2g}"
     return f"{work * unit.factor:.4g}{known} {unit.text}"
 
 

@@ -1,0 +1,117 @@
+"""Closed forms of the cases that the error bars are calibrated on, at the end of their stages.
+
+Each is a function of the pair's compliances, or makes one. The contact is that of a sphere of 10 mm under 400 N where
+nothing else is said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from fretsolve.closed_forms import (
+    boussinesq_punch,
+    cattaneo_mindlin,
+    full_slip_torque,
+    hertz_elliptic,
+    hertz_sphere,
+    love_cone,
+    lubkin,
+    mindlin_unloading,
+)
+from fretsolve.materials import Compliances
+
+Truth = Mapping[int, Mapping[str, float]]
+"""Values of the history at the end of stages (1-based)."""
+
+LOAD, RADIUS = 400.0, 10.0
+
+
+def hertz(pair: Compliances) -> Truth:
+    """Pressed."""
+    found = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+    return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": found.contact_radius}}
+
+
+def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
+    """An ellipsoid, pressed."""
+    def exact(pair: Compliances) -> Truth:
+        found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
+        radius = math.sqrt(found.semi_axis_x * found.semi_axis_y)
+        return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": radius}}
+
+    return exact
+
+
+def driven(delta_z: float) -> Callable[[Compliances], Truth]:
+    """Pressed by displacement."""
+    def exact(pair: Compliances) -> Truth:
+        radius = math.sqrt(delta_z * RADIUS)
+        load = 4.0 / 3.0 * pair.contact_modulus * radius**3 / RADIUS
+        found = hertz_sphere(load, RADIUS, pair.contact_modulus)
+        return {1: {"P": load, "max_pressure": found.max_pressure, "contact_radius": radius}}
+
+    return exact
+
+
+def cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
+    """A cone, pressed."""
+    def exact(pair: Compliances) -> Truth:
+        found = love_cone(load, angle, pair.contact_modulus)
+        return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
+
+    return exact
+
+
+def punch(pair: Compliances) -> Truth:
+    """A flat punch with a radius of 0.3 mm, pressed."""
+    found = boussinesq_punch(LOAD, 0.3, pair.contact_modulus)
+    return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
+
+
+def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable[[Compliances], Truth]:
+    """Pressed, sheared; back: and sheared to nothing, and to the opposite force."""
+
+    def exact(pair: Compliances) -> Truth:
+        contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        found = cattaneo_mindlin(contact, friction, force, pair.tangential)
+        first = {
+            "delta_z": contact.delta_z,
+            "delta_x": found.delta_x,
+            "stick_radius": found.stick_radius,
+            "work_total": 0.25 * found.work_per_cycle,
+        }
+        values: dict[int, Mapping[str, float]] = {**hertz(pair), 2: first}
+        if back:
+            unloaded = mindlin_unloading(contact, friction, force, 0.0, pair.tangential)
+            values[3] = {"delta_x": unloaded}
+            values[4] = {
+                "delta_x": -found.delta_x,
+                "stick_radius": found.stick_radius,
+                "work_total": 0.75 * found.work_per_cycle,
+            }
+        return values
+
+    return exact
+
+
+def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]:
+    """Slid by more than the last point sticks: the work is mu P (D - 0.8 d)."""
+
+    def exact(pair: Compliances) -> Truth:
+        contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        limit = friction * LOAD
+        last = 3.0 * limit * pair.tangential / (16.0 * contact.contact_radius)
+        return {**hertz(pair), 2: {"Qx": limit, "work_total": limit * (motion - 0.8 * last)}}
+
+    return exact
+
+
+def torsion(torque: float) -> Callable[[Compliances], Truth]:
+    """Pressed, and twisted by a share of the torque of full slip."""
+    def exact(pair: Compliances) -> Truth:
+        contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        found = lubkin(contact, 0.1, torque * full_slip_torque(contact, 0.1), pair.torsional)
+        return {**hertz(pair), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
+
+    return exact
