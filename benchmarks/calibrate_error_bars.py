@@ -5,8 +5,9 @@
     python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
-file. Compared are the values at the end of each stage that the stage does not impose and that are more than round-off;
-where a stage leaves a value as it is, as one of shear leaves the pressure, it is compared once.
+file. Compared are the values that the load path does not impose and that are more than round-off, at the ends of stages
+and, where there is a fine run, at all increments; where an increment leaves a value as it is, as one of shear leaves
+the pressure, it is compared once.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import argparse
 import math
 import re
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +37,7 @@ QUANTITIES = {
     "work_total": "mJ",
 }
 UNCHANGED = 1e-6
-"""A value whose error and bar change by less than this much of it from one stage to the next is not compared again."""
+"""A value that changes with its error by less than this much of it is not compared again."""
 
 SINGULAR = frozenset({"cone", "cone, sheared", "punch, sharp edge"})
 """Cases with an infinite pressure, to which no maximum of cells converges."""
@@ -44,10 +45,11 @@ SINGULAR = frozenset({"cone", "cone, sheared", "punch, sharp edge"})
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison; errors in the quantity's units."""
+    """One comparison; errors in the quantity's units. end: whether it is made at the end of its stage."""
 
     case: str
     stage: int
+    end: bool
     quantity: str
     value: float
     error: float
@@ -88,24 +90,33 @@ def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
     """Run a case with error bars and without end, and compare where both are known."""
     scene = prepare(case.case())
     rows = [(state.summary, errors) for state, errors in run_with_error_bars(scene)]
-    truth = true_values(case, scene)
+    truth, nothing = true_values(case, scene), scales([summary for summary, _ in rows])
     found: list[Row] = []
-    for stage, last in enumerate(scene.load_path.last_steps, start=1):
-        for row in stage_rows(case.name, stage, rows[last], truth.get(stage, {}), scales([s for s, _ in rows])):
-            earlier = [one for one in found if one.quantity == row.quantity]
-            if not earlier or not same(earlier[-1], row):
+    latest: dict[str, Row] = {}
+    for step in sorted(truth):
+        for row in step_rows(case.name, step in scene.load_path.last_steps, rows[step], truth[step], nothing):
+            if row.quantity not in latest or not same(latest[row.quantity], row):
                 found.append(row)
+            latest[row.quantity] = row
     return found, cost(rows)
 
 
-def true_values(case: CalibrationCase, scene: Scene) -> dict[int, dict[str, float]]:
-    """Closed forms, or the ends of stages of the fine run."""
+def true_values(case: CalibrationCase, scene: Scene) -> dict[int, Mapping[str, float]]:
+    """By increment: closed forms at the ends of stages, or the fine run's values wherever it has been as well."""
+    ends = scene.load_path.last_steps
     if case.exact is not None:
-        return {stage: dict(values) for stage, values in case.exact(scene.model.compliances).items()}
+        return {ends[stage - 1]: values for stage, values in case.exact(scene.model.compliances).items()}
     fine = prepare(case.fine_case())
-    ends = {state.summary.stage: state.summary for state in fretsolve.run(fine)}
+    path = [state.summary for state in fretsolve.run(fine)]
     names = [name for name in QUANTITIES if name != "max_pressure" or case.name not in SINGULAR]
-    return {stage: {name: float(getattr(summary, name)) for name in names} for stage, summary in ends.items()}
+    values = {}
+    for end, count, fine_end, fine_count in zip(
+        ends, scene.load_path.counts, fine.load_path.last_steps, fine.load_path.counts, strict=True
+    ):
+        for back in range(count):
+            summary = path[fine_end - back * fine_count // count]
+            values[end - back] = {name: float(getattr(summary, name)) for name in names}
+    return values
 
 
 def scales(summaries: Sequence[Summary]) -> dict[str, float]:
@@ -119,20 +130,20 @@ def scales(summaries: Sequence[Summary]) -> dict[str, float]:
     return {name: 1e-3 * own.get(name, largest[name]) for name in QUANTITIES}
 
 
-def stage_rows(
-    case: str, stage: int, row: tuple[Summary, SummaryErrors], truth: dict[str, float], nothing: dict[str, float]
+def step_rows(
+    case: str, end: bool, row: tuple[Summary, SummaryErrors], truth: Mapping[str, float], nothing: Mapping[str, float]
 ) -> Iterator[Row]:
-    """The comparisons at the end of a stage."""
+    """The comparisons after an increment."""
     summary, errors = row
     for name, exact in truth.items():
         value, bar = float(getattr(summary, name)), float(getattr(errors, f"{name}_error"))
         imposed = name in QUANTITIES and abs(value - exact) < 1e-5 * abs(exact) and bar < 1e-5 * abs(exact)
         if max(abs(value), abs(exact)) > nothing[name] and not imposed:
-            yield Row(case, stage, name, value, abs(value - exact), bar)
+            yield Row(case, summary.stage, end, name, value, abs(value - exact), bar)
 
 
 def same(one: Row, other: Row) -> bool:
-    """Whether a stage left a value as it was."""
+    """Whether a value was left as it was."""
     least = UNCHANGED * abs(one.value)
     return abs(one.error - other.error) < least and abs(one.value - other.value) < least
 
@@ -164,12 +175,15 @@ def report(names: Sequence[str]) -> Iterator[str]:
                 costs.append(spent)
     yield "| | " + " | ".join(rows) + " |"
     yield "| --- " * (1 + len(rows)) + "|"
+    ends = {group: [row for row in part if row.end] for group, part in rows.items()}
     for label, value in SHARES.items():
-        yield f"| {label} | " + " | ".join(value(part) for part in rows.values()) + " |"
+        yield f"| {label} | " + " | ".join(value(part) for part in ends.values()) + " |"
+    for label, value in list(SHARES.items())[:2]:
+        yield f"| {label}, all increments | " + " | ".join(value(part) for part in rows.values()) + " |"
     work = [one.applications for one in costs]
     yield from ("", "Share of the companion runs in all operator applications:")
     yield f"{percent(statistics.median(work))} in the median case, {percent(max(work))} at most."
-    together = [row for part in rows.values() for row in part]
+    together = [row for part in ends.values() for row in part]
     yield from ("", *by_quantity(together), "", *by_case(together))
 
 

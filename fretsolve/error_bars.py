@@ -48,6 +48,9 @@ the radius of contact; of the work in parts of itself."""
 FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
 """The same of radii, in units of h."""
 
+UNSEEN = 0.5
+"""Radius of a stick zone that may be there, in units of h, where no cell sticks."""
+
 
 def run_with_error_bars(
     scene: Scene,
@@ -150,7 +153,8 @@ class ErrorBars:
         floor: Values = FLOOR * self._largest * ratio**FLOOR_ORDER
         for number, name in enumerate(ESTIMATED):
             if name in FLOOR_RADII:
-                floor[number] = min(FLOOR_RADII[name] * side, self._largest[number])
+                unseen = name == "stick_radius" and summary.stick_radius == 0.0 and self._scene.model.friction > 0.0
+                floor[number] = (UNSEEN if unseen else FLOOR_RADII[name]) * side
             elif name.startswith("work"):
                 floor[number] = FLOOR_WORK * ratio**FLOOR_ORDER_WORK * getattr(summary, name)
             elif name in imposed:

@@ -18,8 +18,8 @@ from fretsolve.study.variation import Combination
 if TYPE_CHECKING:
     from fretsolve.history import RunHeader
 
-NO_FIELDS = "output.fields=[]"
-"""A study compares scalars; without fields a result takes some tens of kilobytes."""
+WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_estimate=false")
+"""A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself."""
 
 IRRELEVANT = ("title", "expect")
 """Keys of a case that change nothing of a run, not even whether it fails."""
@@ -54,7 +54,7 @@ def prepare_trials(
     trials = []
     for combination in combinations:
         varied = [text for setting in combination.settings for text in setting.overrides(stages)]
-        texts = (*overrides, *varied, NO_FIELDS)
+        texts = (*overrides, *varied, *WITHOUT_EXTRAS)
         try:
             scene = prepare(load_case(path, texts))
             require_memory(scene)

@@ -170,6 +170,15 @@ def test_imposed_values_have_the_bar_of_their_residual() -> None:
         assert all(value >= 0.0 for value in vars(errors).values())
 
 
+def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
+    scene = scene_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
+    rows = list(run_with_error_bars(scene))
+    assert rows[-1][0].summary.stick_radius == 0.0
+    assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * scene.grid.dx)
+    (_, frictionless), = run_with_error_bars(scene_of(friction=0.0))
+    assert frictionless.stick_radius_error < 0.1 * scene.grid.dx
+
+
 def test_bars_go_on_where_a_run_goes_on() -> None:
     scene = scene_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": 4}])
     whole = list(run_with_error_bars(scene))
@@ -307,3 +316,15 @@ def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
     (first, _), (second, bars) = run_with_error_bars(scene)
     again = ErrorBars(scene, [first.summary]).of(second.summary)
     assert again.companion_applications == bars.companion_applications
+
+
+def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
+    case = write_case(tmp_path, COUPLED + "solver: {error_estimate: true}\n")
+    ran = invoke("study", case, "--vary", "grid.points=16,20", "-o", tmp_path / "study", "-q")
+    assert ran.exit_code == 0, ran.stderr
+    files = [path for path in (tmp_path / "study").rglob("*.h5") if path.name != "study.h5"]
+    results = [open_result(path) for path in files]
+    assert len(results) == 2
+    for result in results:
+        with result:
+            assert "delta_x_error" not in result.history
