@@ -117,7 +117,7 @@ def increments_matter(scene: Scene) -> bool:
     """
     if not scene.model.sheared:
         return False
-    if scene.model.terms.coupled:
+    if scene.model.interacting:
         return True
     moved: set[str] = set()
     for stage in scene.case.stages():
