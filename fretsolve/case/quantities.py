@@ -58,7 +58,7 @@ _LONGEST = 100
 
 
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
-"""In internal units, the least of loads alone; products of a few such numbers have room in double precision."""
+"""In internal units, the least of loads and moduli alone; products of a few such numbers have room in double precision."""
 
 
 class QuantityError(ValueError):
@@ -141,7 +141,7 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
         raise QuantityError(f"{shown(value)} {error}") from None
     if not math.isfinite(number):
         raise QuantityError(f"{shown(value)} is not finite; {dimension.wanted} is needed")
-    too_small = dimension in (FORCE, MOMENT) and 0.0 < abs(number) < LEAST_MAGNITUDE
+    too_small = dimension in (FORCE, MOMENT, PRESSURE) and 0.0 < abs(number) < LEAST_MAGNITUDE
     if too_small or abs(number) > LARGEST_MAGNITUDE:
         bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
         raise QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")

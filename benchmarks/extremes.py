@@ -1,0 +1,173 @@
+"""Drive the solver to its extremes: families of cases over wide ranges, each against the limit that theory gives.
+
+    python benchmarks/extremes.py                          # all of them, some six minutes on one core
+    python benchmarks/extremes.py "mode II" torque         # the families whose names contain one of these
+    python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
+
+Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. The families
+stand in ``tests/extremes/families``; the tests there drive the quick part of them, and random cases.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+TESTS = Path(__file__).resolve().parents[1] / "tests"
+sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
+
+from families import FAMILIES  # noqa: E402
+from families.driving import Family, Probe, Verdict, judge  # noqa: E402
+from families.pairs import elastic  # noqa: E402
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FRICTIONS = (1e-8, 1e-4, 1e-2, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 100.0, 1e4, 1e6)
+RATIOS = (0.5, 0.42, 0.3, 0.2, 0.1, 0.0)
+"""Poisson's ratios of a body under a rigid one: Dundurs' constant is (1 - 2 nu)/2(1 - nu), 0 to 1/2."""
+
+KINDS = {
+    "indentation": ({"P": 400.0, "increments": 5},),
+    "Q = mu P/2": ({"P": 400.0, "increments": 5}, {"Qx": 0.5, "increments": 5}),
+    "gross sliding": ({"P": 400.0, "increments": 5}, {"delta_x": 1.0, "increments": 2}),
+}
+"""Load paths of the map; Qx there is a share of mu P."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A family and how its probes ended."""
+
+    family: Family
+    verdicts: list[Verdict]
+
+    @property
+    def outcome(self) -> str:
+        """In words: how many were certified, refused, and failed."""
+        failed = sum(bool(verdict.problem) for verdict in self.verdicts)
+        refused = sum(bool(verdict.message) and not verdict.problem for verdict in self.verdicts)
+        counts = {
+            "certified": len(self.verdicts) - failed - refused,
+            "refused in words": refused,
+            "**failed**": failed,
+        }
+        return ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+
+    @property
+    def residual(self) -> float:
+        """Worst of all certified increments."""
+        return max(verdict.findings.residual for verdict in self.verdicts)
+
+    @property
+    def measured(self) -> list[Verdict]:
+        """The verdicts that are measured against theory."""
+        return [v for v in self.verdicts if v.probe.theory is not None and v.distance == v.distance]
+
+    @property
+    def markdown(self) -> str:
+        """The row of the table."""
+        distance = max((verdict.distance for verdict in self.measured), default=None)
+        allowed = max((verdict.probe.allowed for verdict in self.measured), default=None)
+        far = "-" if distance is None else f"{distance:.1e} ({allowed:.0e})"
+        seconds = sum(verdict.seconds for verdict in self.verdicts)
+        about = (self.family.name, self.family.range, self.family.limit)
+        name, span, limit = (text.replace("|", "\\|") for text in about)
+        return f"| {name} | {span or '-'} | {self.outcome} | {self.residual:.0e} | {limit} | {far} | {seconds:.1f} |"
+
+
+def driven(probe: Probe) -> Verdict:
+    """How a probe ends."""
+    with TemporaryDirectory() as folder:
+        return judge(probe, Path(folder))
+
+
+def print_table(names: list[str]) -> list[Row]:
+    """Drive the families, a row at a time, and list what is wrong."""
+    chosen = [family for family in FAMILIES if not names or any(name in family.name for name in names)]
+    print("| case | range | outcome | worst residual | limit of theory | distance (allowed) | s |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    rows = []
+    for family in chosen:
+        rows.append(Row(family, [driven(probe) for probe in family.probes]))
+        print(rows[-1].markdown, flush=True)
+    verdicts = [(row.family, verdict) for row in rows for verdict in row.verdicts]
+    wrong = [(family, verdict) for family, verdict in verdicts if verdict.problem]
+    increments = sum(verdict.findings.increments for _, verdict in verdicts)
+    print(f"\n{len(verdicts)} cases, {increments} increments, {len(wrong)} failures")
+    for family, verdict in wrong:
+        print(f"- {family.name}: {verdict.probe.label}: {verdict.problem}")
+    return rows
+
+
+def draw(rows: list[Row], file: Path) -> None:
+    """Distances from theory by family, and how far friction and coupling can go."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    measured = [row for row in rows if row.measured]
+    figure = plt.figure(figsize=(15.0, max(9.0, 0.3 * len(measured))), layout="constrained")
+    grid = figure.add_gridspec(len(KINDS), 2)
+    draw_distances(figure.add_subplot(grid[:, 0]), measured)
+    maps = [figure.add_subplot(grid[row, 1]) for row in range(len(KINDS))]
+    for axes, (kind, stages) in zip(maps, KINDS.items(), strict=True):
+        draw_map(axes, kind, stages)
+    maps[-1].set_xlabel("coefficient of friction")
+    figure.savefig(file, dpi=130)
+
+
+def draw_distances(axes: Axes, rows: list[Row]) -> None:
+    """A dot per case, and a bar up to what is allowed."""
+    least = 1e-16
+    for place, row in enumerate(reversed(rows)):
+        allowed = [max(verdict.probe.allowed, least) for verdict in row.measured]
+        axes.plot([least, max(allowed)], [place, place], color="0.88", linewidth=7.0, solid_capstyle="butt")
+        for verdict in row.measured:
+            color = "tab:red" if verdict.problem else "tab:blue"
+            axes.plot(min(max(verdict.distance, least), 1e3), place, ".", color=color, alpha=0.6)
+    axes.set_xscale("log")
+    axes.set_xlim(least, 1e1)
+    axes.set_yticks(range(len(rows)), [row.family.name for row in reversed(rows)], fontsize=7)
+    axes.set_xlabel("distance from the limit of theory; grey: allowed")
+
+
+def draw_map(axes: Axes, kind: str, stages: tuple[dict[str, float], ...]) -> None:
+    """Where in the plane of friction and Dundurs' constant a load path is solved: its worst residual, or why not."""
+    for nu in RATIOS:
+        beta = (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+        for mu in FRICTIONS:
+            path = [dict(stage) for stage in stages]
+            if "Qx" in path[-1]:
+                path[-1]["Qx"] *= mu * path[0]["P"]
+            parts = {"bodies": ["rigid", elastic(nu)], "friction": mu, "load_path": path}
+            verdict = driven(Probe(kind, parts | {"grid": {"points": 32, "size": 1.0}}))
+            sign = "." if not verdict.problem else "s" if "GridEdge" in verdict.problem else "x"
+            color = {".": "tab:green", "s": "tab:orange", "x": "tab:red"}[sign]
+            axes.plot(mu, beta, sign, color=color, markersize=7)
+    axes.set_xscale("log")
+    axes.set_ylabel("Dundurs' constant")
+    axes.set_title(f"{kind}: certified (dot), at the grid's edge (square), not converged (cross)", fontsize=9)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
+    parser.add_argument("--picture", type=Path, help="file to draw to")
+    options = parser.parse_args()
+    with TemporaryDirectory() as cache:
+        os.environ.setdefault("FRETSOLVE_CACHE", cache)
+        rows = print_table(options.names)
+        if options.picture:
+            draw(rows, options.picture)
+
+
+if __name__ == "__main__":
+    main()

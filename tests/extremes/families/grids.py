@@ -1,0 +1,117 @@
+"""Contact at the edge of the grid, where none can be, and grids of every shape."""
+
+from __future__ import annotations
+
+from solving import LOAD
+
+from fretsolve.errors import CaseError, GridEdgeError
+
+from .driving import Family, Parts, Probe
+from .limits import of_hertz, of_mindlin, of_superposition, worst
+from .shapes import SHEARED, SPHERE, plain
+
+AT_THE_EDGE = Family(
+    "contact at the edge of the grid",
+    "sizes 0.05 to 0.62 mm for 0.602 mm, flat on flat, endless, off the grid",
+    "exit 3 with a size that would do, exit 2 where none would",
+    (
+        *(
+            Probe(
+                f"size {size:g} mm",
+                {"grid": {"points": 32, "size": size}, "load_path": [{"P": LOAD, "increments": 2}]},
+                refused=GridEdgeError,
+                says=r"size: \[0\.7\d* mm, 0\.7\d* mm\] would do",
+                quick=size in (0.05, 0.5),
+            )
+            for size in (0.05, 0.3, 0.5, 0.6)
+        ),
+        Probe("size 0.66 mm", {"grid": {"points": 32, "size": 0.66}}, of_hertz, 0.01),
+        Probe(
+            "flat on flat",
+            {"surface": {"punch": {"half_width": 10.0}}, "grid": {"points": 24, "size": 1.0}},
+            refused=GridEdgeError,
+            says=r"size: \[2[45][.\d]* mm",
+        ),
+        Probe(
+            "all cells",
+            {"surface": {"punch": {"half_width": 0.5}}, "grid": {"points": 24, "size": 1.0}},
+            refused=GridEdgeError,
+            says=r"size: \[1\.2",
+        ),
+        Probe(
+            "endless cylinder",
+            {"surface": {"cylinder": {"radius": 10.0, "axis": "x"}}},
+            refused=CaseError,
+            says="a surface that ends",
+        ),
+        Probe(
+            "endless cylinder, size given",
+            {"surface": {"cylinder": {"radius": 10.0, "axis": "x"}}, "grid": {"points": 24, "size": 1.0}},
+            refused=GridEdgeError,
+            says="no size would hold it",
+        ),
+        Probe(
+            "concave sphere",
+            {"surface": {"sphere": {"radius": -10.0}}},
+            refused=CaseError,
+            says="give the size",
+        ),
+        Probe(
+            "shear moves the contact to the edge",
+            {
+                "bodies": ["rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0}],
+                "friction": 2.0,
+                "load_path": [{"P": LOAD, "increments": 5}, {"Qx": 400.0, "increments": 5}],
+            },
+            refused=GridEdgeError,
+            says=r"try size: \[",
+            may_solve=True,
+        ),
+    ),
+)
+
+
+def on_grid(points: int | tuple[int, int], size: object = "auto") -> Parts:
+    """Hertz and Mindlin on so many cells."""
+    return {"grid": {"points": points, "size": size}, "coupling": "none", "load_path": SHEARED}
+
+
+GRIDS = Family(
+    "grids",
+    "1 x 1 to 1 x 1000, primes; cells 1e-3 to 1e3 as long as wide",
+    "Hertz, Mindlin, or exit 3",
+    (
+        *(
+            Probe(
+                f"{points[0]} x {points[1]}",
+                on_grid(points),
+                refused=GridEdgeError,
+                says="more points",
+                quick=points in ((1, 1), (2, 3), (1, 1000)),
+            )
+            for points in ((1, 1), (1, 2), (2, 2), (2, 3), (3, 2), (3, 3), (1, 1000), (1000, 1), (2, 1000))
+        ),
+        *(
+            Probe(
+                f"{points[0]} x {points[1]}",
+                on_grid(points),
+                worst(of_hertz, of_mindlin),
+                allowed,
+                quick=points != (127, 131),
+            )
+            for points, allowed in (((31, 37), 0.01), ((127, 131), 0.002), ((13, 200), 0.04), ((400, 12), 0.04))
+        ),
+        *(
+            Probe(
+                f"cells of {ratio:g}",
+                plain(SPHERE, grid={"points": 24, "size": [0.75 * max(ratio, 1.0), 0.75 / min(ratio, 1.0)]}),
+                of_superposition,
+                1e-4,
+                quick=ratio in (1e-3, 1e3),
+            )
+            for ratio in (1e-3, 1e-2, 0.1, 10.0, 1e2, 1e3)
+        ),
+    ),
+)
+
+FAMILIES = (AT_THE_EDGE, GRIDS)

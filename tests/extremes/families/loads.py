@@ -1,0 +1,240 @@
+"""Unloading to nothing and reloading, contact lost on one side, and loads that no contact can carry."""
+
+from __future__ import annotations
+
+import numpy as np
+from solving import DISSIMILAR, LOAD, RADIUS, SIMILAR
+
+from fretsolve.errors import CaseError, ContactLostError, NoSolutionError, SlidingError
+
+from .driving import Family, Parts, Probe, Run
+from .limits import hertz, off
+
+BODIES = {"equal": SIMILAR, "unlike": DISSIMILAR}
+PUNCH = {"punch": {"radius": 0.3, "edge_radius": 0.05}}
+WIDE = {"points": 36, "size": 1.5}
+
+
+def unloaded(part: float, *between: Parts) -> list[Parts]:
+    """Up, `between`, down to a part of P, up again."""
+    return [{"P": LOAD, "increments": 3}, *between, {"P": part * LOAD, "increments": 5}, {"P": LOAD, "increments": 5}]
+
+
+def pressure_as_before(run: Run) -> float:
+    """Pressure against that of the first time at this load, over its peak."""
+    first = next(state for state in run.states if abs(state.summary.P / LOAD - 1.0) < 1e-12)
+    return float(np.abs(run.last.fields.pressure - first.fields.pressure).max()) / run.end.max_pressure
+
+
+def of_hertz_aside(run: Run) -> float:
+    """A moment P x0 moves the paraboloid's contact by x0 and tilts it by x0/R."""
+    arm = run.end.My / run.end.P
+    exact = hertz(run)
+    return max(
+        off(run.end.phi_y, arm / RADIUS),
+        off(run.end.delta_z, exact.delta_z - arm**2 / (2.0 * RADIUS)),
+        off(run.end.max_pressure, exact.max_pressure),
+    )
+
+
+def one_side_open(run: Run) -> float:
+    """Pressure at x < -a/2 of the punch over the largest: none, as the moment has lifted that side off."""
+    far = run.scene.grid.x < -0.15
+    return float(run.last.fields.pressure[far].max()) / run.end.max_pressure
+
+
+UNLOADING = Family(
+    "unloading and reloading",
+    "P to 1e-3 ... 1e-14 of itself and to 0",
+    "the first loading's pressure",
+    tuple(
+        Probe(
+            f"{name} to {part:g}{kind}",
+            {"bodies": bodies, "grid": {"points": 24}, "load_path": unloaded(part, *between)},
+            pressure_as_before,
+            1e-5 if name == "equal" else 0.05,
+            quick=part in (0.0, 1e-12) and kind == "",
+        )
+        for name, bodies in BODIES.items()
+        for part in (1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 0.0)
+        for kind, between in (
+            ("", ({"Qx": 20.0, "increments": 2}, {"Qx": 0.0, "increments": 2})),
+            (", delta_x held", ({"delta_x": 5e-4, "increments": 2},)),
+            (", moments 0", ({"Mx": 0.0, "My": 0.0, "increments": 1},)),
+        )
+    ),
+)
+
+HELD_SHEAR = Family(
+    "unloading with the shear force held",
+    "P from 400 to 0 N at Qx = 20 N, mu P = 20 N at half",
+    "exit 3 at mu P = Q",
+    tuple(
+        Probe(
+            name,
+            {
+                "bodies": bodies,
+                "grid": {"points": 24},
+                "load_path": [
+                    {"P": LOAD, "increments": 3},
+                    {"Qx": 20.0, "increments": 2},
+                    {"P": 0.0, "increments": 5},
+                ],
+            },
+            refused=SlidingError,
+            says="mu P = 16 N",
+        )
+        for name, bodies in BODIES.items()
+    ),
+)
+
+TILTED = Family(
+    "moment",
+    "My/P 0 to 1.6 of the contact's radius",
+    "Hertz's contact aside",
+    tuple(
+        Probe(
+            f"My/P {arm:g} mm",
+            {"grid": WIDE, "load_path": [{"P": LOAD}, {"My": LOAD * arm, "increments": 2}]},
+            of_hertz_aside,
+            allowed,
+            quick=arm == 0.301107,
+        )
+        # an arm smaller than a cell turns a contact of fixed cells, whose stiffness is a third power of the radius
+        for arm, allowed in ((1e-9, 0.3), (0.1, 0.01), (0.29, 0.01), (0.301107, 0.01), (0.31, 0.01), (0.4, 0.01))
+    ),
+)
+
+LIFTED = Family(
+    "punch lifted on one side",
+    "My/P 0.5 to 0.95 of the radius",
+    "no pressure on the far side",
+    (
+        *(
+            Probe(
+                f"{name} My/P {arm:g} mm",
+                {
+                    "bodies": bodies,
+                    "surface": PUNCH,
+                    "grid": {"points": 41, "size": 0.7},
+                    "load_path": [{"P": LOAD, "increments": 2}, {"My": LOAD * arm, "increments": 2}],
+                },
+                one_side_open,
+                0.0,
+                quick=arm in (0.2, 0.29),
+            )
+            for name, bodies in BODIES.items()
+            for arm in (0.2, 0.25, 0.28, 0.29)
+        ),
+        *(
+            Probe(
+                f"between two rows of cells at the punch's edge, arm {arm:g}",
+                {
+                    "bodies": [{"young_modulus": 1e6, "poisson_ratio": 0.0}] * 2,
+                    "friction": 0.0,
+                    "surface": {"punch": {"half_width": 0.3, "edge_radius": 0.05}},
+                    "grid": {"points": [19, 23], "size": 0.72},
+                    "load_path": [{"P": 40.0}, {"Mx": -40.0 * arm}],
+                },
+                quick=arm == 0.265,
+            )
+            for arm in (0.26, 0.265, 0.27, 0.28)
+        ),
+    ),
+)
+
+CLEAR = r"tilt|moment|lost|no contact"
+
+TOPPLED = Family(
+    "loads that no contact can carry",
+    "My/P beyond the material, P < 0, moments without P",
+    "exit 2 or 3",
+    (
+        *(
+            Probe(
+                f"{name} punch, My/P {arm:g} mm",
+                {
+                    "bodies": bodies,
+                    "surface": PUNCH,
+                    "grid": {"points": 33, "size": 0.75},
+                    "load_path": [{"P": LOAD, "increments": 2}, {"My": LOAD * arm, "increments": 1}],
+                },
+                refused=ContactLostError,
+                says="My/P = .*tilt",
+            )
+            for name, bodies in BODIES.items()
+            for arm in (0.3, 10.0)
+        ),
+        Probe(
+            "unlike punch unloaded with a moment held",
+            {
+                "bodies": DISSIMILAR,
+                "surface": PUNCH,
+                "grid": {"points": 25, "size": 0.75},
+                "load_path": [
+                    {"P": LOAD, "increments": 3},
+                    {"Mx": -0.2 * LOAD, "increments": 2},
+                    {"P": 0.0, "increments": 7},
+                ],
+            },
+            refused=ContactLostError,
+            says="Mx/P = .*tilt",
+        ),
+        Probe("P < 0", {"load_path": [{"P": -1.0}]}, refused=CaseError, says="P: -1.* out of range.*>= 0"),
+        Probe("P = 0, auto", {"load_path": [{"P": 0.0}]}, refused=CaseError, says="no contact"),
+        Probe("P = 0", {"load_path": [{"P": 0.0}], "grid": WIDE}, lambda run: run.end.contact_area, 0.0),
+        Probe("delta_z < 0", {"load_path": [{"delta_z": -1e-3}], "grid": WIDE}, lambda run: run.end.contact_area, 0.0),
+        Probe(
+            "moment, P = 0",
+            {"load_path": [{"P": 0.0, "My": 1.0}], "grid": WIDE},
+            refused=ContactLostError,
+            says="moment at P = 0",
+        ),
+        *(
+            Probe(
+                f"moment while delta_z lifts off{how}",
+                {"grid": {"points": 25, "size": 0.75}, "friction": 0.0, "load_path": stages},
+                refused=NoSolutionError,
+                says=CLEAR,
+                may_solve=True,
+            )
+            for how, stages in (
+                ("", [{"P": 1.0}, {"Mx": 0.1, "delta_z": -1e-4, "increments": 1}]),
+                (" first", [{"delta_z": -1e-4}, {"Mx": 0.1, "increments": 1}]),
+                (" the other way", [{"P": LOAD}, {"My": 20.0}, {"delta_z": -6.6e-3, "My": -5.0, "increments": 1}]),
+            )
+        ),
+        Probe(
+            "shear force, pulled off",
+            {"grid": WIDE, "load_path": [{"P": LOAD}, {"Qx": 1.0}, {"delta_z": -1e-3, "increments": 2}]},
+            refused=SlidingError,
+            says="none of it",
+        ),
+    ),
+)
+
+SPUN = Family(
+    "motion much larger than the elastic one",
+    "friction 1e-8 to 0.1, delta_x or phi_z of 1e-3 to 0.2",
+    "certified",
+    tuple(
+        Probe(
+            f"{name} friction {mu:g} {how}",
+            {
+                "bodies": bodies,
+                "friction": mu,
+                "grid": {"points": 24},
+                "load_path": [{"P": LOAD, "increments": 2}, *stages],
+            },
+            quick=mu in (1e-8, 0.1),
+        )
+        for name, bodies in BODIES.items()
+        for mu in (1e-8, 1e-6, 1e-3, 0.1)
+        for how, stages in (
+            ("delta_x", ({"delta_x": 1e-3, "increments": 1},)),
+            ("phi_z, delta_y", ({"phi_z": 0.2, "increments": 1}, {"delta_y": 1e-6, "increments": 1})),
+        )
+    ),
+)
+
+FAMILIES = (UNLOADING, HELD_SHEAR, TILTED, LIFTED, TOPPLED, SPUN)

@@ -1,0 +1,32 @@
+"""The quick part of the families of extreme cases; ``benchmarks/extremes.py`` drives all of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from families import FAMILIES
+from families.broken import why_broken
+from families.driving import Probe, judge
+
+
+def as_parameter(family: str, probe: Probe) -> object:
+    """The probe under its name, and expected to fail if it is known to."""
+    reason = why_broken(family, probe.label)
+    marks = [pytest.mark.xfail(strict=True, reason=reason)] if reason else []
+    return pytest.param(probe, id=f"{family}: {probe.label}", marks=marks)
+
+
+@pytest.mark.parametrize(
+    "probe", [as_parameter(family.name, probe) for family in FAMILIES for probe in family.probes if probe.quick]
+)
+def test_ends_as_it_has_to(probe: Probe, tmp_path: Path) -> None:
+    """Certified and near its limit in theory, or refused in words: see `families.driving`."""
+    assert judge(probe, tmp_path).problem == ""
+
+
+def test_every_family_has_a_quick_probe_and_no_label_twice() -> None:
+    for family in FAMILIES:
+        labels = [probe.label for probe in family.probes]
+        assert len(set(labels)) == len(labels), family.name
+        assert any(probe.quick for probe in family.probes), family.name
