@@ -166,12 +166,12 @@ def print_performance() -> None:
 
 def print_profile() -> None:
     """Where the time of a coupled increment goes."""
-    profile_increment.print_table([256, 1024])
+    profile_increment.print_table([256, 512])
 
 
 def print_solvers() -> None:
     """Iterations of the two solvers as the grid is refined."""
-    bench_solvers.print_table([64, 128, 256, 512, 1024])
+    bench_solvers.print_table([64, 128, 256, 512])
 
 
 def print_operator() -> None:
@@ -183,7 +183,7 @@ def print_without_compiler() -> None:
     """The same increments with the pointwise kernels in NumPy."""
     script = Path(bench_path.__file__)
     child = subprocess.run(
-        [sys.executable, script, "256", "512"],
+        [sys.executable, script, "256"],
         env=os.environ | {"FRETSOLVE_NUMBA": "0"},
         capture_output=True,
         text=True,

@@ -58,7 +58,8 @@ _LONGEST = 100
 
 
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
-"""In internal units, the least of loads and moduli alone; products of a few such numbers have room in double precision."""
+"""In internal units, the least of loads and moduli alone; products of a few such numbers have room in double
+precision."""
 
 
 class QuantityError(ValueError):
