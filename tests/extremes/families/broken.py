@@ -16,6 +16,7 @@ UNLOADED = "a contact of 1e-12 of the load or less is not solved, and the error 
 TWO_ROWS = "normal problem: no contact of two rows of cells is found under a moment"
 LIFTED = "a moment imposed where delta_z lifts the body off is not refused in words"
 TINY_FORCES = "a force or moment of less than 1e-40 is refused rather than taken for what it is"
+TINY_CELLS = "cells of 1e-200 mm divide by zero"
 
 REASONS: dict[str, str] = {
     r"mode II, friction to 0: .* friction 1e-12": TINY_FRICTION,
@@ -28,6 +29,7 @@ REASONS: dict[str, str] = {
     r"loads held, at tight tolerance: equal tolerance 1e-(08|09|10|12)": HELD,
     r"loads held, at tight tolerance: unlike tolerance 1e-(07|08|09|10|12)": HELD,
     r"tolerance at rounding's floor: (equal tolerance 2e-15 Qx|unlike tolerance 2e-15 .*|heights .*)": ROUNDING,
+    r"numbers beyond physics: size 1e-200": TINY_CELLS,
     r"next to nothing instead of 0: (Qx|My|Mz)": TINY_FORCES,
     r"contact of few cells: one cell, torque": ONE_CELL,
     r"contact at the edge of the grid: size (0.05|0.3) mm": ADVICE,
