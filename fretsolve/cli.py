@@ -131,19 +131,21 @@ def _overrides(command: Command) -> Command:
     return option(command)
 
 
+def _output(help_text: str) -> Callable[[Command], Command]:
+    """The option `-o`."""
+    return click.option(
+        "-o", "--output", "out", type=click.Path(path_type=Path), metavar="OUT", help=help_text
+    )
+
+
+_quiet = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+
 _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
 
 
 @main.command()
 @click.argument("case", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    type=click.Path(path_type=Path),
-    metavar="OUT",
-    help="The result file; by default that of the case with .h5.",
-)
+@_output("The result file; by default that of the case with .h5.")
 @_overrides
 @click.option(
     "--error-bars",
@@ -159,7 +161,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     show_default=True,
     help="Threads of the Fourier transforms.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_quiet
 def run(
     case: Path,
     out: Path | None,
@@ -224,14 +226,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     metavar="KEY=A,B,C",
     help="Values that a key takes; several keys are crossed. load_path.*.increments is that of every stage.",
 )
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    type=click.Path(path_type=Path),
-    metavar="OUT",
-    help="The folder of the runs, tables and picture; by default the case with .study.",
-)
+@_output("The folder of the runs, tables and picture; by default the case with .study.")
 @_overrides
 @click.option(
     "--quantity",
@@ -248,7 +243,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     show_default=True,
     help="What to compare with: the finest of the runs, closed forms, or what the case expects.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_quiet
 def study(
     case: Path,
     varied: tuple[str, ...],

@@ -195,9 +195,8 @@ class ErrorBars:
 
     def _iteration(self, summary: Summary) -> Values:
         """Error of the iteration: the worst residual on the scale of each value, that of the load of imposed ones."""
-        residuals = [value for name, value in vars(summary).items() if name.startswith("residual_")]
         imposed, scales = self._imposed(summary.step), self._scales(summary)
-        errors: Values = max(residuals) * np.array([scales[name] for name in ESTIMATED])
+        errors: Values = summary.worst_residual * np.array([scales[name] for name in ESTIMATED])
         for number, name in enumerate(ESTIMATED):
             if name in imposed:
                 errors[number] = summary.residual_load * scales[name]

@@ -83,8 +83,8 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
     return amplitudes
 
 
-class NormalModes:
-    """The modes (1, y, x) on a grid; integrals are over its cells' area."""
+class _Modes:
+    """Where the cells of a grid are."""
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
@@ -92,6 +92,10 @@ class NormalModes:
     def middle(self, contact: NDArray[np.bool_]) -> tuple[float, float]:
         """x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
         return _middle(self.x, contact, 0), _middle(self.y, contact, 1)
+
+
+class NormalModes(_Modes):
+    """The modes (1, y, x) on a grid; integrals are over its cells' area."""
 
     def sums(self, field: FloatArray) -> Vector:
         """Sums of field (nx, ny) times each mode over the cells."""
@@ -129,15 +133,8 @@ class NormalModes:
         np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
 
 
-class TangentialModes:
+class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
-
-    def __init__(self, grid: Grid):
-        self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
-
-    def middle(self, contact: NDArray[np.bool_]) -> tuple[float, float]:
-        """x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
-        return _middle(self.x, contact, 0), _middle(self.y, contact, 1)
 
     def sums(self, field: FloatArray) -> Vector:
         """Sums of field (2, nx, ny) times each mode over the cells."""

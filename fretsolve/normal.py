@@ -30,7 +30,6 @@ BoolArray = NDArray[np.bool_]
 REDUCTION = 0.2
 """By how much CG reduces the gap on a fixed zone before the zone is looked at again."""
 
-
 PATIENCE = 4
 """Passes without halving the residual after which the contact zone is taken to run in circles ..."""
 

@@ -91,6 +91,11 @@ class Summary:
     residual_bound: float
     residual_load: float
 
+    @property
+    def worst_residual(self) -> float:
+        """The largest of the certificate's residuals."""
+        return max(float(value) for name, value in vars(self).items() if name.startswith("residual_"))
+
 
 ERROR_SUFFIX = "_error"
 

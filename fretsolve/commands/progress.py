@@ -42,7 +42,7 @@ class Lines(Silence):
             "stages": self.stages,
             "iterations_normal": summary.iterations_normal,
             "iterations_tangential": summary.iterations_tangential,
-            "residual": f"{worst_residual(summary):.1e}",
+            "residual": f"{summary.worst_residual:.1e}",
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
@@ -71,7 +71,7 @@ class Bar(Silence):
             self._task,
             completed=summary.step + 1,
             stage=summary.stage,
-            detail=f"{iterations} iterations, residual {worst_residual(summary):.1e}",
+            detail=f"{iterations} iterations, residual {summary.worst_residual:.1e}",
         )
 
 
@@ -80,11 +80,6 @@ def progress(increments: int, stages: int, done: int, *, quiet: bool) -> Silence
     if quiet:
         return Silence(increments, stages, done)
     return (Bar if sys.stdout.isatty() else Lines)(increments, stages, done)
-
-
-def worst_residual(summary: Summary) -> float:
-    """The worst residual of the increment's certificate."""
-    return max(float(value) for name, value in vars(summary).items() if name.startswith("residual_"))
 
 
 def _bar(increments: int, stages: int, done: int) -> tuple[Progress, TaskID]:

@@ -8,7 +8,7 @@ import os
 import platform
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.metadata import version
@@ -69,7 +69,7 @@ def run_case(order: Order, stop: StopRequest) -> int:
     _keep_inputs(order.output, case)
     scene = prepare(case)
     require_memory(scene)
-    header = run_header(scene, order)
+    header = run_header(scene, order.threads, order.overrides)
     with HistoryWriter.open(
         order.output, header, resume=order.resume, overwrite=order.overwrite
     ) as writer:
@@ -97,14 +97,14 @@ def run_case(order: Order, stop: StopRequest) -> int:
     return EXIT_STOPPED
 
 
-def run_header(scene: Scene, order: Order) -> RunHeader:
+def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeader:
     """What the result says about its run. Nothing in it changes from one run of the same case to the next."""
     case = scene.case
     provenance = {
-        "threads": order.threads,
+        "threads": threads,
         "precision": case.solver.precision,
         "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
-        "overrides": order.overrides,
+        "overrides": overrides,
         "platform": platform.platform(),
         "python": platform.python_version(),
         **{library: version(library) for library in LIBRARIES},

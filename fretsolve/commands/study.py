@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from fretsolve.commands.run import Order, run_header
+from fretsolve.commands.run import run_header
 from fretsolve.commands.study_progress import study_progress
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.history import durable
@@ -74,8 +74,8 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
     return EXIT_STOPPED
 
 
-def _header(scene: Scene, out: Path, overrides: tuple[str, ...]) -> RunHeader:
-    return run_header(scene, Order(scene.case.source.path, out, overrides, True, False, 1, True))
+def _header(scene: Scene, overrides: tuple[str, ...]) -> RunHeader:
+    return run_header(scene, 1, overrides)
 
 
 def _make_folder(folder: Path) -> None:

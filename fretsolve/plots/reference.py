@@ -15,7 +15,7 @@ from fretsolve.closed_forms import hertz_elliptic, hertz_sphere, spence_stick_ra
 from fretsolve.materials import Compliances
 from fretsolve.model import derive_model
 from fretsolve.plots.path import stored_case
-from fretsolve.plots.tangential_form import SAME, TangentialForm, remembered
+from fretsolve.tangential_form import SAME, TangentialForm, remembered
 
 if TYPE_CHECKING:
     from fretsolve.history import Result

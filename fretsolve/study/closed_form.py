@@ -18,8 +18,8 @@ from fretsolve.closed_forms import (
     mindlin_displacement,
 )
 from fretsolve.components import PAIRS, TANGENTIAL
-from fretsolve.plots.tangential_form import SAME, TangentialForm, remembered
 from fretsolve.study.observable import Observable, imposed_loads
+from fretsolve.tangential_form import SAME, TangentialForm, remembered
 
 if TYPE_CHECKING:
     from fretsolve.scene import Scene

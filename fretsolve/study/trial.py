@@ -27,8 +27,8 @@ IRRELEVANT = ("title", "expect")
 DIGITS = 16
 """Hexadecimal digits in the name of a result."""
 
-MakeHeader = Callable[[Scene, Path, tuple[str, ...]], "RunHeader"]
-"""The header of the run of a scene into a result file, with the overrides that made it."""
+MakeHeader = Callable[[Scene, tuple[str, ...]], "RunHeader"]
+"""The header of the run of a scene, with the overrides that made it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def prepare_trials(
                 scene.separation()  # reads the maps
         except CaseError as error:
             raise _at_its_setting(error, combination, stages) from None
-        header = make_header(scene, folder, texts)
+        header = make_header(scene, texts)
         trials.append(Trial(combination, scene, header, folder / f"{digest(header)}.h5"))
     return trials
 

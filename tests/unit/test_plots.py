@@ -28,8 +28,8 @@ from fretsolve.plots.path import chosen_stage_ends, cycles, moved_pairs
 from fretsolve.plots.quantities import readable
 from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.plots.snapshot import Snapshot
-from fretsolve.plots.tangential_form import remembered
 from fretsolve.state import Zone
+from fretsolve.tangential_form import remembered
 
 TITLE = "Fretting <mode> $I$ & $\\\\mathbf"
 BODIES = {
