@@ -1,6 +1,6 @@
 """Regenerate the figures of the documents: certified values reached, residuals of the shipped cases, cost.
 
-    python benchmarks/figures.py              # everything, about fifteen minutes on one core
+    python benchmarks/figures.py              # everything, about half an hour on one core
     python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, performance ...
     python benchmarks/figures.py --into README.md docs/performance.md
 
@@ -28,6 +28,7 @@ from pathlib import Path
 import bench_operator
 import bench_path
 import bench_solvers
+import compare_programs
 import numpy as np
 import profile_increment
 
@@ -157,7 +158,7 @@ def print_residuals() -> None:
 
 def print_performance() -> None:
     """What the increments of the modes cost, and the memory of the coupled one."""
-    bench_path.print_table([256, 512, 1024])
+    bench_path.print_table([256, 512, 1024, 2048])
     sizes = ", ".join(
         f"{bench_path.Memory().track_bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048)
     )
@@ -192,6 +193,11 @@ def print_without_compiler() -> None:
     print(child.stdout.strip())
 
 
+def print_programs() -> None:
+    """Other open programs on the base case, as far as they can be installed."""
+    compare_programs.main([])
+
+
 def _run(case: str, *overrides: str) -> list[State]:
     loaded = fretsolve.load_case(CASES / f"{case}.yaml", [*overrides, "expect=[]"])
     return list(fretsolve.run(loaded))
@@ -217,6 +223,7 @@ PARTS = {
     "solvers": print_solvers,
     "operator": print_operator,
     "without compiler": print_without_compiler,
+    "programs": print_programs,
 }
 
 
