@@ -20,6 +20,7 @@ from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector
+from fretsolve.rounding import ROUNDING, least_slip
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
 
 if TYPE_CHECKING:
@@ -89,9 +90,12 @@ class Iterate:
 
 
 class Alternation:
-    """Passes on the grid of `level` between surfaces of `separation` (nx, ny)."""
+    """Passes on the grid of `level` between surfaces of `separation` (nx, ny); tolerance: of the certificate."""
 
-    def __init__(self, level: Level, separation: FloatArray, model: Model, max_iterations: int):
+    def __init__(
+        self, level: Level, separation: FloatArray, model: Model, max_iterations: int, tolerance: float
+    ):
+        self._tolerance = tolerance
         self.level, self.model, self.max_iterations = level, model, max_iterations
         self._undeformed = separation
         self._coupled = model.terms.coupled and model.sheared
@@ -123,7 +127,7 @@ class Alternation:
             work.change = self._couple_normal(work) if self._coupled else 0.0
             if self._mixing is None and work.alternations > FEWEST_PLAIN and work.change > SLOW * before:
                 self._mixing = Mixing()
-            if work.change <= target and tolerance <= EXACT_ENOUGH * target:
+            if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
             if work.alternations >= MOST_ALTERNATIONS:
                 raise NotConvergedError(
@@ -173,8 +177,11 @@ class Alternation:
             self._known[:] = start.displacement
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.level.grid.size) / 2
-        least = LEAST_MOTION * float(np.abs(start.displacement).max())
-        largest = max(abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach, least)
+        elastic = float(np.abs(start.displacement).max())
+        least = least_slip(elastic, float(np.abs(start.rigid[3:5]).max()), self._tolerance)
+        largest = max(
+            abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach, LEAST_MOTION * elastic, least
+        )
         unlike_the_last = start.normal != increment.normal or not work.shear.any()
         if self._coupled:
             moved = np.abs(work.rigid[3:] - start.rigid[3:]) * (1.0, 1.0, reach)
@@ -183,7 +190,7 @@ class Alternation:
         if work.alternations == 0 and unlike_the_last:
             self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
         result = self.level.tangential.solve(
-            self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest
+            self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest, least
         )
         work.iterations_tangential += result.iterations
         work.rigid[3:] = start.rigid[3:] + result.rigid

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector
+from fretsolve.rounding import least_slip, named_rounding
 from fretsolve.state import Certificate, Zone
 
 FloatArray = NDArray[np.floating]
@@ -56,13 +57,20 @@ class Evidence:
 
 
 class Examiner:
-    """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient."""
+    """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient; to a
+    tolerance, which tells what is lost in rounding (`least_slip`)."""
 
     def __init__(
-        self, separation: FloatArray, friction: float, normal: NormalModes, tangential: TangentialModes
+        self,
+        separation: FloatArray,
+        friction: float,
+        normal: NormalModes,
+        tangential: TangentialModes,
+        tolerance: float,
     ):
         self.separation = separation
         self.friction = friction
+        self.tolerance = tolerance
         self.normal = normal
         self.tangential = tangential
         self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
@@ -80,8 +88,7 @@ class Examiner:
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
         zone[contact] = Zone.SLIP
         zone[sticking] = Zone.STICK
-        motion = self.motion_scale(solution)
-        stick, across = self._slip_residuals(solution.shear, slip, sticking, motion)
+        stick, across = self._slip_residuals(solution, slip, sticking)
         certificate = Certificate(
             gap=self._gap_residual(solution, gap, contact),
             stick=stick,
@@ -91,12 +98,46 @@ class Examiner:
         )
         return Evidence(gap, slip, zone, certificate)
 
+    def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
+        """What keeps gap or slip from being any better, in words; empty where it is not rounding."""
+        certificate = evidence.certificate
+        farthest = max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
+        if certificate.gap > self.tolerance:
+            contact = solution.pressure > 0.0
+            error = certificate.gap * self.normal.approach(solution.uz, contact, solution.rigid[:3])
+            lengths = {
+                "heights": float(np.max(np.abs(self.separation), where=contact, initial=0.0)),
+                "delta_z": abs(float(solution.rigid[0])),
+                "tilted heights": float(np.abs(solution.rigid[1:3]).max()) * farthest,
+                "elastic displacements": float(np.abs(solution.uz).max()),
+            }
+            return named_rounding(error, lengths)
+        if max(certificate.stick, certificate.slip) > self.tolerance:
+            motion = self.motion_scale(solution)
+            largest = float(np.hypot(evidence.slip[0], evidence.slip[1]).max())
+            error = max(certificate.stick * motion, certificate.slip * self._slip_scale(solution, largest, motion))
+            lengths = {
+                "delta_x and delta_y": float(np.abs(solution.rigid[3:5]).max()),
+                "rotated coordinates": abs(float(solution.rigid[5])) * farthest,
+                "elastic displacements": float(np.abs(solution.displacement).max()),
+            }
+            return named_rounding(error, lengths)
+        return ""
+
     def motion_scale(self, solution: Solution) -> float:
         """Largest rigid displacement increment (mm; rotations times the grid's half side)."""
         dz, tilt_x, tilt_y, dx, dy, turn = np.abs(solution.motion)
-        elastic = max(float(np.abs(solution.uz).max()), float(np.abs(solution.displacement).max()))
         turned = max(tilt_x, tilt_y, turn) * self.reach
-        return float(max(dz, dx, dy, turned, LEAST_MOTION * elastic, TINY))
+        least = max(LEAST_MOTION * _elastic(solution), self._least_slip(solution), TINY)
+        return float(max(dz, dx, dy, turned, least))
+
+    def _least_slip(self, solution: Solution) -> float:
+        farthest = float(np.abs(solution.rigid[3:5]).max())
+        return least_slip(_elastic(solution), farthest, self.tolerance)
+
+    def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
+        """Slip (mm) that the directions of slips are weighted by; largest: of all slips."""
+        return max(largest, LEAST_SLIP * motion, self._least_slip(solution))
 
     def _gap(self, solution: Solution) -> FloatArray:
         gap = np.empty_like(self.separation)
@@ -122,8 +163,9 @@ class Examiner:
         return float(np.max([in_contact / approach, penetration / approach, tension])) + 0.0  # -0.0 is 0
 
     def _slip_residuals(
-        self, shear: FloatArray, slip: FloatArray, sticking: NDArray[np.bool_], motion: float
+        self, solution: Solution, slip: FloatArray, sticking: NDArray[np.bool_]
     ) -> tuple[float, float]:
+        motion = self.motion_scale(solution)
         distance = np.hypot(slip[0], slip[1])
         if not np.isfinite(distance).all():
             return np.inf, np.inf
@@ -133,10 +175,9 @@ class Examiner:
         sliding = np.nonzero((distance > 0.0) & ~sticking)
         if not sliding[0].size:
             return stick, 0.0
-        q_x, q_y, s_x, s_y = (part[sliding] for field in (shear, slip) for part in field)
+        q_x, q_y, s_x, s_y = (part[sliding] for field in (solution.shear, slip) for part in field)
         weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[sliding]
-        largest = max(float(distance.max()), LEAST_SLIP * motion)
-        return stick, float(np.max(weighted)) / largest
+        return stick, float(np.max(weighted)) / self._slip_scale(solution, float(distance.max()), motion)
 
     def _bound_residual(self, length: FloatArray, bound: FloatArray) -> float:
         excess = float(np.max(length - bound))
@@ -162,3 +203,8 @@ class Examiner:
                 unit = scale * arms[mode] if forced else farthest / arms[mode]
                 errors.append(error / max(unit, TINY) if error else 0.0)
         return float(np.max(errors))
+
+
+def _elastic(solution: Solution) -> float:
+    """Largest elastic displacement (mm)."""
+    return max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))

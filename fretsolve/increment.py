@@ -75,7 +75,9 @@ class IncrementSolver:
         self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
         self._space = RowSpace()
         self.level = Level(grid, model, threads, self._space)
-        self._examiner = Examiner(separation, model.friction, NormalModes(grid), TangentialModes(grid))
+        self._examiner = Examiner(
+            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance
+        )
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID
@@ -105,10 +107,13 @@ class IncrementSolver:
             if evidence.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
                 return self._solved(solution, evidence, work, math.ceil(self.applications - before))
+            rounding = self._examiner.lost_in_rounding(solution, evidence)
+            if rounding:
+                break
             expected |= evidence.gap < 0.0
             if window.holds(expected):
                 target *= MARGIN
-        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance))
+        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance, rounding))
 
     @property
     def applications(self) -> float:
@@ -155,7 +160,9 @@ class IncrementSolver:
             level = self.level if whole else Level(
                 window.part_of(self.grid), self.model, self._threads, self._space
             )
-            alternation = Alternation(level, self.separation[window.cells], self.model, self.max_iterations)
+            alternation = Alternation(
+                level, self.separation[window.cells], self.model, self.max_iterations, self.tolerance
+            )
         self._alternations[window] = alternation
         return alternation, window
 
@@ -210,10 +217,11 @@ class IncrementSolver:
         )
 
 
-def _unproved(certificate: Certificate, tolerance: float) -> str:
-    """Why an increment is given up."""
+def _unproved(certificate: Certificate, tolerance: float, rounding: str) -> str:
+    """Why an increment is given up; rounding: what keeps it from being any better, if it is that."""
     residuals = {name: getattr(certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
     name = max(residuals, key=lambda key: residuals[key])
-    return (
-        f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed; {ADVICE}"
-    )
+    missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"
+    if rounding:
+        return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
+    return f"{missed}; {ADVICE}"

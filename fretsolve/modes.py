@@ -23,6 +23,9 @@ OPEN = 1e-6
 SINGULAR = 1e-12
 """Eigenvalue of a Gram matrix with unit diagonal that counts as 0."""
 
+NEARLY_SINGULAR = 1e-6
+"""Eigenvalue below which the amplitude of a combination of modes says little."""
+
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -81,6 +84,15 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
         components = np.divide(components, values, out=np.zeros_like(values), where=kept)
         amplitudes[forced] = vectors @ components / scale
     return amplitudes
+
+
+def is_singular(gram: NDArray[np.float64], forced: list[int]) -> bool:
+    """Whether some combination of the forced modes has next to no weight in their Gram matrix (3 x 3)."""
+    if not forced:
+        return False
+    block = gram[forced][:, forced]
+    scale = np.sqrt(np.maximum(block.diagonal(), TINY))
+    return bool(np.linalg.eigvalsh(block / scale / scale[:, None])[0] < NEARLY_SINGULAR)
 
 
 class _Modes:

@@ -23,6 +23,7 @@ from fretsolve.errors import ContactLostError
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
 from fretsolve.projected_cg import ProjectedCG, Space
+from fretsolve.rounding import ROUNDING
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -40,7 +41,8 @@ is left to 1): on a rough surface those beside them need not."""
 
 @dataclass(frozen=True)
 class NormalResult:
-    """rigid: (delta_z, phi_x, phi_y); residual: largest |gap| in contact or penetration, over `scale` (mm)."""
+    """rigid: (delta_z, phi_x, phi_y); residual: largest |gap| in contact or penetration, over `scale` (mm);
+    converged: to the tolerance, or to rounding."""
 
     rigid: Vector
     iterations: int
@@ -90,9 +92,11 @@ class NormalSolver:
             rigid = self._rigid_displacement(separation, balance, rigid)
             residual, scale = self._update_gap_and_zone(separation, rigid, tolerance, caution)
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
-            if since >= PATIENCE:
-                caution, since = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
             unbalanced = self._unbalance(balance, pressure)
+            if since >= PATIENCE:
+                if residual * scale <= self._rounding(separation, rigid) and unbalanced <= tolerance:
+                    return NormalResult(rigid, iterations, residual, scale, True)
+                caution, since = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
             if residual <= tolerance and unbalanced <= tolerance:
                 return NormalResult(rigid, iterations, residual, scale, True)
             if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
@@ -161,6 +165,13 @@ class NormalSolver:
             np.logical_or(contact, gap < -deep, out=contact)
             self._gram = self.modes.gram(contact)
         return max(in_contact, penetration) / scale, scale
+
+    def _rounding(self, separation: FloatArray, rigid: Vector) -> float:
+        """What is lost of gaps in rounding (mm)."""
+        height = float(np.max(np.abs(separation), where=self._contact, initial=0.0))
+        dz, tilt_x, tilt_y = np.abs(rigid)
+        tilted = tilt_x * np.abs(self.modes.y).max() + tilt_y * np.abs(self.modes.x).max()
+        return ROUNDING * float(max(height, np.abs(self._uz).max(), dz, tilted))
 
     def _unbalance(self, balance: Balance, pressure: FloatArray) -> float:
         """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""

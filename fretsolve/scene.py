@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ from fretsolve.errors import CaseError
 from fretsolve.grid import Grid
 from fretsolve.load_path import LoadPath
 from fretsolve.model import Model, derive_model
-from fretsolve.sizing import MARGIN, contact_size
+from fretsolve.sizing import MARGIN, contact_size, first_trial, hertz_radius
 from fretsolve.surface import map_border, separation
 
 if TYPE_CHECKING:
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fretsolve.case import Case
-    from fretsolve.modes import Balance
 
 
 @dataclass(frozen=True)
@@ -59,26 +57,18 @@ def prepare(case: Case) -> Scene:
 def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
     """The closed form for a sphere on a flat, a search on coarse grids for everything else."""
     loads = load_path.normal_loads()
-    first = 1.0
     sphere = case.surface[0]
     if sphere.kind == "sphere" and sphere.radius > 0.0:
-        radius = max(_hertz_radius(load, sphere.radius, model.compliances.contact_modulus) for load in loads)
-        side = 2.0 * MARGIN * radius
+        radius = max(hertz_radius(load, sphere.radius, model.compliances.contact_modulus) for load in loads)
         centred = sphere.center == case.grid.center and len(case.surface) == 1
         upright = not any(load.values[1] or load.values[2] for load in loads)
         if radius > 0.0 and centred and upright:
-            return side, side
-        first = side or first
+            return 2.0 * MARGIN * radius, 2.0 * MARGIN * radius
     try:
+        first = first_trial(case.surface, model.compliances, loads)
         return contact_size(case.surface, model.compliances, loads, case.grid.center, first)
     except CaseError as error:
         raise _in_file(error, case) from None
-
-
-def _hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
-    if load.forced[0]:
-        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
-    return math.sqrt(radius * max(load.values[0], 0.0))
 
 
 def _in_file(error: CaseError, case: Case) -> CaseError:

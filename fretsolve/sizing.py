@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, KeyPath
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
 from fretsolve.modes import Balance, NormalModes
@@ -55,6 +56,51 @@ def contact_size(
         )
     extent[extent == 0.0] = extent.max()
     return MARGIN * float(extent[0]), MARGIN * float(extent[1])
+
+
+def first_trial(surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[Balance]) -> float:
+    """Side (mm) to start the search with, of the contact's order of magnitude and proportional to the unit of length.
+
+    It is that of the surface that has the smallest contact by itself.
+    """
+    return min(
+        _own_size(surface, compliances.contact_modulus, loads, ("surface", index, surface.kind))
+        for index, surface in enumerate(surfaces)
+    )
+
+
+def hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
+    """Of a sphere's contact under P or delta_z (mm), 0 without contact."""
+    if load.forced[0]:
+        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
+    return math.sqrt(radius * max(load.values[0], 0.0))
+
+
+def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Balance], key: KeyPath) -> float:
+    """A length (mm) of a surface and its contact."""
+    match surface.kind:
+        case "punch":
+            return 2.0 * (surface.radius or surface.half_width or 0.0)
+        case "heights":
+            from fretsolve.heightmap import load_height_map
+
+            found = load_height_map(surface, key)
+            return max(*found.span, *found.spacing)
+        case "cone":
+            slope = math.tan(surface.angle)
+            radii = [_love_radius(load, slope, contact_modulus) for load in loads]
+        case "ellipsoid":
+            radii = [hertz_radius(load, abs(surface.radius_x), contact_modulus) for load in loads]
+        case _:
+            radii = [hertz_radius(load, abs(surface.radius), contact_modulus) for load in loads]
+    return 2.0 * MARGIN * max(radii) or 1.0
+
+
+def _love_radius(load: Balance, slope: float, contact_modulus: float) -> float:
+    """Of a cone's contact (mm); Love 1939."""
+    if load.forced[0]:
+        return math.sqrt(2.0 * load.values[0] / (math.pi * contact_modulus * slope))
+    return 2.0 * max(load.values[0], 0.0) / (math.pi * slope)
 
 
 def _extent(

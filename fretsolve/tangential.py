@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
-from fretsolve.modes import TINY, Balance, TangentialModes, Vector, solve_modes
+from fretsolve.modes import TINY, Balance, TangentialModes, Vector, is_singular, solve_modes
 from fretsolve.pointwise import friction
 from fretsolve.projected_cg import ProjectedCG, Space
+from fretsolve.rounding import ROUNDING
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -33,13 +34,17 @@ BoolArray = NDArray[np.bool_]
 REDUCTION = 0.1
 """By how much CG reduces the residual at fixed zones before the zones are looked at again."""
 
-STIFFEST = 1e12
-"""Limit of lam/bound in units of the inner iterations: beyond it a cell does not move anyway."""
+STIFFEST = 1e25
+"""Limit of lam/bound in units of the inner iterations, within single precision with room for products."""
+
+PATIENCE = 5
+"""Passes without halving the residual after which it is asked whether it is down to rounding."""
 
 
 @dataclass(frozen=True)
 class TangentialResult:
-    """rigid: increments of (delta_x, delta_y, phi_z); residual: largest violation of the slip law over `scale`."""
+    """rigid: increments of (delta_x, delta_y, phi_z); residual: largest violation of the slip law over its scale;
+    converged: to the tolerance, or to rounding."""
 
     rigid: Vector
     iterations: int
@@ -79,32 +84,49 @@ class TangentialSolver:
         tolerance: float,
         max_iterations: int,
         motion: float,
+        least_slip: float = 0.0,
     ) -> TangentialResult:
         """Solve in place for `shear` (2, nx, ny), which holds the first estimate; `slipping` tells its slip zone.
 
         known: c above, (2, nx, ny), mm; balance: of (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments;
         bound: friction coefficient times pressure, (nx, ny), MPa; tolerance: on the residual;
         max_iterations: of CG; motion: largest rigid displacement increment known so far (mm), which scales
-        the residual together with those found. On return `displacement` holds B q and `slipping` the slip zone.
+        the residual together with those found; least_slip: that slips count by at least (mm).
+        On return `displacement` holds B q and `slipping` the slip zone.
         """
         iterations, passes = 0, 0
+        least, since, unborne = np.inf, 0, 0
         self._start_zones(balance, bound, shear)
         self.operator.tangential(shear, self.displacement)
         while True:
             rigid = self._update_slip_and_zones(known, balance, bound, shear)
-            residual, largest, scale = self._violation(rigid, motion)
-            unsettled = max(self._unbalance(balance, bound, shear), self._excess(bound, shear))
+            residual, largest, scale = self._violation(rigid, motion, least_slip)
+            least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
+            excess = self._excess(bound, shear)
+            unsettled = max(self._unbalance(balance, bound, shear), excess)
             if residual <= tolerance and unsettled <= tolerance:
+                return TangentialResult(rigid, iterations, residual, True)
+            if since >= PATIENCE and unsettled <= tolerance and largest <= self._rounding(known, rigid):
                 return TangentialResult(rigid, iterations, residual, True)
             if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
                 return TangentialResult(rigid, iterations, residual, False)
+            unborne = 0 if residual > tolerance else unborne + 1
             if residual > tolerance:
                 floor = 0.3 * tolerance * scale
                 iterations += self._newton_step(balance, shear, largest, floor, max_iterations - iterations)
-            friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
+            if unborne and unborne % PATIENCE == 0:
+                self._release()
+            elif residual > tolerance or excess > tolerance:
+                friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
             self._restore_balance(balance, self._cg.weight, shear)
             self.operator.tangential(shear, self.displacement)
             passes += 1
+
+    def _release(self) -> None:
+        """All cells stick: all slip as they should, but these zones cannot bear the load."""
+        self.slipping[:] = False
+        self._normal[:] = 0.0
+        np.copyto(self._cg.weight, self._contact)
 
     def _start_zones(self, balance: Balance, bound: FloatArray, shear: FloatArray) -> None:
         """Contact is where friction can carry shear. What is missing of the load goes where it can be borne."""
@@ -140,34 +162,46 @@ class TangentialSolver:
         """Slip with the forced rigid motion by weighted least squares; slipping cells moved backwards stick [44]."""
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = balance.imposed_displacement
-        friction.take_slip(
-            self._slip, known, self.displacement, imposed, x, y, self._normal, weight, self._sums
-        )
-        friction.gram(weight, self._normal, x, y, self._gram)
-        forced = -solve_modes(self._gram, self._sums, balance.forced_index)
-        friction.move(
-            self._slip,
-            forced,
-            x,
-            y,
-            self._normal,
-            bound,
-            self.slipping,
-            self._cg.stiffness,
-            weight,
-            self.operator.inner.unit,
-            STIFFEST,
-        )
+        released = True
+        while released:
+            friction.take_slip(
+                self._slip, known, self.displacement, imposed, x, y, self._normal, weight, self._sums
+            )
+            friction.gram(weight, self._normal, x, y, self._gram)
+            undetermined = is_singular(self._gram, balance.forced_index)
+            forced = -solve_modes(self._gram, self._sums, balance.forced_index)
+            before = int(np.count_nonzero(self.slipping)) if undetermined else 0
+            friction.move(
+                self._slip,
+                forced,
+                x,
+                y,
+                self._normal,
+                bound,
+                self.slipping,
+                self._cg.stiffness,
+                weight,
+                self.operator.inner.unit,
+                STIFFEST,
+            )
+            # Where all slip the same way, how far is told by the first cells that stick, not by those that slip.
+            released = undetermined and int(np.count_nonzero(self.slipping)) < before
         return imposed + forced
 
-    def _violation(self, rigid: Vector, motion: float) -> tuple[float, float, float]:
+    def _rounding(self, known: FloatArray, rigid: Vector) -> float:
+        """What is lost of slips in rounding (mm)."""
+        farthest = max(float(np.abs(self.modes.x).max()), float(np.abs(self.modes.y).max()))
+        dx, dy, turn = np.abs(rigid)
+        return ROUNDING * float(max(np.abs(known).max(), np.abs(self.displacement).max(), dx, dy, turn * farthest))
+
+    def _violation(self, rigid: Vector, motion: float, least_slip: float) -> tuple[float, float, float]:
         """Largest |slip| in the stick zone over the motion, or part of it across the shear over the largest slip.
 
         Also the larger one of these two slips, and the smaller one of the lengths that they are measured against (mm).
         """
         scale = max(motion, abs(rigid[0]), abs(rigid[1]), abs(rigid[2]) * self._reach, TINY)
         largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
-        largest = max(largest, LEAST_SLIP * scale)
+        largest = max(largest, LEAST_SLIP * scale, least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 

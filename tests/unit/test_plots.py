@@ -578,7 +578,7 @@ def test_without_matplotlib(folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_letters_that_the_font_lacks_are_no_warning(folder: Path, tmp_path: Path) -> None:
-    text = CASES["hertz"].replace("bodies:", "title: 微动 接触\nbodies:").replace("points: 40", "points: 8")
+    text = CASES["hertz"].replace("bodies:", "title: 微动 接触\nbodies:").replace("points: 40", "points: 12")
     assert invoke("run", write_case(tmp_path, text), "-q").exit_code == 0
     code, output, messages = finish("plot", tmp_path / "case.h5", "loop")
     assert (code, output, messages) == (0, f"{tmp_path}/case.loop.png\n", "")

@@ -114,4 +114,24 @@ GRIDS = Family(
     ),
 )
 
-FAMILIES = (AT_THE_EDGE, GRIDS)
+FAR = Family(
+    "contact far from the origin",
+    "1 to 1e6 mm for 0.6 mm; P, Qx, Mz about it",
+    "Hertz",
+    tuple(
+        Probe(
+            f"x = {place:g} mm",
+            {
+                "surface": {"sphere": {"radius": 10.0, "center": [place, 0.0]}},
+                "grid": {"points": 24, "size": 0.75, "center": [place, 0.0]},
+                "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 2}, {"Mz": 2.0, "increments": 2}],
+            },
+            of_hertz,
+            0.01,
+            quick=place == 1e6,
+        )
+        for place in (1.0, 1e3, 1e6)
+    ),
+)
+
+FAMILIES = (AT_THE_EDGE, GRIDS, FAR)

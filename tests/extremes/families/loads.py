@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 from solving import DISSIMILAR, LOAD, RADIUS, SIMILAR
 
-from fretsolve.errors import CaseError, ContactLostError, NoSolutionError, SlidingError
+from fretsolve.errors import (
+    CaseError,
+    ContactLostError,
+    GridEdgeError,
+    NoSolutionError,
+    NotConvergedError,
+    SlidingError,
+)
 
 from .driving import Family, Parts, Probe, Run
 from .limits import hertz, off
@@ -46,14 +53,17 @@ def one_side_open(run: Run) -> float:
 UNLOADING = Family(
     "unloading and reloading",
     "P to 1e-3 ... 1e-14 of itself and to 0",
-    "the first loading's pressure",
+    "the first loading's pressure; at 1e-14 rounding may be named",
     tuple(
         Probe(
             f"{name} to {part:g}{kind}",
             {"bodies": bodies, "grid": {"points": 24}, "load_path": unloaded(part, *between)},
             pressure_as_before,
             1e-5 if name == "equal" else 0.05,
-            quick=part in (0.0, 1e-12) and kind == "",
+            refused=NotConvergedError if part == 1e-14 else None,
+            says="rounding",
+            may_solve=True,
+            quick=part in (0.0, 1e-12, 1e-14) and kind == "",
         )
         for name, bodies in BODIES.items()
         for part in (1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 0.0)
@@ -213,6 +223,27 @@ TOPPLED = Family(
     ),
 )
 
+ON_THE_FLANK = Family(
+    "cone under a moment",
+    "My/P 0.5 to 3 of the contact's radius",
+    "certified, or at the grid's edge",
+    tuple(
+        Probe(
+            f"My/P {arm:g} a",
+            {
+                "surface": {"cone": {"angle": 0.005}},
+                "grid": {"points": 32},
+                "load_path": [{"P": LOAD}, {"My": arm * LOAD * 0.6808, "increments": 2}],
+            },
+            refused=GridEdgeError,
+            says="would do|more points|try size",
+            may_solve=True,
+            quick=arm == 3.0,
+        )
+        for arm in (0.5, 1.0, 2.0, 3.0)
+    ),
+)
+
 SPUN = Family(
     "motion much larger than the elastic one",
     "friction 1e-8 to 0.1, delta_x or phi_z of 1e-3 to 0.2",
@@ -237,4 +268,4 @@ SPUN = Family(
     ),
 )
 
-FAMILIES = (UNLOADING, HELD_SHEAR, TILTED, LIFTED, TOPPLED, SPUN)
+FAMILIES = (UNLOADING, HELD_SHEAR, TILTED, LIFTED, TOPPLED, ON_THE_FLANK, SPUN)

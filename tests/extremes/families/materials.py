@@ -182,6 +182,32 @@ UNITS = Family(
     ),
 )
 
+
+def elliptic(length: float) -> Parts:
+    """An ellipsoid on a grid that is sized by trial."""
+    return {
+        "surface": {"ellipsoid": {"radius_x": 3.0 * length, "radius_y": 5.0 * length}},
+        "grid": {"points": 24},
+        "load_path": [{"P": length**2}],
+    }
+
+
+SIZED = Family(
+    "units, sized by trial",
+    "lengths 1e-6 to 1e6",
+    "the same digits",
+    tuple(
+        Probe(
+            f"length {length:g}",
+            elliptic(length),
+            like(("delta_z", "max_pressure"), case_of(**elliptic(1.0)), delta_z=length),
+            1e-9,
+            quick=length == 1e-6,
+        )
+        for length in (1e-6, 10.0, 1e6)
+    ),
+)
+
 LOADS = Family(
     "normal force",
     "P 1e-15 to 1e12 N on 10 mm",
@@ -226,6 +252,13 @@ ABSURD = Family(
 NOTHING = 1e-60
 AT_REST: Parts = {"load_path": [{"P": LOAD}], "grid": {"points": 32, "size": 0.75}}
 
+TINY_PARTS: dict[str, Parts] = {
+    **{name: {"load_path": [{"P": LOAD, name: NOTHING}]} for name in ("Qx", "delta_x", "My", "phi_x", "Mz")},
+    "angle": {"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 10.0, "angle": NOTHING}}},
+    "center": {"surface": {"sphere": {"radius": 10.0, "center": [NOTHING, 0.0]}}},
+    "friction": {"friction": NOTHING},
+}
+
 NEXT_TO_NOTHING = Family(
     "next to nothing instead of 0",
     "Qx, delta_x, My, phi_x, Mz, angle, center, friction of 1e-60",
@@ -238,13 +271,8 @@ NEXT_TO_NOTHING = Family(
             1e-5,
             quick=name in ("Qx", "angle"),
         )
-        for name, parts in (
-            *((name, {"load_path": [{"P": LOAD, name: NOTHING}]}) for name in ("Qx", "delta_x", "My", "phi_x", "Mz")),
-            ("angle", {"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 10.0, "angle": NOTHING}}}),
-            ("center", {"surface": {"sphere": {"radius": 10.0, "center": [NOTHING, 0.0]}}}),
-            ("friction", {"friction": NOTHING}),
-        )
+        for name, parts in TINY_PARTS.items()
     ),
 )
 
-FAMILIES = (DUNDURS, POISSON, POISSON_PAIRS, STIFFNESS, BOTH_RIGID, UNITS, LOADS, ABSURD, NEXT_TO_NOTHING)
+FAMILIES = (DUNDURS, POISSON, POISSON_PAIRS, STIFFNESS, BOTH_RIGID, UNITS, SIZED, LOADS, ABSURD, NEXT_TO_NOTHING)

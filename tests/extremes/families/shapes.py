@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label
 from solving import LOAD
 
-from fretsolve.errors import CaseError, FretsolveError, SlidingError
+from fretsolve.errors import CaseError, FretsolveError, NotConvergedError, SlidingError
 
 from .driving import Family, Parts, Probe, Run
 from .limits import (
@@ -130,6 +130,16 @@ FEW_CELLS = Family(
             "four cells",
             {"grid": {"points": 10, "size": 1.0}, "load_path": [{"P": 1e-3}, {"Qx": 5e-5}, {"Mz": 1e-6}]},
             cells(4),
+        ),
+        *(
+            Probe(
+                f"one cell, P {load:g}",
+                {"grid": {"points": 32, "size": 0.75}, "load_path": [{"P": load}]},
+                refused=NotConvergedError,
+                says="rounding",
+                may_solve=True,
+            )
+            for load in (1e-9, 1e-12, 1e-15)
         ),
         Probe(
             "one cell, torque",

@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+import pytest
+
+from fretsolve.rounding import ROUNDING, least_slip, named_rounding
+
+
+@pytest.mark.parametrize(
+    ("elastic", "farthest", "tolerance", "least"),
+    [
+        (1e-3, 0.0, 1e-6, 1e-3 * ROUNDING / 1e-6),
+        (1e-3, 1.0, 1e-6, ROUNDING / 1e-6),
+        (1e-3, 1e9, 1e-6, 1e-3),  # never more than the elastic displacement
+        (1e-3, 0.0, 1e-15, 1e-3),
+        (0.0, 5.0, 1e-6, 0.0),
+    ],
+)
+def test_least_slip(elastic, farthest, tolerance, least):
+    assert least_slip(elastic, farthest, tolerance) == pytest.approx(least, rel=1e-12)
+
+
+def test_the_longest_length_is_named():
+    lengths = {"heights": 1e9, "delta_z": 1.0}
+    assert named_rounding(1e-7, lengths) == "1e-07 mm, the rounding of heights (1e+09 mm) in double precision"
+    assert named_rounding(1e-3, lengths) == ""
+    assert named_rounding(float("nan"), lengths) == ""
