@@ -2,7 +2,7 @@
 
     python benchmarks/figures.py              # everything, about half an hour on one core
     python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, performance ...
-    python benchmarks/figures.py --into README.md docs/performance.md
+    python benchmarks/figures.py --into README.md docs/verification.md docs/performance.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
 References: closed forms (`fretsolve.closed_forms`) with the deviations of an independent, certified solve on 256 x 256
@@ -33,7 +33,7 @@ import numpy as np
 import profile_increment
 
 import fretsolve
-from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin
+from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
 from fretsolve.scene import prepare
 from fretsolve.state import State
 
@@ -105,6 +105,58 @@ def certified_rows() -> list[Row]:
     ]
 
 
+@dataclass(frozen=True)
+class PaperRow:
+    """A value of the paper and of the independent solve, as deviations from a closed form, and where to find it."""
+
+    case: str
+    quantity: str
+    stage: int
+    closed_form: float
+    paper: str
+    certified: str
+    found: Callable[[State], float]
+
+
+def paper_rows() -> list[PaperRow]:
+    """The tables 1 and 2 of the paper and its figure 15; "-" where no certified value is known."""
+    case = fretsolve.load_case(CASES / "mode1_similar.yaml")
+    material = prepare(case).model.compliances
+    hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
+    mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
+    torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
+    dissimilar = prepare(fretsolve.load_case(CASES / "mode2_dissimilar.yaml")).model.compliances
+    spence = spence_stick_ratio(0.1, dissimilar.dundurs_constant)
+    p0, dz, a, c, dx = (
+        hertz.max_pressure, hertz.delta_z, hertz.contact_radius, mindlin.stick_radius, mindlin.delta_x
+    )
+    stick, turn, pressure = attribute("stick_radius"), attribute("phi_z"), attribute("max_pressure")
+    plain, equal, unlike = "mode1_similar_uncoupled", "mode1_similar", "mode1_dissimilar"
+    return [
+        PaperRow(plain, "a", 1, a, "+0.75", "+0.06", attribute("contact_radius")),
+        PaperRow(plain, "p0", 1, p0, "+0.001", "-", pressure),
+        PaperRow(plain, "delta_z", 1, dz, "0.006", "-", attribute("delta_z")),
+        PaperRow(plain, "c at A", 2, c, "0.61", "-", stick),
+        PaperRow(plain, "delta_x at A", 2, dx, "+0.012", "-", attribute("delta_x")),
+        PaperRow(equal, "c at A", 2, c, "+10.62", "+0.0", stick),
+        PaperRow(equal, "shear at the centre at A", 2, mindlin.center_shear, "0.485", "+0.13", central_shear),
+        PaperRow(equal, "delta_x at A", 2, dx, "0.116", "-0.084", attribute("delta_x")),
+        PaperRow(unlike, "p0 at A", 2, p0, "+1.461", "+1.67", pressure),
+        PaperRow(unlike, "delta_z at A", 2, dz, "0.061", "-0.057", attribute("delta_z")),
+        PaperRow(unlike, "delta_x at A", 2, dx, "+19.6", "+20.91", attribute("delta_x")),
+        PaperRow("mode2_dissimilar", "c/a", 1, spence, "-", "-4.5", ratio_to_contact),
+        PaperRow("mode2_dissimilar", "p0", 1, p0, "up to 4", "+3.69", pressure),
+        PaperRow("mode3_similar_uncoupled", "phi_z", 2, torsion.phi_z, "7.471", "-", turn),
+        PaperRow("mode3_similar", "c", 2, torsion.stick_radius, "+1.232", "+0.13", stick),
+        PaperRow("mode3_similar", "phi_z", 2, torsion.phi_z, "0.043", "-0.022", turn),
+        PaperRow("mode3_dissimilar", "p0", 2, p0, "+3.209", "+3.79", pressure),
+        PaperRow("mode3_dissimilar", "c", 2, torsion.stick_radius, "59.70", "-63.6", stick),
+        PaperRow("mode3_dissimilar", "delta_z", 2, dz, "0.160", "-0.160", attribute("delta_z")),
+        PaperRow("mode3_dissimilar", "phi_z", 2, torsion.phi_z, "78.31", "+17.9", turn),
+    ]
+
+
+@cache
 def stage_ends(case: str) -> dict[int, State]:
     """The last state of each stage on 128 x 128 cells."""
     loaded = fretsolve.load_case(CASES / f"{case}.yaml", ["grid.points=128"])
@@ -127,6 +179,16 @@ def print_certified() -> None:
         if row.quantity[:2] in ("a,", "c ", "c,"):
             deviation += f" ({(found - row.certified) / cell:+.2f} cells)"
         print(f"| {row.case} | {row.quantity} | {row.certified:.6g} | {found:.6g} | {deviation} |")
+
+
+def print_paper() -> None:
+    """The paper's values beside the certified ones and those found on 128 x 128 cells."""
+    print("| case | quantity | closed form | paper, % | certified, % | found, % |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for row in paper_rows():
+        found = 100.0 * (row.found(stage_ends(row.case)[row.stage]) / row.closed_form - 1.0)
+        values = f"{row.closed_form:.6g} | {row.paper} | {row.certified} | {found:+.3f}"
+        print(f"| {row.case} | {row.quantity} | {values} |")
 
 
 def print_steps() -> None:
@@ -204,18 +266,21 @@ def _run(case: str, *overrides: str) -> list[State]:
 
 
 def print_run() -> None:
-    """What the first command of the README prints; it installs no compiler."""
+    """What the first command of the README prints after its progress; it installs no compiler."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(CASES, Path(folder) / "cases")
         command = [sys.executable, "-m", "fretsolve", "run", "cases/mode1_similar.yaml"]
         plain = os.environ | {"FRETSOLVE_NUMBA": "0"}
         child = subprocess.run(command, cwd=folder, env=plain, capture_output=True, text=True, check=True)
-    print(f"```text\n{child.stdout.rstrip()}\n```")
+    progress = child.stdout.rindex("step=")
+    table = child.stdout.index("\n\n", progress)
+    print(f"```text\n{child.stdout[table:].strip(chr(10))}\n```")
 
 
 PARTS = {
     "run": print_run,
     "certified": print_certified,
+    "paper": print_paper,
     "steps": print_steps,
     "residuals": print_residuals,
     "performance": print_performance,

@@ -1,0 +1,408 @@
+"""The pictures of the documents, drawn from the shipped cases: docs/pictures/NAME.png.
+
+    python benchmarks/gallery.py                  # all of them, about two minutes on one core
+    python benchmarks/gallery.py figure_12 loop   # some
+    python benchmarks/gallery.py -o FOLDER
+
+Names with a number are figures of Gallego, Nelias & Deyber, Wear 2009. What `fretsolve.plots` has as a kind of pictures
+is drawn by it; where the paper compares several runs in one panel, here is how.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from PIL import Image
+
+from fretsolve import plots
+from fretsolve.closed_forms import (
+    HertzContact,
+    cattaneo_mindlin,
+    hertz_sphere,
+    lubkin,
+    mindlin_displacement,
+    spence_stick_ratio,
+)
+from fretsolve.history import Result, open_result
+from fretsolve.materials import compliances
+from fretsolve.plots.canvas import own_style
+from fretsolve.plots.marks import CLOSED_FORM, marks
+from fretsolve.plots.path import stored_case
+
+ROOT = Path(__file__).resolve().parent.parent
+CASES, PICTURES = ROOT / "cases", ROOT / "docs" / "pictures"
+
+LOAD, RADIUS, FRICTION, TORQUE, DUNDURS = 400.0, 10.0, 0.1, 5.0, 0.1938
+"""The base case: N, mm, 1, N mm, 1."""
+
+MODE_1 = {"I.1": "mode1_similar_uncoupled", "I.2": "mode1_similar", "I.3": "mode1_dissimilar"}
+MODE_3 = {"III.1": "mode3_similar_uncoupled", "III.2": "mode3_similar", "III.3": "mode3_dissimilar"}
+MODE_2_FRICTION = (0.01, 0.05, 0.1, 0.15, 0.2, 0.25)
+
+DPI, COLORS, FEWEST_COLORS = 100, 128, 32
+MOST_BYTES = 100_000
+
+FloatArray = NDArray[np.float64]
+
+_folder = tempfile.TemporaryDirectory(prefix="gallery")
+
+
+@cache
+def solved(case: Path, *overrides: str) -> Result:
+    """The result of a case, made once."""
+    out = Path(_folder.name) / f"{solved.cache_info().currsize}.h5"
+    sets = [word for override in overrides for word in ("--set", override)]
+    subprocess.run([sys.executable, "-m", "fretsolve", "run", case, "-o", out, "-q", *sets], check=True)
+    return open_result(out)
+
+
+def shipped(name: str, *overrides: str) -> Result:
+    """The result of a shipped case."""
+    return solved(CASES / f"{name}.yaml", *overrides)
+
+
+def mode_2(friction: float, increments: int = 10) -> Result:
+    """Mode II with another coefficient of friction."""
+    sets = f"friction={friction}", f"load_path.0.increments={increments}", "expect=[]"
+    return shipped("mode2_dissimilar", *sets)
+
+
+def end_of_stage(result: Result, stage: int) -> int:
+    """The last increment of a stage, counted from 1."""
+    return int(np.flatnonzero(result.history["stage"] == stage)[-1])
+
+
+def hertz(load: float = LOAD) -> HertzContact:
+    """Hertz's contact of the base case; the dissimilar bodies have the same modulus."""
+    case = stored_case(shipped("mode1_similar"))
+    assert case is not None
+    return hertz_sphere(load, RADIUS, compliances(*case.bodies).contact_modulus)
+
+
+def tangential_compliance() -> float:
+    case = stored_case(shipped("mode1_similar"))
+    assert case is not None
+    return compliances(*case.bodies).tangential
+
+
+def torsional_compliance() -> float:
+    case = stored_case(shipped("mode1_similar"))
+    assert case is not None
+    return compliances(*case.bodies).torsional
+
+
+def along_x(result: Result, name: str, step: int) -> tuple[FloatArray, FloatArray]:
+    """x/a and a field, or the length of a vector field, half way between the two middle rows of cells."""
+    field = result.field(name, step)
+    middle = field.shape[-1] // 2
+    row = 0.5 * (field[..., middle - 1] + field[..., middle])
+    return result.x / hertz().contact_radius, np.hypot(*row) if row.ndim == 2 else row
+
+
+def panels(rows: int, columns: int, size: tuple[float, float], **options: bool) -> tuple[Figure, list[Axes]]:
+    """A figure with its axes."""
+    figure = Figure(figsize=(columns * size[0], rows * size[1]), layout="constrained")
+    return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False, **options)))
+
+
+def tutorial() -> Figure:
+    """The loop of the tutorial's case."""
+    text = (ROOT / "docs" / "howto" / "tutorial.md").read_text()
+    found = re.search(r"```yaml\n(# mode1.yaml\n.*?)```", text, re.DOTALL)
+    assert found is not None
+    case = Path(_folder.name) / "mode1.yaml"
+    case.write_text(found[1])
+    return plots.loop(solved(case))
+
+
+def contact_map() -> Figure:
+    """Mode I between dissimilar bodies at A."""
+    result = shipped(MODE_1["I.3"])
+    return plots.contact_map(result, step=end_of_stage(result, 2))
+
+
+def stick_history() -> Figure:
+    return plots.stick_history(shipped(MODE_1["I.1"]))
+
+
+def figure_9() -> Figure:
+    """Angle of the slip in case I.2 at A."""
+    result = shipped(MODE_1["I.2"])
+    return plots.slip_angle(result, step=end_of_stage(result, 2))
+
+
+def figures_10_and_11(name: str) -> Callable[[], Figure]:
+    """Pressure, shear and slip at A and B."""
+
+    def draw() -> Figure:
+        result = shipped(MODE_1[name])
+        return plots.profiles(result, steps=[end_of_stage(result, stage) for stage in (2, 3)])
+
+    return draw
+
+
+def figure_12() -> Figure:
+    """Streamlines of the shear at A."""
+    return _streamlines(MODE_1)
+
+
+def figure_13() -> Figure:
+    """Fretting loops of mode I, with that of Mindlin."""
+    figure, (axes,) = panels(1, 1, (5.6, 4.2))
+    _mindlin_loop(axes)
+    finer = [f"load_path.{stage}.increments=10" for stage in range(1, 6)]
+    for mark, (name, case) in zip(marks(3), MODE_1.items(), strict=True):
+        result = shipped(case, "expect=[]", *finer)
+        shown = slice(end_of_stage(result, 1), None)
+        displacement = 1e3 * result.history["delta_x"][shown]
+        axes.plot(displacement, result.history["Qx"][shown], label=name, **mark.options(len(displacement)))
+    axes.set(xlabel="delta_x (µm)", ylabel="Qx (N)")
+    axes.legend()
+    return figure
+
+
+def _mindlin_loop(axes: Axes) -> None:
+    force = np.linspace(0.0, 36.0, 60)
+    contact, compliance = hertz(), tangential_compliance()
+    loading = np.array([mindlin_displacement(contact, FRICTION, q, compliance) for q in force])
+    back = np.linspace(36.0, -36.0, 120)
+    half = np.array([mindlin_displacement(contact, FRICTION, 0.5 * (36.0 - q), compliance) for q in back])
+    unloading = loading[-1] - 2.0 * half
+    displacement = np.concatenate([loading, unloading, -unloading])
+    label = "Mindlin (closed form)"
+    axes.plot(1e3 * displacement, np.concatenate([force, back, -back]), label=label, **CLOSED_FORM)
+
+
+def figure_14() -> Figure:
+    """c/a over P in mode II."""
+    figure, (axes,) = panels(1, 1, (5.6, 4.0))
+    for mark, friction in zip(marks(len(MODE_2_FRICTION)), MODE_2_FRICTION, strict=True):
+        history = mode_2(friction).history
+        ratio = history["stick_radius"] / history["contact_radius"]
+        axes.axhline(spence_stick_ratio(friction, DUNDURS), **CLOSED_FORM)
+        axes.plot(history["P"], ratio, label=f"friction {friction:g}", **mark.options(len(ratio)))
+    axes.plot([], [], label="Spence (closed form)", **CLOSED_FORM)
+    axes.set(xlabel="P (N)", ylabel="c/a (1)", ylim=(-0.03, 1.05))
+    figure.legend(loc="outside right center", frameon=False)
+    return figure
+
+
+def figure_15() -> Figure:
+    """c/a over friction in mode II at the last load."""
+    figure, (axes,) = panels(1, 1, (4.6, 3.6))
+    friction = np.linspace(0.0, 0.26, 100)
+    spence = [spence_stick_ratio(value, DUNDURS) for value in friction]
+    axes.plot(friction, spence, label="Spence (closed form)", **CLOSED_FORM)
+    for mark, increments in zip(marks(2), (10, 40), strict=True):
+        found = [_final_ratio(mode_2(value, increments)) for value in MODE_2_FRICTION]
+        axes.plot(MODE_2_FRICTION, found, label=f"{increments} increments", **mark.options(len(found)))
+    axes.set(xlabel="coefficient of friction (1)", ylabel="c/a (1)")
+    axes.legend()
+    return figure
+
+
+def _final_ratio(result: Result) -> float:
+    return float(result.history["stick_radius"][-1] / result.history["contact_radius"][-1])
+
+
+def figure_16() -> Figure:
+    """Pressure and shear of mode II at the last load, and the largest pressure over friction."""
+    figure, (profile, largest) = panels(1, 2, (4.8, 3.8))
+    p0 = hertz().max_pressure
+    for mark, friction in zip(marks(len(MODE_2_FRICTION)), MODE_2_FRICTION, strict=True):
+        result = mode_2(friction)
+        step = result.increments - 1
+        for name, scale in (("pressure", p0), ("shear", friction * p0)):
+            x, values = along_x(result, name, step)
+            options = {"color": mark.color, "linestyle": "-" if name == "pressure" else "--"}
+            label = f"friction {friction:g}" if name == "pressure" else None
+            profile.plot(x, values / scale, label=label, linewidth=1.0, **options)
+    profile.set(xlabel="x/a (1)", ylabel="p/p0, and dashed |q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    figure.legend(loc="outside right center", frameon=False)
+    ratio = [mode_2(friction).history["max_pressure"][-1] / p0 for friction in MODE_2_FRICTION]
+    largest.plot(MODE_2_FRICTION, ratio, **marks(1)[0].options(len(ratio)))
+    largest.set(xlabel="coefficient of friction (1)", ylabel="largest pressure over Hertz's p0 (1)")
+    return figure
+
+
+def figure_17() -> Figure:
+    """Shear of mode II pressed in one, ten and forty increments."""
+    figure, (axes,) = panels(1, 1, (5.8, 3.8))
+    for mark, increments in zip(marks(3), (1, 10, 40), strict=True):
+        result = mode_2(FRICTION, increments)
+        x, shear = along_x(result, "shear", result.increments - 1)
+        label = f"{increments} increment{'s' if increments > 1 else ''}"
+        axes.plot(x, shear / (FRICTION * hertz().max_pressure), label=label, **mark.options(len(x)))
+    axes.set(xlabel="x/a (1)", ylabel="|q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    figure.legend(loc="outside right center", frameon=False)
+    return figure
+
+
+def figure_18() -> Figure:
+    """Pressure and shear of mode II as the load rises."""
+    figure, axes = panels(2, 3, (3.3, 2.5), sharex=True)
+    p0 = hertz().max_pressure
+    for column, friction in enumerate((0.01, 0.1, 0.25)):
+        result = mode_2(friction)
+        for mark, step in zip(marks(result.increments), range(result.increments), strict=True):
+            for row, (name, scale) in enumerate((("pressure", p0), ("shear", friction * p0))):
+                x, values = along_x(result, name, step)
+                panel = axes[3 * row + column]
+                panel.plot(x, values / scale, color=mark.color, linewidth=1.0, label=f"{result.history['P'][step]:g} N")
+        axes[column].set_title(f"friction {friction:g}")
+        axes[3 + column].set_xlabel("x/a (1)")
+    axes[0].set(ylabel="p/p0 (1)", xlim=(-1.05, 1.05))
+    axes[3].set_ylabel("|q|/μ p0 (1)")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", frameon=False, title="P")
+    return figure
+
+
+def figure_19() -> Figure:
+    """Streamlines of mode II."""
+    return plots.streamlines(mode_2(FRICTION))
+
+
+def figure_20() -> Figure:
+    """Shear of mode III along x."""
+    figure, (axes,) = panels(1, 1, (6.2, 3.8))
+    contact = hertz()
+    scale = FRICTION * contact.max_pressure
+    form = lubkin(contact, FRICTION, TORQUE, torsional_compliance())
+    x = np.linspace(-1.0, 1.0, 401)
+    shear = np.abs(form.shear(np.abs(x) * contact.contact_radius)) / scale
+    axes.plot(x, shear, label="Lubkin (closed form)", **CLOSED_FORM)
+    for mark, (name, case) in zip(marks(3), MODE_3.items(), strict=True):
+        result = shipped(case)
+        at, found = along_x(result, "shear", result.increments - 1)
+        axes.plot(at, found / scale, label=name, **mark.options(len(at)))
+    axes.set(xlabel="x/a (1)", ylabel="|q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    figure.legend(loc="outside right center", frameon=False)
+    return figure
+
+
+def figure_21() -> Figure:
+    """Radial share of the shear in mode III between equal bodies."""
+    figure, axes = panels(1, 2, (3.6, 3.1))
+    for panel, name in zip(axes, ("III.1", "III.2"), strict=True):
+        result = shipped(MODE_3[name])
+        shear = result.field("shear")
+        x, y = np.meshgrid(result.x, result.y, indexing="ij")
+        length = np.hypot(x, y) * np.hypot(*shear)
+        touching = result.field("pressure") > 0.0
+        share = np.divide(x * shear[0] + y * shear[1], length, out=np.full_like(x, np.nan), where=touching)
+        edges = np.array([result.x[0], result.x[-1], result.y[0], result.y[-1]]) / hertz().contact_radius
+        image = panel.imshow(share.T, origin="lower", extent=tuple(edges), cmap="RdBu_r", vmin=-0.05, vmax=0.05)
+        panel.set(xlabel="x/a (1)", ylabel="y/a (1)", title=f"{name}: at most {np.nanmax(np.abs(share)):.2g}")
+        panel.grid(False)
+    figure.colorbar(image, ax=axes, label="radial over whole shear (1)")
+    return figure
+
+
+def figure_22() -> Figure:
+    """Streamlines of the shear of mode III."""
+    return _streamlines(MODE_3)
+
+
+def _streamlines(cases: dict[str, str]) -> Figure:
+    figure, axes = panels(1, len(cases), (3.9, 3.4))
+    for panel, (name, case) in zip(axes, cases.items(), strict=True):
+        result = shipped(case)
+        plots.streamlines(result, panel, step=end_of_stage(result, 2))
+        panel.set_title(f"{name}: shear")
+        handles = panel.get_legend().legend_handles
+        panel.get_legend().remove()
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def convergence() -> Figure:
+    """Errors of case I.1 at A against closed forms as the grid is refined."""
+    figure, (axes,) = panels(1, 1, (5.4, 4.0))
+    contact = hertz()
+    form = cattaneo_mindlin(contact, FRICTION, 36.0, tangential_compliance())
+    truths = {
+        "delta_z": contact.delta_z,
+        "max_pressure": contact.max_pressure,
+        "contact_radius": contact.contact_radius,
+        "delta_x": form.delta_x,
+        "stick_radius": form.stick_radius,
+    }
+    points = (24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
+    load_path = "load_path=[{P: 400 N}, {Qx: 36 N, increments: 1}]"
+    runs = [shipped(MODE_1["I.1"], f"grid.points={count}", load_path, "expect=[]") for count in points]
+    cells = np.array([2.0 * contact.contact_radius / (run.x[1] - run.x[0]) for run in runs])
+    for mark, (name, truth) in zip(marks(len(truths)), truths.items(), strict=True):
+        error = np.abs([run.history[name][-1] / truth - 1.0 for run in runs])
+        axes.loglog(cells, 100.0 * error, label=name, **mark.options(len(cells)))
+    axes.loglog(cells, 3.0 * (20.0 / cells) ** 1.5, label="(cells)^-1.5", **CLOSED_FORM)
+    axes.set(xlabel="cells across the contact", ylabel="error (%)")
+    figure.legend(loc="outside right center", frameon=False)
+    return figure
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "tutorial_loop": tutorial,
+    "contact_map": contact_map,
+    "stick_history": stick_history,
+    "convergence": convergence,
+    "figure_09": figure_9,
+    "figure_10_11_I1": figures_10_and_11("I.1"),
+    "figure_10_11_I2": figures_10_and_11("I.2"),
+    "figure_10_11_I3": figures_10_and_11("I.3"),
+    "figure_12": figure_12,
+    "figure_13": figure_13,
+    "figure_14": figure_14,
+    "figure_15": figure_15,
+    "figure_16": figure_16,
+    "figure_17": figure_17,
+    "figure_18": figure_18,
+    "figure_19": figure_19,
+    "figure_20": figure_20,
+    "figure_21": figure_21,
+    "figure_22": figure_22,
+}
+
+
+def compact(figure: Figure) -> bytes:
+    """The picture as a PNG of few colours."""
+    whole = io.BytesIO()
+    figure.savefig(whole, format="png", dpi=DPI, facecolor="white")
+    image = Image.open(whole).convert("RGB")
+    colors = COLORS
+    while True:
+        small = io.BytesIO()
+        image.quantize(colors, dither=Image.Dither.NONE).save(small, "png", optimize=True)
+        if small.tell() < MOST_BYTES or colors <= FEWEST_COLORS:
+            return small.getvalue()
+        colors //= 2
+
+
+def main(words: Sequence[str]) -> None:
+    """Draw the pictures that are named, or all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("names", nargs="*", choices=[*FIGURES, []], metavar="NAME")
+    parser.add_argument("-o", "--output", type=Path, default=PICTURES)
+    wanted = parser.parse_args(words)
+    wanted.output.mkdir(parents=True, exist_ok=True)
+    for name in wanted.names or FIGURES:
+        with own_style():
+            content = compact(FIGURES[name]())
+        (wanted.output / f"{name}.png").write_bytes(content)
+        print(f"{name}.png: {len(content) / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,105 @@
+"""The documents tell the truth: their commands, cases, code and links are tried."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from pages import ROOT, Block, agree, blocks, links, pages
+
+from fretsolve import load_case
+from fretsolve.case import Case
+
+CASE = {
+    "bodies": [{"young_modulus": 2e5, "poisson_ratio": 0.3}, "rigid"],
+    "surface": {"sphere": {"radius": 10.0}},
+    "grid": {"points": 16},
+    "load_path": [{"P": 1.0}],
+}
+"""Stands for the parts of a case that a page leaves out."""
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed", "same"),
+    [
+        ("P = 400 N", "P = 400.1 N", True),
+        ("P = 400 N", "P = 401 N", False),
+        ("P = 400 N", "P = 400 mm", False),
+        ("a\n──\nb", "a\n\nb", True),
+        ("a\n...\nc", "a\nb\nb\nc", True),
+        ("a\n...\nc\n...", "a\nb\nc\nd", True),
+        ("a\n...\nc", "a\nb", False),
+        ("...\nb", "a\nc", False),
+        ("wall_time=...", "wall_time=0.3", True),
+        ("worst ...", "worst residual 1e-8", True),
+        ("worst", "worst residual", False),
+        ("a", "a\nb", False),
+        ("", "", True),
+    ],
+)
+def test_output_agrees_up_to_numbers_and_what_is_left_out(shown: str, printed: str, same: bool) -> None:
+    assert agree(shown.splitlines(), printed.splitlines()) is same
+
+
+@pytest.mark.parametrize("page", pages("howto"), ids=lambda page: page.stem)
+def test_commands_and_code_do_what_the_page_says(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, programs = tmp_path / "page", tmp_path / "bin"
+    shutil.copytree(ROOT / "cases", folder / "cases", ignore=shutil.ignore_patterns("*.h5", "*.parts"))
+    programs.mkdir()
+    for name, module in (("fretsolve", " -m fretsolve"), ("python", "")):
+        (programs / name).write_text(f'#!/bin/sh\nexec "{sys.executable}"{module} "$@"\n')
+        (programs / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("FRETSOLVE_NUMBA", "0")
+    monkeypatch.chdir(folder)
+    names: dict[str, object] = {}
+    for block in blocks(page):
+        if block.language == "yaml" and block.file:
+            Path(block.file).write_text(block.text, encoding="utf-8")
+        elif block.language == "console":
+            _try_commands(block)
+        elif block.language == "python":
+            exec(compile("\n" * block.line + block.text, page, "exec"), names)
+
+
+def _try_commands(block: Block) -> None:
+    """Run the commands of a block; they end with 0, unless the next one is ``echo $?``."""
+    code, asked = 0, [command for command, _ in block.commands[1:]] + [""]
+    for (command, shown), following in zip(block.commands, asked, strict=True):
+        child = subprocess.run(
+            ["bash", "-c", f"(exit {code}); {command}"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        code = child.returncode
+        told = f"{block.place}: {command}\n{child.stdout}"
+        assert agree(shown, child.stdout.splitlines()), told
+        assert code == 0 or following == "echo $?", f"{told}exit code {code}"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *pages()], ids=lambda page: page.stem)
+def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
+    for number, block in enumerate(blocks(page)):
+        if block.language != "yaml":
+            continue
+        part = yaml.safe_load(block.text)
+        if isinstance(part, dict) and part.keys() <= Case.model_fields.keys():
+            path = tmp_path / f"{number}.yaml"
+            path.write_text(yaml.safe_dump({**CASE, **part}))
+            load_case(path)
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *pages()], ids=lambda page: page.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    lost = [target for target in links(page) if not (page.parent / target).exists()]
+    assert not lost
