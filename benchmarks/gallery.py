@@ -347,8 +347,10 @@ def convergence() -> Figure:
     for mark, (name, truth) in zip(marks(len(truths)), truths.items(), strict=True):
         error = np.abs([run.history[name][-1] / truth - 1.0 for run in runs])
         axes.loglog(cells, 100.0 * error, label=name, **mark.options(len(cells)))
-    axes.loglog(cells, 3.0 * (20.0 / cells) ** 1.5, label="(cells)^-1.5", **CLOSED_FORM)
+    axes.loglog(cells, 0.5 * (20.0 / cells) ** 1.5, label="power -1.5", **CLOSED_FORM)
     axes.set(xlabel="cells across the contact", ylabel="error (%)")
+    axes.set_xticks([20, 50, 100, 200, 400], ["20", "50", "100", "200", "400"])
+    axes.minorticks_off()
     figure.legend(loc="outside right center", frameon=False)
     return figure
 

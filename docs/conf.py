@@ -15,3 +15,4 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 html_theme = "furo"
 html_title = f"fretsolve {release}"
+smartquotes = False

@@ -3,6 +3,7 @@ results. A page names them as ``%% case file`` on a line of its own."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 Schema = Mapping[str, Any]
 
-KEY_HEADINGS = ("key", "value", "default", "meaning")
+KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 SHORTHANDS = ("SurfaceEntry", "CycleSpec")
 """Definitions that only wrap others, each under a key of its own."""
 
@@ -24,10 +25,21 @@ def case_file() -> Iterator[str]:
     """The keys of the case file: those of the top, then a section for each kind of mapping."""
     schema = case_schema()
     yield from _mapping(schema)
-    for name, definition in schema["$defs"].items():
+    for name in _mentioned(schema["properties"], schema["$defs"]):
         if name not in SHORTHANDS:
             yield f"\n## {_heading(name)}\n"
-            yield from _mapping(definition)
+            yield from _mapping(schema["$defs"][name])
+
+
+def _mentioned(node: Schema, definitions: Schema) -> list[str]:
+    """Names of the definitions that a part of the schema leads to, in the order of their appearance."""
+    waiting, found = [node], dict[str, None]()
+    while waiting:
+        for name in re.findall(r"#/\$defs/(\w+)", json.dumps(waiting.pop(0))):
+            if name not in found:
+                found[name] = None
+                waiting.append(definitions[name])
+    return list(found)
 
 
 def _mapping(schema: Schema) -> Iterator[str]:
@@ -54,7 +66,7 @@ def _default(node: Schema) -> str:
         return ""
     value = node["default"]
     if isinstance(value, Mapping):
-        return "see below"
+        return f"`{next(iter(value.values()))}`" if len(value) == 1 else "those below"
     return f"`{str(value).lower() if isinstance(value, bool) else value}`"
 
 
@@ -63,7 +75,7 @@ def _value(node: Schema) -> str:
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
         if name == "SurfaceEntry":
-            return "one kind of surface"
+            return "one of the surfaces below"
         heading = "Cycle" if name == "CycleSpec" else _heading(name)
         return f"[{heading}](#{re.sub('[^a-z]+', '-', heading.lower())})"
     if "const" in node:
@@ -91,8 +103,7 @@ def _is_bare(part: Schema, node: Schema) -> bool:
 
 def _list(node: Schema) -> str:
     if "prefixItems" in node:
-        inner = [_value(part) for part in node["prefixItems"]]
-        return f"{len(inner)} of {inner[0]}"
+        return f"list of {len(node['prefixItems'])}, each {_value(node['prefixItems'][0])}"
     return f"list of {_value(node['items'])}"
 
 

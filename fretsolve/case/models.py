@@ -72,13 +72,13 @@ Body = Annotated[ElasticBody | RigidBody, _FromFile()]
 
 
 class GridSpec(CaseModel):
-    """The potential contact area and its cells. A `size` of None is chosen by the largest P."""
+    """The potential contact area and its cells."""
 
     points: Annotated[tuple[Count, Count], Repeated(2)] = Field(
         description="cells per side, or [nx, ny], such as 128"
     )
     size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), Auto("10 mm")] = Field(
-        default=None, description="[lx, ly] of the potential contact area, one value for both, or auto"
+        default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
     )
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre")
 
