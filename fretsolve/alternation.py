@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.certificate import LEAST_MOTION, ON_THE_CIRCLE
-from fretsolve.errors import NotConvergedError
+from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
@@ -148,6 +148,8 @@ class Alternation:
         work.iterations_normal += result.iterations
         work.rigid[:3] = result.rigid
         work.approach = result.scale
+        if not result.converged and not work.pressure.any():
+            raise ContactLostError("a moment is imposed where delta_z lifts the body off; impose P or a tilt instead")
         if not result.converged and result.residual <= tolerance:
             raise NotConvergedError(
                 "the imposed loads are not balanced by a contact of so few cells; take more points or a smaller area"

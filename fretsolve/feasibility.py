@@ -69,6 +69,12 @@ def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingEr
         if value
     ]
     loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
+    if factor == 0.0 and capacity > 0.0 and imposed.imposed_resultant[2]:
+        return SlidingError(
+            f"Mz = {imposed.imposed_resultant[2]:.6g} N mm on a contact of one cell, which has no arm to bear a torque;"
+            " take more points or a smaller area, or impose phi_z instead",
+            "Mz",
+        )
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < 1e-6:
         carried = "no more than just below it"

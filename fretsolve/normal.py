@@ -13,6 +13,7 @@ Forced rigid displacements are the multipliers of the balance [25], [26].
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, NormalModes, Vector, solve_modes
+from fretsolve.modes import Balance, NormalModes, Vector, is_singular, solve_modes
 from fretsolve.projected_cg import ProjectedCG, Space
 from fretsolve.rounding import ROUNDING
 
@@ -104,7 +105,9 @@ class NormalSolver:
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
                 iterations += self._reduce_gap(balance, pressure, target, max_iterations - iterations)
-                self._release_tension(pressure)
+                self._release_tension(balance, pressure)
+            else:
+                self._widen(balance, pressure)
             self._restore_balance(balance, pressure)
             self.operator.normal(pressure, self._uz)
             passes += 1
@@ -126,7 +129,20 @@ class NormalSolver:
                 raise ContactLostError("the surfaces nowhere face each other on the grid", "P")
             pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
             self._restore_balance(balance, pressure)
+        self._press_on_one_side(balance, pressure)
         self._gram = self.modes.gram(self._contact)
+
+    def _press_on_one_side(self, balance: Balance, pressure: FloatArray) -> None:
+        """Moments without contact: they tilt the body until it touches on the side that they press on."""
+        _, mx, my = balance.imposed_resultant
+        if not (mx or my) or self._contact.any():
+            return
+        self.modes.displacement(np.array([0.0, mx, my]), pressure)
+        np.maximum(pressure, 0.0, out=pressure)
+        pressure[self._no_material] = 0.0
+        pressure /= float(pressure.sum()) * self.modes.cell_area or 1.0
+        np.greater(pressure, 0.0, out=self._contact)
+        self._restore_balance(balance, pressure)
 
     def _rigid_displacement(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
         """Forced displacements by least squares of the gap over the contact zone [25]."""
@@ -141,6 +157,8 @@ class NormalSolver:
             np.subtract(gap, self._scratch, out=gap)
             open_rigid[0] = gap.min() if balance.forced[0] else imposed[0]
             return open_rigid
+        if is_singular(self._gram, forced):
+            imposed = np.where(balance.forced, rigid, imposed)  # a row of cells keeps the tilt that it had
         self.modes.displacement(imposed, self._scratch)
         np.subtract(gap, self._scratch, out=self._scratch, where=contact)
         self._scratch[~contact] = 0.0
@@ -175,8 +193,10 @@ class NormalSolver:
 
     def _unbalance(self, balance: Balance, pressure: FloatArray) -> float:
         """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""
-        if not balance.forced_index or not self._contact.any():
+        if not balance.forced_index:
             return 0.0
+        if not self._contact.any():
+            return np.inf if balance.imposed_resultant[1:].any() else 0.0
         found, imposed = self.modes.resultants(pressure), balance.imposed_resultant
         error = np.abs(found - imposed)
         load = max(float(found[0]), float(imposed[0]))
@@ -203,13 +223,54 @@ class NormalSolver:
         middle_x, middle_y = self.modes.middle(self._contact)
         return np.array([[1.0, 0.0, 0.0], [-middle_y, 1.0, 0.0], [-middle_x, 0.0, 1.0]])
 
-    def _release_tension(self, pressure: FloatArray) -> None:
-        """Cells under tension leave the contact."""
+    def _release_tension(self, balance: Balance, pressure: FloatArray) -> None:
+        """Cells under tension leave the contact, but for the nearest ones that the load needs on its other side."""
         tension = pressure < 0.0
         if tension.any():
+            needed = self._needed(balance, self._contact & ~tension, tension)
             pressure[tension] = 0.0
             self._contact &= ~tension
+            if needed is not None:
+                pressure[needed] = float(pressure.max()) or 1.0
+                self._contact |= needed
+            self._press_on_one_side(balance, pressure)
             self._gram = self.modes.gram(self._contact)
+
+    def _needed(self, balance: Balance, left: BoolArray, tension: BoolArray) -> BoolArray | None:
+        """Cells of `tension` in the first row beyond the point where the load acts, if those `left` all lie on one
+        side of it."""
+        for axis, places, point, side in self._loaded_sides(balance, left):
+            held = tension.any(axis=axis) & (side * (places - point) >= 0.0)
+            if held.any():
+                nearest = np.zeros_like(held)
+                nearest[np.argmin(np.where(held, np.abs(places - point), np.inf))] = True
+                needed: BoolArray = tension & np.expand_dims(nearest, axis)
+                return needed
+        return None
+
+    def _loaded_sides(self, balance: Balance, contact: BoolArray) -> Iterator[tuple[int, Vector, float, int]]:
+        """Axis to sum over, places along the other one, point where the load acts, and the side (-1, 1) on which it
+        lies beyond all of `contact`."""
+        load, mx, my = balance.imposed_resultant
+        for mode, moment, axis, places in ((1, mx, 0, self.modes.y), (2, my, 1, self.modes.x)):
+            ends = places[contact.any(axis=axis)]
+            if balance.forced[mode] and load > 0.0 and ends.size:
+                point = float(moment / load)
+                if not ends.min() <= point <= ends.max():
+                    yield axis, places, point, 1 if point > ends.max() else -1
+
+    def _widen(self, balance: Balance, pressure: FloatArray) -> None:
+        """The cells beside the contact join it, up to where the load acts, if those in contact cannot balance it."""
+        beyond = any(True for _ in self._loaded_sides(balance, self._contact))
+        if not beyond and not is_singular(self._gram, balance.forced_index):
+            return
+        wider = _grown(self._contact)
+        while not wider.all() and any(True for _ in self._loaded_sides(balance, wider & ~self._no_material)):
+            wider = _grown(wider)
+        fresh = wider & ~self._contact & ~self._no_material
+        pressure[fresh] = float(np.mean(pressure, where=self._contact))
+        self._contact |= fresh
+        self._gram = self.modes.gram(self._contact)
 
     def _restore_balance(self, balance: Balance, pressure: FloatArray) -> None:
         """Correct the pressure by p (a + b y + c x) so that the imposed resultants hold [26]."""
@@ -222,3 +283,14 @@ class NormalSolver:
         self._scratch *= pressure
         pressure += self._scratch
         np.maximum(pressure, 0.0, out=pressure)
+
+
+def _grown(contact: BoolArray) -> BoolArray:
+    """`contact` and the cells beside it."""
+    grown = contact.copy()
+    for axis in (0, 1):
+        along = np.moveaxis(grown, axis, 0)
+        before = along.copy()
+        along[1:] |= before[:-1]
+        along[:-1] |= before[1:]
+    return grown

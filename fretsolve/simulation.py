@@ -17,8 +17,9 @@ from fretsolve.grid import Grid
 from fretsolve.increment import IncrementSolver, Solved
 from fretsolve.load_path import Increment
 from fretsolve.scene import Scene, prepare
-from fretsolve.sizing import contact_size
+from fretsolve.sizing import MARGIN, contact_size
 from fretsolve.state import Certificate, Fields, State, Summary, Zone
+from fretsolve.surface import map_spans
 from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
 
 if TYPE_CHECKING:
@@ -191,16 +192,16 @@ def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
 
 
 def _advised_size(scene: Scene, increment: Increment) -> str:
+    """What to do about a contact that has reached the grid's edge: a size that holds it on all of the load path."""
+    loads = [increment.normal, *scene.load_path.normal_loads()]
+    surfaces, materials = scene.case.surface, scene.model.compliances
     try:
-        size = contact_size(
-            scene.case.surface,
-            scene.model.compliances,
-            [increment.normal],
-            scene.grid.center,
-            max(scene.grid.size),
-        )
+        size = contact_size(surfaces, materials, loads, scene.grid.center, max(scene.grid.size))
     except CaseError:
         return "; no size would hold it"
+    contact = tuple(side / MARGIN for side in size)
+    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
+        return "; no size would do, since the height map ends too soon: a larger map is needed"
     if all(advised <= 1.05 * present for advised, present in zip(size, scene.grid.size, strict=True)):
         if min(scene.grid.shape) < FEWEST_CELLS:
             return "; the size would do with more points, which resolve the contact"

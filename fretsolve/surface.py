@@ -50,6 +50,17 @@ def map_border(surfaces: Sequence[Surface], x: FloatArray, y: FloatArray) -> NDA
     return border
 
 
+def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
+    """Sides (mm) of the height maps among the surfaces. Raises FileError, CaseError as `separation`."""
+    spans = []
+    for index, surface in enumerate(surfaces):
+        if surface.kind == "heights":
+            from fretsolve.heightmap import load_height_map
+
+            spans.append(load_height_map(surface, ("surface", index, "heights")).span)
+    return spans
+
+
 def _add(total: FloatArray, surface: Surface, x: FloatArray, y: FloatArray, index: int) -> None:
     """Add one surface to `total`, with `x`, `y` taken from its centre."""
     column, row = x[:, None], y[None, :]

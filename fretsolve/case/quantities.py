@@ -58,8 +58,8 @@ _LONGEST = 100
 
 
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
-"""In internal units, the least of loads and moduli alone; products of a few such numbers have room in double
-precision."""
+"""In internal units; products of a few such numbers have room in double precision. Forces and moments below it are
+none; moduli, and lengths that cannot be 0, are refused."""
 
 
 class QuantityError(ValueError):
@@ -142,11 +142,16 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
         raise QuantityError(f"{shown(value)} {error}") from None
     if not math.isfinite(number):
         raise QuantityError(f"{shown(value)} is not finite; {dimension.wanted} is needed")
-    too_small = dimension in (FORCE, MOMENT, PRESSURE) and 0.0 < abs(number) < LEAST_MAGNITUDE
-    if too_small or abs(number) > LARGEST_MAGNITUDE:
-        bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
-        raise QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")
+    if abs(number) > LARGEST_MAGNITUDE:
+        raise _out_of_bounds(value, dimension)
+    if dimension in (FORCE, MOMENT) and abs(number) < LEAST_MAGNITUDE:
+        return 0.0
     return number
+
+
+def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:
+    bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
+    return QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")
 
 
 def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
@@ -195,6 +200,8 @@ class Quantity:
         """The value in internal units; a validation error says what is wrong and what would be right."""
         try:
             number = to_internal(value, self.dimension, self.bare_unit)
+            if (self.above == 0 or self.nonzero) and 0.0 < abs(number) < LEAST_MAGNITUDE:
+                raise _out_of_bounds(value, self.dimension)
         except QuantityError as error:
             raise refused(str(error)) from None
         inside = (

@@ -9,6 +9,7 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic_core import PydanticCustomError
 
 from fretsolve.case.quantities import (
     ANGLE,
@@ -20,6 +21,7 @@ from fretsolve.case.quantities import (
     PRESSURE,
     TIME,
     Dimension,
+    Quantity,
     QuantityError,
     shown,
     to_internal,
@@ -152,8 +154,16 @@ def test_pint_is_loaded_only_for_a_unit_to_convert() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_a_load_that_is_next_to_nothing_is_refused() -> None:
+def test_a_load_that_is_next_to_nothing_is_none() -> None:
     """Its squares would vanish."""
     assert to_internal("1e-30 N", FORCE) == 1e-30
-    with pytest.raises(QuantityError, match=r"between 1e-40 and 1e\+40 N is needed"):
-        to_internal("1e-300 N", FORCE)
+    assert to_internal("-1e-300 N", FORCE) == 0.0
+
+
+@pytest.mark.parametrize(
+    "quantity", [Quantity(LENGTH, above=0), Quantity(PRESSURE, above=0), Quantity(LENGTH, nonzero=True)]
+)
+def test_what_cannot_be_0_is_not_next_to_it_either(quantity: Quantity) -> None:
+    assert quantity.read(1e-30) == 1e-30
+    with pytest.raises(PydanticCustomError, match=r"between 1e-40 and 1e\+40 (mm|MPa) is needed"):
+        quantity.read(1e-200)

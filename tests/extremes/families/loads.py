@@ -153,7 +153,7 @@ LIFTED = Family(
     ),
 )
 
-CLEAR = r"tilt|moment|lost|no contact"
+CLEAR = "moment is imposed where delta_z lifts the body off"
 
 TOPPLED = Family(
     "loads that no contact can carry",
@@ -244,6 +244,48 @@ ON_THE_FLANK = Family(
     ),
 )
 
+STIFF: Parts = {"young_modulus": 1.39e7, "poisson_ratio": 0.3}
+RING = [{"sphere": {"radius": -20.0}}, PUNCH]
+
+ON_FEW_CELLS = Family(
+    "moments on contacts of few cells",
+    "My/P 10 mm on a sphere of 10 mm, a cone, a ring",
+    "certified, or at the grid's edge",
+    (
+        *(
+            Probe(
+                f"sphere, {name}, {increments} increments",
+                {
+                    "bodies": bodies,
+                    "load_path": [{"P": LOAD, "increments": 5}, {"My": 10.0 * LOAD, "increments": increments}],
+                },
+                quick=increments == 2,
+            )
+            for name, bodies in BODIES.items()
+            for increments in (2, 10)
+        ),
+        Probe(
+            "cone",
+            {
+                "bodies": [STIFF, STIFF],
+                "surface": {"cone": {"angle": 0.0049}},
+                "grid": {"points": [21, 16]},
+                "load_path": [{"P": 1.014}, {"My": 0.0162, "increments": 1}],
+            },
+        ),
+        Probe(
+            "ring, unloaded",
+            {
+                "surface": RING,
+                "grid": {"points": [22, 24]},
+                "load_path": [{"P": 2.93}, {"Mx": -0.204, "increments": 3}, {"P": 0.0, "increments": 4}],
+            },
+            refused=NoSolutionError,
+            says="reaches the edge|tilt",
+        ),
+    ),
+)
+
 SPUN = Family(
     "motion much larger than the elastic one",
     "friction 1e-8 to 0.1, delta_x or phi_z of 1e-3 to 0.2",
@@ -268,4 +310,4 @@ SPUN = Family(
     ),
 )
 
-FAMILIES = (UNLOADING, HELD_SHEAR, TILTED, LIFTED, TOPPLED, ON_THE_FLANK, SPUN)
+FAMILIES = (UNLOADING, HELD_SHEAR, TILTED, LIFTED, TOPPLED, ON_THE_FLANK, ON_FEW_CELLS, SPUN)

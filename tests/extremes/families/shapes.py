@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label
 from solving import LOAD
 
-from fretsolve.errors import CaseError, FretsolveError, NotConvergedError, SlidingError
+from fretsolve.errors import CaseError, GridEdgeError, NotConvergedError, SlidingError
 
 from .driving import Family, Parts, Probe, Run
 from .limits import (
@@ -150,8 +150,7 @@ FEW_CELLS = Family(
         Probe(
             "one cell, tilting moment",
             {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"My": 1e-9}]},
-            refused=FretsolveError,
-            says="few cells; take more points|tilt",
+            cells(2),
         ),
     ),
 )
@@ -299,6 +298,13 @@ MAPS = Family(
                 heights=partial(holes, 1.0),
             )
             for size in (0.05, "auto")
+        ),
+        Probe(
+            "flat to its end",
+            {"grid": {"points": 24, "size": 0.8}, "surface": []},
+            refused=GridEdgeError,
+            says="the height map ends too soon: a larger map is needed",
+            heights=partial(holes, 0.0),
         ),
     ),
 )
