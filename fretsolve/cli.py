@@ -18,8 +18,10 @@ import click
 from fretsolve import __version__
 from fretsolve.commands.streams import tolerant_streams
 from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.export import FORMATS
 from fretsolve.interrupt import StopRequest
 from fretsolve.plots import KINDS
+from fretsolve.templates import TEMPLATES
 
 if TYPE_CHECKING:
     from fretsolve.study.truth import TruthKind
@@ -162,6 +164,8 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     help="Threads of the Fourier transforms.",
 )
 @_quiet
+@click.option("-v", "--verbose", is_flag=True, help="Tell of each increment all that the history keeps.")
+@click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
 def run(
     case: Path,
     out: Path | None,
@@ -171,6 +175,8 @@ def run(
     overwrite: bool,
     threads: int,
     quiet: bool,
+    verbose: bool,
+    log_json: bool,
 ) -> int:
     """Solve CASE and write the result.
 
@@ -179,6 +185,8 @@ def run(
     """
     if resume and overwrite:
         raise click.UsageError("--resume and --overwrite exclude each other.")
+    if quiet + verbose + log_json > 1:
+        raise click.UsageError("of -q, -v and --log-json only one is possible.")
     threads = _available(threads)
     _set_up_numerics(threads)
     with StopRequest() as stop:
@@ -186,7 +194,8 @@ def run(
 
         if error_bars:
             overrides = (*overrides, "solver.error_estimate=true")
-        return run_case(Order(case, out, overrides, resume, overwrite, threads, quiet), stop)
+        order = Order(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
+        return run_case(order, stop)
 
 
 @main.command()
@@ -295,9 +304,10 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
     "-o",
     "--output",
     "target",
-    type=click.Path(path_type=Path),
+    type=click.Path(),
     metavar="FILE",
-    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder; by default OUT with the kind in its name.",
+    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (made where it ends on /); by default OUT"
+    " with the kind in its name.",
 )
 @click.option(
     "--step", "steps", type=int, multiple=True, metavar="N", help="The increment to show; profiles show several."
@@ -310,7 +320,7 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
 def plot(
     out: Path,
     kinds: tuple[str, ...],
-    target: Path | None,
+    target: str | None,
     steps: tuple[int, ...],
     at: tuple[float, float] | None,
     fields: tuple[str, ...],
@@ -319,21 +329,86 @@ def plot(
     """Draw the result OUT; it may still be growing.
 
     KIND is one or more of loop (the default), profiles, map, streamlines, slip-angle, stick-history, convergence,
-    animate. It needs matplotlib: pip install 'fretsolve[plot]'.
+    animate. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
     """
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import PlotOrder, plot_result
 
-    return plot_result(PlotOrder(out, kinds, target, steps, at, fields, every_kind))
+    folder = target is not None and target.endswith(os.sep)
+    return plot_result(PlotOrder(out, kinds, Path(target) if target else None, folder, steps, at, fields, every_kind))
 
 
 @main.command()
-def schema() -> int:
-    """Print the JSON Schema of the case file, for editors."""
-    import json
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option(
+    "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above for what it holds."
+)
+@click.option(
+    "-o",
+    "--output",
+    "target",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="By default OUT with .pvd, .xdmf, .csv or .npz.",
+)
+@click.option(
+    "--step",
+    "steps",
+    type=int,
+    multiple=True,
+    metavar="N",
+    help="An increment, instead of all with fields; may be repeated.",
+)
+def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...]) -> int:
+    """Write the result OUT, which may still be growing, for other tools.
 
-    from fretsolve.case import case_schema
+    \b
+    vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,
+          the surfaces lie in the folder FILE.vtk. Heights are true to scale: scale z up to see them.
+    xdmf  the fields over the increments, for ParaView: FILE.xdmf refers to the data in OUT.
+    csv   the history, units in the header, for spreadsheets.
+    npz   history and fields, for NumPy.
+    """
+    from fretsolve.commands.export import ExportOrder, export_result
 
-    print(json.dumps(case_schema(), indent=2, ensure_ascii=False))
+    return export_result(ExportOrder(out, file_format, target, steps))
+
+
+@main.command()
+@click.argument("kind", type=click.Choice(TEMPLATES))
+@click.option(
+    "-o", "--output", "target", type=click.Path(path_type=Path), metavar="CASE", help="By default KIND.yaml."
+)
+def new(kind: str, target: Path | None) -> int:
+    """Write a commented case to start from. A file that is there is not touched.
+
+    \b
+    hertz       a sphere pressed on a flat
+    mode1       sheared to and fro: partial slip, the fretting loop
+    mode2       pressed on a body of another material: slip without a tangential load
+    mode3       twisted to and fro
+    gross-slip  moved to and fro until everything slides
+    rough       a rough sphere, with a height map beside the case
+    """
+    from fretsolve.commands.new import new_case
+
+    return new_case(kind, target or Path(f"{kind}.yaml"))
+
+
+@main.command()
+@click.option(
+    "-o", "--output", "target", type=click.Path(path_type=Path), metavar="FILE", help="A .json file to write it to."
+)
+def schema(target: Path | None) -> int:
+    """Print the JSON Schema of the case file, for editors.
+
+    With the first line `# yaml-language-server: $schema=FILE` in a case, editors that have the YAML language server
+    complete its keys, show what they mean and mark mistakes.
+    """
+    from fretsolve.commands.schema import schema_text, write_schema
+
+    if target is not None:
+        return write_schema(target)
+    print(schema_text())
     return 0

@@ -85,6 +85,11 @@ class LoadPath:
         """The number of increments of each stage."""
         return tuple(planned.increments for planned in self._planned)
 
+    @property
+    def imposed(self) -> tuple[dict[str, float], ...]:
+        """What is imposed at the end of each stage: load components with their totals (N, mm, N mm, rad)."""
+        return tuple(dict(planned.after) for planned in self._planned)
+
     def normal_loads(self) -> tuple[Balance, ...]:
         """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""
         return tuple(_balance(planned.after, PAIRS[:3]) for planned in self._planned)

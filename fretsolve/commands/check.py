@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.case import HISTORY_DIMENSIONS, load_case
 from fretsolve.commands.description import warn
+from fretsolve.commands.doubts import doubts
 from fretsolve.commands.junit import write_junit
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.estimate import require_memory
@@ -121,7 +122,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
         require_memory(scene)
     except FretsolveError as error:
         return Outcome(path, error=error)
-    warn(scene, *scene.model.warnings)
+    warn(scene, *doubts(scene))
     failure = None
     try:
         for state in run(scene):

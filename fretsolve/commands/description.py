@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING
+
+from fretsolve.case import HISTORY_DIMENSIONS
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
     from fretsolve.scene import Scene
+
+MOST_STAGES_SHOWN = 40
 
 
 def model_lines(model: Model) -> list[str]:
@@ -28,6 +34,19 @@ def grid_line(scene: Scene) -> str:
         f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
         f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
     )
+
+
+def stage_lines(scene: Scene) -> Iterator[str]:
+    """One line per stage: what it moves where, in how many increments."""
+    stages = scene.case.stages()
+    ends = (-1, *scene.load_path.last_steps)
+    counts = [last - before for before, last in pairwise(ends)]
+    for stage, count in list(zip(stages, counts, strict=True))[:MOST_STAGES_SHOWN]:
+        targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
+        chosen = " (auto)" if stage.increments is None else ""
+        yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
+    if len(stages) > MOST_STAGES_SHOWN:
+        yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"
 
 
 def warn(scene: Scene, *texts: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, FileError
+from fretsolve.extras import how_to_install
 from fretsolve.history import open_result
 from fretsolve.plots import KINDS
 from fretsolve.plots.problem import PictureError
@@ -21,11 +22,15 @@ DEFAULT_KIND = "loop"
 
 @dataclass(frozen=True)
 class PlotOrder:
-    """What the command line asks for. out: a file, a folder or None; every_kind: all kinds and a report."""
+    """What the command line asks for.
+
+    out: a file, a folder or None; to_folder: it is meant as a folder; every_kind: all kinds and a report.
+    """
 
     result: Path
     kinds: tuple[str, ...]
     out: Path | None
+    to_folder: bool
     steps: tuple[int, ...]
     at: tuple[float, float] | None
     fields: tuple[str, ...]
@@ -58,7 +63,7 @@ def _require_matplotlib() -> None:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise CaseError(
-            f"pictures need matplotlib, which cannot be imported ({error}): pip install 'fretsolve[plot]'"
+            f"pictures need matplotlib, which cannot be imported ({error}): {how_to_install('plot')}"
         ) from error
 
 
@@ -74,15 +79,23 @@ def _require_heeded(selection: Selection, kinds: Sequence[Kind]) -> None:
 def _files(order: PlotOrder, kinds: Sequence[Kind], result: Path) -> list[Path]:
     """Where the picture of each kind goes. Raises CaseError where `-o` does not fit."""
     out = order.out
-    if out is None or out.is_dir():
+    if out is None or out.is_dir() or order.to_folder or (len(kinds) > 1 and not out.suffix):
         folder = result.parent if out is None else out
+        _make_folder(folder)
         return [folder / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
     if len(kinds) > 1:
-        raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder that is there", (), out)
+        raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder", (), out)
     if _format(out) not in kinds[0].formats:
         allowed = ", ".join(f".{name}" for name in kinds[0].formats)
         raise CaseError(f"no name for {kinds[0].name}; one that ends on {allowed} is needed", (), out)
     return [out]
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot be made a folder: {error.strerror or error}", folder) from error
 
 
 def _format(path: Path) -> str:
@@ -101,10 +114,7 @@ def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, f
         require_increments(result)
     except PictureError as error:
         raise CaseError(str(error), (), result.path) from error
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot be made a folder: {error.strerror or error}", folder) from error
+    _make_folder(folder)
     entries = []
     for kind in kinds:
         try:

@@ -1,8 +1,9 @@
-"""How far a run is: a bar on a terminal, a line of ``key=value`` per increment elsewhere, or nothing."""
+"""How far a run is: a bar on a terminal, a line per increment elsewhere, as ``key=value`` or as JSON, or nothing."""
 
 from __future__ import annotations
 
-import sys
+import json
+import math
 from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-    from fretsolve.state import Summary
+    from fretsolve.state import Summary, SummaryErrors
 
 REFRESHES_PER_SECOND = 4.0
 
@@ -26,16 +27,19 @@ class Silence(AbstractContextManager["Silence"]):
     ) -> None:
         return None
 
-    def show(self, summary: Summary) -> None:
-        """Tell of an increment that is saved."""
+    def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        """Tell of an increment that is saved, and of its error bars if there are any."""
 
 
 class Lines(Silence):
     """A line per increment, written out at once."""
 
-    def show(self, summary: Summary) -> None:
+    def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         """Print a line of ``key=value`` pairs."""
-        values: dict[str, Any] = {
+        print(" ".join(f"{name}={value}" for name, value in self._values(summary, errors).items()), flush=True)
+
+    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+        return {
             "step": summary.step,
             "increments": self.increments,
             "stage": summary.stage,
@@ -46,7 +50,29 @@ class Lines(Silence):
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
-        print(" ".join(f"{name}={value}" for name, value in values.items()), flush=True)
+
+
+class Details(Lines):
+    """A line per increment with all of the history."""
+
+    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+        values = super()._values(summary, errors)
+        every = vars(summary) | (vars(errors) if errors is not None else {})
+        return values | {name: f"{value:.6g}" for name, value in every.items() if name not in values}
+
+
+class JsonLines(Silence):
+    """A JSON object per increment with all of the history."""
+
+    def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        every = vars(summary) | (vars(errors) if errors is not None else {})
+        event("increment", increments=self.increments, stages=self.stages, **every)
+
+
+def event(kind: str, **values: Any) -> None:
+    """Print a JSON object on one line, at once; what is not a finite number is null, as JSON has no NaN."""
+    finite = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values.items()}
+    print(json.dumps({"event": kind, **finite}, ensure_ascii=False, allow_nan=False), flush=True)
 
 
 class Bar(Silence):
@@ -65,7 +91,7 @@ class Bar(Silence):
     ) -> None:
         self._progress.stop()
 
-    def show(self, summary: Summary) -> None:
+    def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         iterations = summary.iterations_normal + summary.iterations_tangential
         self._progress.update(
             self._task,
@@ -73,13 +99,6 @@ class Bar(Silence):
             stage=summary.stage,
             detail=f"{iterations} iterations, residual {summary.worst_residual:.1e}",
         )
-
-
-def progress(increments: int, stages: int, done: int, *, quiet: bool) -> Silence:
-    """What suits where standard output goes."""
-    if quiet:
-        return Silence(increments, stages, done)
-    return (Bar if sys.stdout.isatty() else Lines)(increments, stages, done)
 
 
 def _bar(increments: int, stages: int, done: int) -> tuple[Progress, TaskID]:

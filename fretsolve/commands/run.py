@@ -6,25 +6,20 @@ import hashlib
 import json
 import os
 import platform
-import shlex
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve import pointwise
 from fretsolve.case import HeightsSurface, load_case
-from fretsolve.commands.description import grid_line, model_lines, warn
-from fretsolve.commands.progress import progress
+from fretsolve.commands.telling import Quiet, teller
 from fretsolve.error_bars import run_with_error_bars
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.estimate import require_memory
-from fretsolve.history import HistoryWriter, RunHeader, open_result
+from fretsolve.history import HistoryWriter, RunHeader
 from fretsolve.interrupt import EXIT_STOPPED
-from fretsolve.report import print_report
 from fretsolve.scene import Scene, prepare
 from fretsolve.simulation import run
 
@@ -34,9 +29,6 @@ if TYPE_CHECKING:
     from fretsolve.state import State, SummaryErrors
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
-
-MOST_STAGES_SHOWN = 30
-"""A longer load path is not printed as a table at the end: `show` prints it when asked to."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +42,13 @@ class Order:
     overwrite: bool
     threads: int
     quiet: bool
+    verbose: bool = False
+    log_json: bool = False
 
     @property
     def output(self) -> Path:
         """Where the result goes."""
         return self.out or self.case.with_suffix(".h5")
-
-    def resumed_by(self) -> str:
-        """The command that goes on with the run."""
-        out = ["-o", str(self.out)] if self.out else []
-        sets = [word for override in self.overrides for word in ("--set", override)]
-        return shlex.join(["fretsolve", "run", str(self.case), *out, *sets, "--resume"])
 
 
 def run_case(order: Order, stop: StopRequest) -> int:
@@ -73,27 +61,23 @@ def run_case(order: Order, stop: StopRequest) -> int:
     with HistoryWriter.open(
         order.output, header, resume=order.resume, overwrite=order.overwrite
     ) as writer:
+        tell = teller(scene, order)
         if writer.complete:
-            _say(order, f"{order.output}: already complete, {len(writer.summaries)} increments")
+            tell.already(len(writer.summaries))
             return 0
-        if not order.quiet:
-            if pointwise.WHY_NOT:
-                print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
-            _introduce(scene, order, writer)
+        tell.begin(writer)
         try:
-            complete = _solve(scene, order, writer, stop)
+            complete = _solve(scene, order, writer, stop, tell)
         except NoSolutionError as error:
             writer.finish("failed", str(error))
-            _conclude(order)
+            tell.end()
             raise
         if complete:
             writer.finish("complete")
     if complete:
-        _conclude(order)
+        tell.end()
         return 0
-    if not order.quiet:
-        done = f"stopped with {len(writer.summaries)} of {scene.load_path.increments} increments saved"
-        print(f"{done}; to go on: {order.resumed_by()}", file=sys.stderr)
+    tell.stopped(len(writer.summaries))
     return EXIT_STOPPED
 
 
@@ -143,54 +127,26 @@ def _keep_inputs(out: Path, case: Case) -> None:
             raise CaseError(f"the result would replace {what}; give another name with -o", (), out)
 
 
-def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest) -> bool:
+def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest, tell: Quiet) -> bool:
     """Solve and save what is missing, until the path's end (True) or a signal."""
     path, done = scene.load_path, len(writer.summaries)
     if stop.requested and done < path.increments:
         return False
-    with progress(path.increments, len(path.last_steps), done, quiet=order.quiet) as display:
-        for state, errors in _states(scene, writer, order.threads):
+    with tell.progress(done) as display:
+        for state, errors in _states(scene, writer, order.threads, tell):
             writer.append(state, errors)
-            display.show(state.summary)
+            display.show(state.summary, errors)
             if stop.requested and len(writer.summaries) < path.increments:
                 return False
     return True
 
 
-def _states(scene: Scene, writer: HistoryWriter, threads: int) -> Iterator[tuple[State, SummaryErrors | None]]:
+def _states(
+    scene: Scene, writer: HistoryWriter, threads: int, tell: Quiet
+) -> Iterator[tuple[State, SummaryErrors | None]]:
     """What is missing, with error bars where the case asks for them."""
     so_far = writer.last_state, writer.summaries
     if not scene.case.solver.error_estimate:
         yield from ((state, None) for state in run(scene, *so_far, threads))
         return
-    yield from run_with_error_bars(scene, *so_far, threads, partial(warn, scene))
-
-
-def _introduce(scene: Scene, order: Order, writer: HistoryWriter) -> None:
-    """Say what is about to be solved, and what a person should hear of it."""
-    print(scene.case.title or order.case.name)
-    print(f"result: {order.output}")
-    for line in model_lines(scene.model):
-        print(line)
-    print(f"grid: {grid_line(scene)}")
-    done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-    count = scene.load_path.increments
-    print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
-    warn(scene, *scene.model.warnings)
-    for note in writer.notes:
-        print(f"warning: {note}", file=sys.stderr)
-
-
-def _conclude(order: Order) -> None:
-    """Say what came out and where it lies."""
-    if order.quiet:
-        return
-    with open_result(order.output) as result:
-        if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
-            print_report(result, heading=False)
-        print(f"{result.status}: {order.output}, {result.increments} increments", flush=True)
-
-
-def _say(order: Order, line: str) -> None:
-    if not order.quiet:
-        print(line)
+    yield from run_with_error_bars(scene, *so_far, threads, tell.warn)

@@ -12,6 +12,7 @@ from rich.console import Console
 from fretsolve.commands.run import run_header
 from fretsolve.commands.study_progress import study_progress
 from fretsolve.errors import CaseError, FileError, NoSolutionError
+from fretsolve.extras import how_to_install
 from fretsolve.history import durable
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.report import NARROWEST, WIDTH
@@ -132,8 +133,7 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
         from fretsolve.plots.trade import trade
     except ImportError as error:
         print(
-            f"{path}: not drawn: matplotlib is needed, which cannot be imported ({error}):"
-            " pip install 'fretsolve[plot]'",
+            f"{path}: not drawn: matplotlib is needed, which cannot be imported ({error}): {how_to_install('plot')}",
             file=sys.stderr,
         )
         return

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import yaml
 
 from fretsolve.case import HeightsSurface, load_case
-from fretsolve.commands.description import grid_line, model_lines, warn
-from fretsolve.commands.hertz import hertz_contact
+from fretsolve.commands.description import grid_line, model_lines, stage_lines, warn
+from fretsolve.commands.doubts import doubts
+from fretsolve.commands.hertz import hertz_contact, hertz_contacts
+from fretsolve.commands.outlook import sliding_displacement, smallest_stick
 from fretsolve.errors import CaseError, FileError
 from fretsolve.estimate import estimate, memory_problem
 from fretsolve.scene import prepare
@@ -20,11 +21,6 @@ from fretsolve.scene import prepare
 if TYPE_CHECKING:
     from fretsolve.commands.hertz import Hertz
     from fretsolve.scene import Scene
-
-FEWEST_CELLS = 20
-"""Cells across the contact below which results are off by per cents."""
-
-MOST_STAGES_SHOWN = 40
 
 YAML_WIDTH = 110
 
@@ -41,7 +37,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             for line in report(scene, hertz):
                 print(line)
             print(flush=True)
-            warn(scene, *warnings(scene, hertz))
+            warn(scene, *warnings(scene))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
             code = max(code, error.exit_code)
@@ -54,6 +50,7 @@ def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
     yield effective_yaml(scene)
     yield "# model"
     yield from model_lines(scene.model)
+    yield f"Dundurs' constant {scene.model.compliances.dundurs_constant:.4g}"
     yield "\n# grid"
     yield grid_line(scene)
     yield f"\n# load path of {scene.load_path.increments} increments"
@@ -61,6 +58,7 @@ def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
     if hertz is not None:
         yield "\n# Hertz at the largest load"
         yield from closed_form_lines(scene, hertz)
+        yield from stick_lines(scene)
     yield "\n# cost"
     yield from estimate(scene).lines()
 
@@ -84,39 +82,38 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def stage_lines(scene: Scene) -> Iterator[str]:
-    """One line per stage: what it moves where, in how many increments."""
-    stages = scene.case.stages()
-    ends = (-1, *scene.load_path.last_steps)
-    counts = [last - before for before, last in pairwise(ends)]
-    for stage, count in list(zip(stages, counts, strict=True))[:MOST_STAGES_SHOWN]:
-        targets = ", ".join(f"{name} -> {value:g}" for name, value in stage.targets)
-        chosen = " (auto)" if stage.increments is None else ""
-        yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
-    if len(stages) > MOST_STAGES_SHOWN:
-        yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"
-
-
 def closed_form_lines(scene: Scene, hertz: Hertz) -> Iterator[str]:
-    """What Hertz's theory says at the largest normal load, and the limits of friction there."""
+    """What Hertz's theory says at the largest normal load, and where friction gives way there."""
     first, second = hertz.semi_axes
     size = f"a = {first:.6g} mm" if first == second else f"semi-axes {first:.6g} and {second:.6g} mm"
     yield f"P = {hertz.load:.6g} N: {size}, p0 = {hertz.max_pressure:.6g} MPa, delta_z = {hertz.delta_z:.6g} mm"
+    yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {hertz.strain:.3g}, E* = {hertz.modulus:.6g} MPa"
     yield f"{hertz.cells_across(scene.grid):.1f} cells across the contact"
-    if scene.model.friction:
-        torque = f", at Mz = {hertz.torque(scene.model.friction):.6g} N*mm" if first == second else ""
-        yield f"everything slides at Q = mu P = {scene.model.friction * hertz.load:.6g} N{torque}"
-    yield f"Dundurs' constant {scene.model.compliances.dundurs_constant:.4g}"
+    friction, circle = scene.model.friction, hertz.circle
+    if not friction:
+        return
+    torque = hertz.torque(friction)
+    at_torque = f", at Mz = {torque:.6g} N*mm" if torque is not None else ""
+    yield f"everything slides at Q = mu P = {friction * hertz.load:.6g} N{at_torque}"
+    displacement = sliding_displacement(scene, circle) if circle is not None else None
+    if displacement is not None:
+        yield f"that is at a displacement of {displacement:.6g} mm (Cattaneo, Mindlin)"
 
 
-def warnings(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
-    """What a person should hear before running the case."""
-    yield from scene.model.warnings
-    if hertz is not None and hertz.cells_across(scene.grid) < FEWEST_CELLS:
+def stick_lines(scene: Scene) -> Iterator[str]:
+    """The smallest stick zone of the path, where a closed form tells."""
+    stick = smallest_stick(scene, hertz_contacts(scene))
+    if stick is not None:
+        cells = stick.cells_across(max(scene.grid.dx, scene.grid.dy))
         yield (
-            f"grid.points: only {hertz.cells_across(scene.grid):.1f} cells across the contact;"
-            f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
+            f"smallest stick radius c = {stick.radius:.6g} mm, {cells:.1f} cells across, at the end of stage"
+            f" {stick.stage + 1} ({stick.authors})"
         )
+
+
+def warnings(scene: Scene) -> Iterator[str]:
+    """What a person should hear before running the case."""
+    yield from doubts(scene)
     too_large = memory_problem(scene)
     if too_large is not None:
         yield too_large.message

@@ -7,12 +7,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
+from fretsolve.extras import how_to_install
 from fretsolve.history.final import attributes as root_attributes
 from fretsolve.history.layout import ERRORS, HISTORY, RESTART, STEP, X, Y, stored_fields
 from fretsolve.history.lock import is_locked
@@ -26,6 +27,9 @@ from fretsolve.history.parts import (
     parts_folder,
 )
 from fretsolve.history.stored import read_attributes, read_header
+
+if TYPE_CHECKING:
+    import xarray
 
 ATTEMPTS = 20
 """How often to look again where a run merges or finishes its parts at the same moment."""
@@ -107,6 +111,17 @@ class Result:
                 self._parts = _parts_of(self.path)
         raise FileError("the parts of the result keep changing or were removed", self.path)
 
+    def to_xarray(self, group: Literal["fields", "history"] = "fields") -> xarray.Dataset:
+        """The fields over `step`, `x` and `y`, or the history over `step`, with units, meaning and root attributes.
+
+        Fields are read when their values are asked for, also after `close`. Raises ImportError without xarray.
+        """
+        try:
+            from fretsolve.history.labelled import as_xarray
+        except ImportError as error:
+            raise ImportError(f"datasets need xarray ({error}): {how_to_install('xarray')}") from error
+        return as_xarray(self, group)
+
     def close(self) -> None:
         """Close the file, if one is open."""
         if self._open is not None:
@@ -136,7 +151,9 @@ class Result:
 
 
 def open_result(path: str | Path) -> Result:
-    """Open a result by its name, or by that of its parts folder.
+    """Open a result by its name, or by that of its parts folder; complete, failed, stopped or still growing.
+
+    Its history and fields are NumPy arrays, `Result.to_xarray` gives datasets of xarray.
 
     Raises FileError: not there, not a result, truncated or damaged, or of a newer format.
     """

@@ -17,13 +17,21 @@ COMPILED = False
 WHY_NOT = ""
 """What numba says where it is installed and cannot be used."""
 
+
+def compile_seconds() -> float:
+    """Wall-clock time (s) that compiling the kernels has taken in this process, which is no part of any increment's."""
+    return 0.0
+
+
 if not TYPE_CHECKING and compiler_wanted():
     try:
         from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         WHY_NOT = f"{type(error).__name__}: {error}"
     else:
+        from fretsolve.pointwise.compiling import compile_seconds
+
         cg, friction, spectral = cg_compiled, friction_compiled, spectral_compiled
         COMPILED = True
 
-__all__ = ["COMPILED", "WHY_NOT", "cg", "friction", "spectral"]
+__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "spectral"]

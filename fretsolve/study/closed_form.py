@@ -18,7 +18,7 @@ from fretsolve.closed_forms import (
     mindlin_displacement,
 )
 from fretsolve.components import PAIRS, TANGENTIAL
-from fretsolve.study.observable import Observable, imposed_loads
+from fretsolve.study.observable import Observable
 from fretsolve.tangential_form import SAME, TangentialForm, remembered
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def closed_form_values(scene: Scene) -> dict[Observable, float]:
     sphere under Qx or Qy at constant P, each traction acting on its own direction alone (coupling: none). Lubkin: a
     sphere under Mz at constant P. Loads may go to and fro (Mindlin & Deresiewicz 1953).
     """
-    loads = imposed_loads(scene.case)
+    loads = scene.load_path.imposed
     return {
         Observable(name, stage): value
         for stage in range(1, len(loads) + 1)

@@ -12,10 +12,8 @@ from fretsolve.case.quantities import NUMBER, TIME
 from fretsolve.components import PAIRS, TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.history.layout import HISTORY
-from fretsolve.load_path import INITIAL
 
 if TYPE_CHECKING:
-    from fretsolve.case import Case
     from fretsolve.scene import Scene
 
 NAMES = tuple(
@@ -60,7 +58,7 @@ def usual_observables(scene: Scene) -> tuple[Observable, ...]:
     found = {Observable(*pair) for pair in ((name, last) for name in _moved(scene))} | {
         Observable(name, stage) for name, stage in expected if name in NAMES
     }
-    imposed = imposed_loads(scene.case)
+    imposed = scene.load_path.imposed
     return in_order([observable for observable in found if observable.name not in imposed[observable.stage - 1]])
 
 
@@ -69,21 +67,9 @@ def in_order(observables: Sequence[Observable]) -> tuple[Observable, ...]:
     return tuple(sorted(set(observables), key=lambda observable: (NAMES.index(observable.name), observable.stage)))
 
 
-def imposed_loads(case: Case) -> tuple[dict[str, float], ...]:
-    """What is imposed at the end of each stage: load components with their totals (N, mm, N mm, rad)."""
-    imposed = dict(INITIAL)
-    ends = []
-    for stage in case.stages():
-        for name, value in stage.targets:
-            imposed.pop(next(b if a == name else a for a, b in PAIRS if name in (a, b)), None)
-            imposed[name] = value
-        ends.append(dict(imposed))
-    return tuple(ends)
-
-
 def _moved(scene: Scene) -> list[str]:
     """Of each load pair that is moved both components, and what describes the contact."""
-    moved = {name for load in imposed_loads(scene.case) for name, value in load.items() if value}
+    moved = {name for load in scene.load_path.imposed for name, value in load.items() if value}
     names = [name for pair in PAIRS for name in pair if moved & set(pair)]
     names += ["max_pressure", "contact_radius"]
     if scene.model.sheared and (moved & TANGENTIAL or scene.model.terms.coupled):

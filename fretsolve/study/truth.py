@@ -10,7 +10,6 @@ from fretsolve.study.closed_form import closed_form_values
 from fretsolve.study.observable import (
     NAMES,
     Observable,
-    imposed_loads,
     in_order,
     read_observable,
     usual_observables,
@@ -72,7 +71,7 @@ def chosen_observables(
     usual = tuple(observable for observable in usual_observables(scene) if observable.stage <= stages)
     if known is None:
         return usual
-    imposed = imposed_loads(scene.case)
+    imposed = scene.load_path.imposed
     stated = in_order([one for one in known if one.stage <= stages and one.name not in imposed[one.stage - 1]])
     return stated if kind == "expect" else tuple(one for one in usual if one in known) or stated
 

@@ -12,7 +12,7 @@ from fretsolve import cli
 USAGE = {
     ("rum",): "fretsolve: No such command 'rum'. Did you mean 'run'? (see fretsolve --help)",
     ("run",): "fretsolve run: Missing argument 'CASE'. (see fretsolve run --help)",
-    ("run", "case.yaml", "--ovewrite"): "No such option '--ovewrite'. Did you mean '--overwrite'?",
+    ("run", "case.yaml", "--ovewrite"): "No such option '--ovewrite'. (Did you mean one of: '--overwrite'",
     ("run", "case.yaml", "--resume", "--overwrite"): "--resume and --overwrite exclude each other.",
     ("run", "case.yaml", "--threads", "0"): "0 is not in the range",
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
@@ -108,7 +108,7 @@ def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.Monk
         raise ZeroDivisionError("of two\nlines")
 
     monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
-    monkeypatch.setattr("fretsolve.case.case_schema", broken)
+    monkeypatch.setattr("fretsolve.commands.schema.case_schema", broken)
     result = invoke("schema")
     assert result.exit_code == 70
     assert result.stderr == (
@@ -123,7 +123,7 @@ def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
     def greedy() -> None:
         raise MemoryError
 
-    monkeypatch.setattr("fretsolve.case.case_schema", greedy)
+    monkeypatch.setattr("fretsolve.commands.schema.case_schema", greedy)
     result = invoke("schema")
     assert (result.exit_code, result.output.count("\n")) == (2, 1)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from command_line import CASE, start, write_case
+import pytest
+from command_line import CASE, finish, start, write_case
 
 
 def shown_on_a_terminal(case: Path, *words: str) -> tuple[int, str]:
@@ -47,3 +48,39 @@ def test_bar_gives_way_to_an_error(tmp_path: Path) -> None:
 
 def test_quiet_on_a_terminal(tmp_path: Path) -> None:
     assert shown_on_a_terminal(write_case(tmp_path), "-q") == (0, "")
+
+
+def test_no_color_is_heeded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm-256color")
+    colour = "\x1b[3"  # sets a colour of the foreground; moving the cursor has other codes
+    code, shown = shown_on_a_terminal(write_case(tmp_path, CASE.replace("increments: 4", "increments: 30")))
+    assert (code, colour in shown) == (0, True)
+    monkeypatch.setenv("NO_COLOR", "1")
+    code, shown = shown_on_a_terminal(tmp_path / "case.yaml", "--overwrite")
+    assert (code, colour in shown) == (0, False)
+
+
+COMPLETED = {
+    "va": ["validate"],
+    "run --re": ["--resume"],
+    "new mo": ["mode1", "mode2", "mode3"],
+    "export x.h5 --to v": ["vtk"],
+}
+
+
+@pytest.mark.parametrize("typed", COMPLETED)
+def test_shell_completes_commands_options_and_values(typed: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_FRETSOLVE_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"fretsolve {typed}")
+    monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
+    code, output, _ = finish()
+    assert code == 0
+    assert output.split() == [f"plain,{word}" for word in COMPLETED[typed]]
+
+
+def test_shell_gets_a_script_for_completion(monkeypatch: pytest.MonkeyPatch) -> None:
+    for shell in ("bash", "zsh", "fish"):
+        monkeypatch.setenv("_FRETSOLVE_COMPLETE", f"{shell}_source")
+        code, script, _ = finish()
+        assert code == 0
+        assert "_FRETSOLVE_COMPLETE" in script

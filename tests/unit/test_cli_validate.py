@@ -33,8 +33,8 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
     output, messages = validated(tmp_path, "grid.points=64")
     assert re.search(r"tangential problem +on +the load path moves Qx", output)
     assert "64 x 64 cells of 0.01129 x 0.01129 mm on 0.7227 x 0.7227 mm (auto)" in output
-    assert "stage 1: P -> 400 in 1 increment\n" in output
-    assert "stage 2: Qx -> 20 in 4 increments\n" in output
+    assert "stage 1: P -> 400 N in 1 increment\n" in output
+    assert "stage 2: Qx -> 20 N in 4 increments\n" in output
     assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 0.00906654 mm" in output
     assert "53.3 cells across the contact" in output
     assert "slides at Q = mu P = 40 N, at Mz = 7.09467 N*mm" in output
@@ -63,7 +63,7 @@ def test_case_that_asks_for_too_few_terms_is_warned_of(tmp_path: Path) -> None:
 
 def test_automatic_increments_are_told(tmp_path: Path) -> None:
     output, _ = validated(tmp_path, "load_path=[{P: 400 N}, {cycle: {times: 60, stages: [{Qx: 9}, {Qx: -9}]}}]")
-    assert "stage 1: P -> 400 in 1 increment (auto)" in output
+    assert "stage 1: P -> 400 N in 1 increment (auto)" in output
     assert "and 81 more stages, up to stage 121" in output
 
 

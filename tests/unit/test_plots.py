@@ -535,7 +535,7 @@ ERRORS = {
     ("fretting", "loop", "-o", "x.jpg"): "x.jpg: no name for loop; one that ends on .png, .pdf, .svg is needed",
     ("fretting", "loop", "-o", "x"): "x: no name for loop; one that ends on .png, .pdf, .svg is needed",
     ("fretting", "animate", "-o", "x.png"): "no name for animate; one that ends on .gif, .mp4 is needed",
-    ("fretting", "loop", "map", "-o", "x.png"): "one file cannot hold 2 pictures: name a folder that is there",
+    ("fretting", "loop", "map", "-o", "x.png"): "one file cannot hold 2 pictures: name a folder",
     ("fretting", "loop", "--step", "1"): "--step has no effect on loop; leave it out",
     ("fretting", "map", "--step", "99"): "map: there is no increment 99; there are 0 to 16",
     ("fretting", "map", "--step", "1", "--step", "2"): "map: shows one increment, not 2: give --step once",
@@ -581,7 +581,7 @@ def test_without_matplotlib(folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     done = invoke("plot", folder / "torsion.h5")
     assert (done.exit_code, done.output.count("\n")) == (2, 1)
-    assert done.stderr.endswith("pip install 'fretsolve[plot]'\n")
+    assert done.stderr.endswith("pip install '.[plot]' in a clone of fretsolve\n")
 
 
 def test_letters_that_the_font_lacks_are_no_warning(folder: Path, tmp_path: Path) -> None:
@@ -591,3 +591,16 @@ def test_letters_that_the_font_lacks_are_no_warning(folder: Path, tmp_path: Path
     assert (code, output, messages) == (0, f"{tmp_path}/case.loop.png\n", "")
     with Image.open(tmp_path / "case.loop.png") as picture:
         picture.verify()
+
+
+def test_a_folder_for_several_pictures_is_made(folder: Path, tmp_path: Path) -> None:
+    result = folder / "fretting.h5"
+    made = tmp_path / "with.dots" / "pictures"
+    done = invoke("plot", result, "loop", "convergence", "-o", made)
+    assert (done.exit_code, len(list(made.iterdir()))) == (0, 2)
+    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'v1.0'}/")
+    assert [path.name for path in (tmp_path / "v1.0").iterdir()] == ["fretting.loop.png"]
+    (tmp_path / "taken").write_text("a file")
+    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'taken'}/")
+    assert done.exit_code == 4
+    assert "cannot be made a folder" in done.stderr

@@ -607,7 +607,7 @@ def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pyt
     result = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert result.exit_code == 0
     assert result.stderr.splitlines()[-1].startswith(f"{folder / 'study.png'}: not drawn: matplotlib is needed")
-    assert result.stderr.endswith("pip install 'fretsolve[plot]'\n")
+    assert result.stderr.endswith("pip install '.[plot]' in a clone of fretsolve\n")
     assert not (folder / "study.png").exists()
 
 

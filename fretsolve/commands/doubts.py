@@ -1,0 +1,130 @@
+"""What a person should hear of a case before relying on its numbers: doubtful theory, resolution, loads, settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from fretsolve.commands.hertz import Hertz, hertz_contacts
+from fretsolve.commands.outlook import first_slide, smallest_stick
+from fretsolve.components import TANGENTIAL
+from fretsolve.errors import dotted
+from fretsolve.model import UNCOUPLED_BELOW
+from fretsolve.sizing import MARGIN
+
+if TYPE_CHECKING:
+    from fretsolve.scene import Scene
+
+FEWEST_CELLS = 20
+"""Cells across the contact below which results are off by per cents."""
+
+FEWEST_STICK_CELLS = 3
+"""Cells across the stick zone below which its size means little."""
+
+FREE_CELLS = 1.5
+"""Cells that the contact should leave to the grid's edge: those in between may be reached by its discrete edge."""
+
+LARGEST_SIZE = 0.1
+"""Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body."""
+
+LOOSEST = 1e-3
+"""Tolerance beyond which residuals show in the digits that people read."""
+
+
+def doubts(scene: Scene) -> list[str]:
+    """One sentence per doubt, each beginning with the key of the case file that it is about."""
+    contacts = hertz_contacts(scene)
+    pressed = [hertz for hertz in contacts if hertz is not None]
+    hertz = max(pressed, key=lambda contact: contact.load, default=None)
+    found = [
+        *scene.model.warnings,
+        *_about_friction(scene),
+        *_about_sliding(scene, contacts),
+        *_about_resolution(scene, hertz),
+        *_about_stick(scene, contacts),
+        *_about_tolerance(scene),
+    ]
+    if hertz is not None:
+        found += [*_about_theory(hertz), *_about_edge(scene, hertz)]
+    return list(dict.fromkeys(found))
+
+
+def _about_friction(scene: Scene) -> Iterator[str]:
+    if "friction" in scene.case.model_fields_set:
+        return
+    moved = [name for load in scene.load_path.imposed for name in load if name in TANGENTIAL and load[name]]
+    beta = scene.model.compliances.dundurs_constant
+    if moved:
+        why = f"although the load path moves {', '.join(dict.fromkeys(moved))}"
+    elif abs(beta) > UNCOUPLED_BELOW:
+        why = f"although the bodies differ (Dundurs' constant {beta:.4g}), so that with it pressing alone shears them"
+    else:
+        return
+    yield f"friction: not given, so it is 0, {why}; say friction: 0 if that is meant"
+
+
+def _about_sliding(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str]:
+    slide = first_slide(scene, contacts)
+    if slide is None or "friction" not in scene.case.model_fields_set:  # of which one hears already
+        return
+    units, motion = {"Qx": ("N", "delta_x"), "Qy": ("N", "delta_y"), "Mz": ("N*mm", "phi_z")}[slide.component]
+    stage = scene.case.stages()[slide.stage]
+    place = dotted((*stage.key, slide.component) if slide.component in dict(stage.targets) else stage.key)
+    yield (
+        f"{place}: {slide.load:.6g} {units} is not below the {slide.carried:.6g} {units} ({slide.limit}) that friction"
+        f" carries: everything slides, and the run ends there; impose {motion} to follow it"
+    )
+
+
+def _about_theory(hertz: Hertz) -> Iterator[str]:
+    if hertz.size_over_radius > LARGEST_SIZE:
+        yield (
+            f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
+            f" {hertz.strain:.2g}): half-spaces and linear elasticity hold to about a/R = {LARGEST_SIZE:g}; are all"
+            " units right?"
+        )
+
+
+def _about_resolution(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
+    if hertz is not None:
+        cells = hertz.cells_across(scene.grid)
+    elif scene.case.grid.size is None:
+        cells = min(scene.grid.shape) / MARGIN
+    else:
+        return
+    if cells < FEWEST_CELLS:
+        yield (
+            f"grid.points: only {cells:.1f} cells across the contact;"
+            f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
+        )
+
+
+def _about_stick(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str]:
+    stick = smallest_stick(scene, contacts)
+    cell = max(scene.grid.dx, scene.grid.dy)
+    if stick is not None and stick.cells_across(cell) < FEWEST_STICK_CELLS:
+        yield (
+            f"grid.points: the stick zone shrinks to {stick.cells_across(cell):.2g} cells across in stage"
+            f" {stick.stage + 1} ({stick.authors}: c = {stick.radius:.3g} mm); {FEWEST_STICK_CELLS} or more are needed"
+            " for its size to mean something"
+        )
+
+
+def _about_edge(scene: Scene, hertz: Hertz) -> Iterator[str]:
+    if scene.case.grid.size is None:
+        return
+    grid, center = scene.grid, scene.case.surface[0].center
+    sides = zip(hertz.half_extent, center, grid.center, grid.size, (grid.dx, grid.dy), strict=True)
+    reach = [(abs(place - middle) + half, side, cell) for half, place, middle, side, cell in sides]
+    if any(extent > 0.5 * side - FREE_CELLS * cell for extent, side, cell in reach):
+        advised = ", ".join(f"{2.0 * MARGIN * extent:.3g} mm" for extent, _, _ in reach)
+        yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
+
+
+def _about_tolerance(scene: Scene) -> Iterator[str]:
+    tolerance = scene.case.solver.tolerance
+    if tolerance > LOOSEST:
+        yield (
+            f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {100.0 * tolerance:.2g} %, so"
+            " that no digit can be relied on; 1e-6 is usual"
+        )

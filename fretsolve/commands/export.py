@@ -1,0 +1,103 @@
+"""``fretsolve export``: a result as files of other tools."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.history import open_result
+
+if TYPE_CHECKING:
+    from fretsolve.history import Result
+
+SUFFIXES = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
+"""What the name of the file ends on, per format."""
+
+
+@dataclass(frozen=True)
+class ExportOrder:
+    """What the command line asks for. out: None for the result's name with the format's suffix; steps: none for all."""
+
+    result: Path
+    file_format: str
+    out: Path | None
+    steps: tuple[int, ...]
+
+
+def export_result(order: ExportOrder) -> int:
+    """Write the file and tell where it lies; the exit code. Raises CaseError, FileError."""
+    if order.steps and order.file_format == "csv":
+        raise CaseError("--step has no effect on csv, which holds the history; leave it out")
+    with open_result(order.result) as result:
+        if not result.increments:
+            raise CaseError("the result has no increment yet", (), result.path)
+        out = order.out or result.path.with_suffix(SUFFIXES[order.file_format])
+        _require_name(out, order.file_format, result)
+        steps = _chosen(result, order.steps)
+        try:
+            notes = _write(result, order.file_format, steps, out)
+        except OSError as error:
+            raise FileError(f"cannot be written: {error.strerror or error}", out) from error
+    for note in notes:
+        print(f"{result.path}: warning: {note}", file=sys.stderr)
+    print(out, flush=True)
+    return 0
+
+
+def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) -> Sequence[str]:
+    """Write it; what a person should hear of it."""
+    if file_format == "csv":
+        from fretsolve.export.table import write_csv
+
+        write_csv(result, out)
+        return ()
+    if file_format == "npz":
+        from fretsolve.export.archive import write_npz
+
+        write_npz(result, steps, out)
+        return ()
+    _require_fields(result)
+    if file_format == "xdmf":
+        from fretsolve.export.xdmf import write_xdmf
+
+        write_xdmf(result, steps, out)
+        return ()
+    from fretsolve.export.vtk import write_vtk
+
+    return write_vtk(result, steps, out)
+
+
+def _require_name(out: Path, file_format: str, result: Result) -> None:
+    """Raise CaseError where `out` is no name for the format, or that of the result."""
+    suffix = SUFFIXES[file_format]
+    if out.is_dir():
+        raise CaseError(f"a folder; the name of a file that ends on {suffix} is needed", (), out)
+    if out.suffix.lower() != suffix:
+        raise CaseError(f"no name for {file_format}; one that ends on {suffix} is needed", (), out)
+    if out.exists() and result.path.exists() and out.samefile(result.path):
+        raise CaseError("would replace the result itself; give another name with -o", (), out)
+
+
+def _require_fields(result: Result) -> None:
+    if not result.fields:
+        raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
+
+
+def _chosen(result: Result, asked: Sequence[int]) -> tuple[int, ...]:
+    """The increments asked for, in order (negative: from the end), by default all with fields. Raises CaseError."""
+    wanted = [step + result.increments if step < 0 else step for step in asked]
+    for name, step in zip(asked, wanted, strict=True):
+        if not 0 <= step < result.increments:
+            raise CaseError(f"--step {name}: there are the increments 0 to {result.increments - 1}", (), result.path)
+        if step not in result.steps:
+            nearest = min(result.steps, key=lambda stored: abs(stored - step))
+            raise CaseError(
+                f"--step {name}: its fields are not stored (output.every); the nearest ones are those of {nearest}",
+                (),
+                result.path,
+            )
+    return tuple(sorted(set(wanted))) if wanted else result.steps

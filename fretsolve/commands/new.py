@@ -1,0 +1,53 @@
+"""``fretsolve new``: a commented case to start from."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+
+from fretsolve.errors import CaseError, FileError
+
+HEIGHTS = "HEIGHTS"
+"""What stands in a template for the name of its height map."""
+
+POINTS, SPACING = 128, 8e-3
+"""Points of the height map per side, and their distance (mm)."""
+
+RMS, HURST, LONGEST = 1e-4, 0.8, 0.25
+"""Height (mm), exponent and longest wave (mm) of the made-up roughness."""
+
+
+def new_case(kind: str, out: Path) -> int:
+    """Write the case, and the height map that it names if any; the exit code. Raises CaseError, FileError."""
+    if out.suffix.lower() not in (".yaml", ".yml"):
+        raise CaseError("no name for a case; one that ends on .yaml is needed", (), out)
+    text = resources.files("fretsolve.templates").joinpath(f"{kind}.yaml").read_text(encoding="utf-8")
+    files = {out: text}
+    if HEIGHTS in text:
+        heights = out.with_suffix(".heights.txt")
+        files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
+    for path in files:
+        if path.exists():
+            raise FileError("exists, and is not touched; give another name with -o", path)
+    for path, content in files.items():
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(content)
+        except OSError as error:
+            raise FileError(f"cannot be written: {error.strerror or error}", path) from error
+        print(path)
+    return 0
+
+
+def _heights() -> str:
+    """A self-affine surface as a matrix in um: waves of random phases, whose power falls with their number."""
+    import numpy as np
+
+    random = np.random.default_rng(1)
+    wave = np.hypot(np.fft.fftfreq(POINTS, SPACING)[:, None], np.fft.rfftfreq(POINTS, SPACING)[None, :])
+    amplitude = np.maximum(wave, 1.0 / LONGEST) ** -(1.0 + HURST)
+    amplitude[0, 0] = 0.0
+    heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(POINTS, POINTS))
+    heights *= 1e3 * RMS / heights.std()
+    return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"

@@ -1,0 +1,183 @@
+"""What a run tells: words for people, JSON for programs, or nothing. Errors are told elsewhere, and always."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fretsolve import __version__, pointwise
+from fretsolve.commands.description import grid_line, model_lines, stage_lines, warn
+from fretsolve.commands.doubts import doubts
+from fretsolve.commands.progress import Bar, Details, JsonLines, Lines, Silence, event
+from fretsolve.history import open_result
+from fretsolve.report import print_report
+
+if TYPE_CHECKING:
+    from fretsolve.commands.run import Order
+    from fretsolve.history import HistoryWriter, Result
+    from fretsolve.scene import Scene
+
+MOST_STAGES_SHOWN = 30
+"""A longer load path is not printed as a table at the end: `show` prints it when asked to."""
+
+
+class Quiet:
+    """Tells nothing of a run."""
+
+    def __init__(self, scene: Scene, order: Order):
+        self.scene, self.order = scene, order
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Increments and stages of the whole path."""
+        return self.scene.load_path.increments, len(self.scene.load_path.last_steps)
+
+    def begin(self, writer: HistoryWriter) -> None:
+        """Tell what is about to be solved, and what a person should hear of it."""
+
+    def progress(self, done: int) -> Silence:
+        """What tells of each increment; `done` of them are there already."""
+        return Silence(*self.counts, done)
+
+    def warn(self, text: str) -> None:
+        """Tell of something met on the way."""
+
+    def already(self, increments: int) -> None:
+        """Tell that there is nothing to do."""
+
+    def stopped(self, increments: int) -> None:
+        """Tell that a signal has ended the run, and how it goes on."""
+
+    def end(self) -> None:
+        """Tell what came out and where it lies."""
+
+
+class Words(Quiet):
+    """Lines and a table, with a bar on a terminal."""
+
+    def begin(self, writer: HistoryWriter) -> None:
+        scene, order = self.scene, self.order
+        if pointwise.WHY_NOT:
+            print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
+        print(scene.case.title or order.case.name)
+        print(f"result: {order.output}")
+        for line in model_lines(scene.model):
+            print(line)
+        print(f"grid: {grid_line(scene)}")
+        done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
+        count = scene.load_path.increments
+        print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
+        for text in doubts(scene):
+            self.warn(text)
+        for note in writer.notes:
+            print(f"warning: {note}", file=sys.stderr)
+
+    def progress(self, done: int) -> Silence:
+        return (Bar if sys.stdout.isatty() else Lines)(*self.counts, done)
+
+    def warn(self, text: str) -> None:
+        warn(self.scene, text)
+
+    def already(self, increments: int) -> None:
+        print(f"{self.order.output}: already complete, {increments} increments")
+
+    def stopped(self, increments: int) -> None:
+        done = f"stopped with {increments} of {self.scene.load_path.increments} increments saved"
+        print(f"{done}; to go on: {resuming(self.order)}", file=sys.stderr)
+
+    def end(self) -> None:
+        with open_result(self.order.output) as result:
+            if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
+                print_report(result, heading=False)
+            compiling = pointwise.compile_seconds()
+            if compiling:
+                print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
+            print(f"{result.status}: {self.order.output}, {result.increments} increments", flush=True)
+
+
+class Everything(Words):
+    """Words, and with them the stages, how it is computed, and all of the history of each increment."""
+
+    def begin(self, writer: HistoryWriter) -> None:
+        super().begin(writer)
+        for line in stage_lines(self.scene):
+            print(line)
+        case = self.scene.case
+        kernels = "compiled by numba" if pointwise.COMPILED else "NumPy"
+        print(
+            f"fretsolve {__version__}, kernels: {kernels}, threads: {self.order.threads},"
+            f" tolerance: {case.solver.tolerance:g}, at most {case.solver.max_iterations} iterations",
+            flush=True,
+        )
+
+    def progress(self, done: int) -> Silence:
+        return Details(*self.counts, done)
+
+
+class Events(Quiet):
+    """One JSON object per line, each with the key `event`: start, warning, increment, end."""
+
+    def begin(self, writer: HistoryWriter) -> None:
+        scene, grid = self.scene, self.scene.grid
+        increments, stages = self.counts
+        event(
+            "start",
+            fretsolve_version=__version__,
+            case=str(self.order.case),
+            title=scene.case.title,
+            result=str(self.order.output),
+            increments=increments,
+            stages=stages,
+            done=len(writer.summaries),
+            points=list(grid.shape),
+            size=list(grid.size),
+            coupling=scene.model.coupling,
+            model=[asdict(decision) for decision in scene.model.decisions],
+        )
+        for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *doubts(scene), *writer.notes):
+            self.warn(text)
+
+    def progress(self, done: int) -> Silence:
+        return JsonLines(*self.counts, done)
+
+    def warn(self, text: str) -> None:
+        event("warning", message=text)
+
+    def already(self, increments: int) -> None:
+        event("end", status="complete", result=str(self.order.output), increments=increments)
+
+    def stopped(self, increments: int) -> None:
+        event(
+            "end",
+            status="stopped",
+            result=str(self.order.output),
+            increments=increments,
+            resume=resuming(self.order),
+        )
+
+    def end(self) -> None:
+        with open_result(self.order.output) as result:
+            event("end", **_outcome(result, self.order.output))
+
+
+def _outcome(result: Result, out: Path) -> Mapping[str, Any]:
+    known = {"status": result.status, "result": str(out), "increments": result.increments}
+    failure = {"message": str(result.attributes["failure"])} if "failure" in result.attributes else {}
+    return {**known, **failure, "compile_time": pointwise.compile_seconds()}
+
+
+def teller(scene: Scene, order: Order) -> Quiet:
+    """What suits what the command line asks for."""
+    kind = Events if order.log_json else Quiet if order.quiet else Everything if order.verbose else Words
+    return kind(scene, order)
+
+
+def resuming(order: Order) -> str:
+    """The command that goes on with a run."""
+    out = ["-o", str(order.out)] if order.out else []
+    sets = [word for override in order.overrides for word in ("--set", override)]
+    return shlex.join(["fretsolve", "run", str(order.case), *out, *sets, "--resume"])

@@ -1,0 +1,88 @@
+"""Fields over time as XDMF, for ParaView: a small text that refers to the data in the result file itself.
+
+XDMF's own regular grids have x running fastest, the result's arrays y; so the points are written out, once, into an
+HDF5 file beside. The parts of a run that goes on come and go: its fields are copied into that file as well.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape, quoteattr
+
+import h5py
+import numpy as np
+
+from fretsolve.export.files import replacing
+from fretsolve.history import durable
+from fretsolve.history.layout import create_field, stored_fields
+
+if TYPE_CHECKING:
+    from fretsolve.history import Result
+
+_TYPES = {"float64": 'NumberType="Float" Precision="8"', "uint8": 'NumberType="UChar" Precision="1"'}
+
+
+def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
+    """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
+    beside = path.with_name(path.name + ".h5")
+    whole = result.status in ("complete", "failed")
+    durable.remove(beside.with_name(beside.name + durable.TEMPORARY_SUFFIX))
+    with durable.new_hdf5(beside, beside.parent) as file:
+        x, y = np.meshgrid(result.x, result.y, indexing="ij")
+        points = np.stack([x, y, np.zeros_like(x)], axis=-1)
+        file.create_dataset("points", data=points, compression="gzip", shuffle=True)
+        if not whole:
+            _copy_fields(result, steps, file.create_group("fields"))
+    if whole:
+        source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
+    else:
+        source, stored = beside.name, tuple(steps)
+    with replacing(path) as text:
+        text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
+
+
+def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> None:
+    shape = len(result.x), len(result.y)
+    for quantity in stored_fields({name.removesuffix("_x").removesuffix("_y") for name in result.fields}):
+        dataset = create_field(group, quantity, len(steps), shape)
+        for index, step in enumerate(steps):
+            dataset[index] = result.field(quantity.name, step)
+
+
+def _document(
+    result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str
+) -> Iterator[str]:
+    """The lines of the file. stored: the increments whose fields `source` holds, in its order."""
+    shape = f"{len(result.x)} {len(result.y)}"
+    yield '<?xml version="1.0"?>'
+    yield '<Xdmf Version="2.0">'
+    yield "<Domain>"
+    yield '<Grid Name="increments" GridType="Collection" CollectionType="Temporal">'
+    for step in steps:
+        yield f'<Grid Name="increment {step}" GridType="Uniform">'
+        yield f'<Time Value="{step}"/>'
+        yield f'<Topology TopologyType="3DSMesh" Dimensions="1 {shape}"/>'
+        yield '<Geometry GeometryType="XYZ">'
+        yield f'<DataItem Dimensions="1 {shape} 3" {_TYPES["float64"]} Format="HDF">{escape(points)}:/points</DataItem>'
+        yield "</Geometry>"
+        for name in result.fields:
+            yield from _attribute(name, stored.index(step), len(stored), shape, source)
+        yield "</Grid>"
+    yield "</Grid>"
+    yield "</Domain>"
+    yield "</Xdmf>"
+    yield ""
+
+
+def _attribute(name: str, index: int, count: int, shape: str, source: str) -> Iterator[str]:
+    """One field of one increment: a slab of the dataset that holds those of all."""
+    kind = _TYPES["uint8" if name == "zone" else "float64"]
+    yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
+    yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
+    yield f'<DataItem Dimensions="3 3" Format="XML">{index} 0 0 1 1 1 1 {shape}</DataItem>'
+    yield f'<DataItem Dimensions="{count} {shape}" {kind} Format="HDF">{escape(source)}:/fields/{name}</DataItem>'
+    yield "</DataItem>"
+    yield "</Attribute>"

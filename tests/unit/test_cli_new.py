@@ -1,0 +1,62 @@
+"""``fretsolve new``: commented cases that validate without a doubt, and run as they say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from command_line import invoke
+
+from fretsolve import load_case
+from fretsolve.templates import TEMPLATES
+
+SMALLER = {"rough": ["grid.points=48"], "mode2": ["grid.points=64"]}
+"""Settings that keep the checks cheap."""
+
+
+@pytest.mark.parametrize("kind", TEMPLATES)
+def test_every_template_is_without_doubt_and_comes_out_as_it_expects(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = invoke("new", kind)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert result.stdout.splitlines()[-1] == f"{kind}.yaml"
+    case = Path(f"{kind}.yaml")
+    assert case.read_text().count("#") > 8
+    validated = invoke("validate", case)
+    assert (validated.exit_code, validated.stderr) == (0, "")
+    words = [word for value in SMALLER.get(kind, []) for word in ("--set", value)]
+    if load_case(case).expect:
+        assert invoke("check", case, *words).stderr == ""
+    else:
+        assert invoke("run", case, *words).stdout.endswith("complete: rough.h5, 7 increments\n")
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    case, heights = tmp_path / "my.case.yaml", tmp_path / "my.case.heights.txt"
+    heights.write_text("mine")
+    result = invoke("new", "rough", "-o", case)
+    assert result.exit_code == 4
+    assert result.stderr == f"{heights}: exists, and is not touched; give another name with -o\n"
+    assert not case.exists()
+    heights.unlink()
+    assert invoke("new", "rough", "-o", case).stdout == f"{heights}\n{case}\n"
+    assert yaml.safe_load(case.read_text())["surface"][1]["heights"]["file"] == heights.name
+    before = case.read_text()
+    assert invoke("new", "hertz", "-o", case).exit_code == 4
+    assert case.read_text() == before
+
+
+def test_wrong_names(tmp_path: Path) -> None:
+    unknown = invoke("new", "mode4")
+    assert unknown.exit_code == 2
+    assert "'mode4' is not one of 'hertz', 'mode1', 'mode2', 'mode3', 'gross-slip', 'rough'" in unknown.stderr
+    assert invoke("new").exit_code == 2
+    suffix = invoke("new", "hertz", "-o", tmp_path / "case.h5")
+    assert suffix.exit_code == 2
+    assert suffix.stderr == f"{tmp_path}/case.h5: no name for a case; one that ends on .yaml is needed\n"
+    missing = invoke("new", "hertz", "-o", tmp_path / "none" / "case.yaml")
+    assert missing.exit_code == 4
+    assert missing.stderr == f"{tmp_path}/none/case.yaml: cannot be written: No such file or directory\n"
