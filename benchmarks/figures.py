@@ -12,10 +12,7 @@ from the closed forms of the similar ones, which have the same contact modulus.
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -31,6 +28,7 @@ import bench_solvers
 import compare_programs
 import numpy as np
 import profile_increment
+from marked import printed, put_parts_into
 
 import fretsolve
 from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
@@ -292,33 +290,13 @@ PARTS = {
 }
 
 
-@cache
-def printed(part: str) -> str:
-    """What a part prints; measured once for all files."""
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text):
-        PARTS[part]()
-    return text.getvalue()
-
-
-def put_into(file: Path) -> None:
-    """Replace the figures between their marks in `file`."""
-    content = file.read_text()
-    for part in PARTS:
-        pattern = re.compile(rf"(<!-- figures: {part} -->\n).*?(<!-- end of figures -->)", re.DOTALL)
-        if pattern.search(content):
-            figures = printed(part)
-            content = pattern.sub(lambda marks, text=figures: f"{marks[1]}\n{text}\n{marks[2]}", content)
-    file.write_text(content)
-
-
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--into"]:
         for file in sys.argv[2:]:
-            put_into(Path(file))
+            put_parts_into(Path(file), PARTS)
     else:
         unknown = [name for name in sys.argv[1:] if name not in PARTS]
         if unknown:
             sys.exit(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
         for name in sys.argv[1:] or list(PARTS):
-            print(f"\n### {name}\n\n{printed(name)}")
+            print(f"\n### {name}\n\n{printed(PARTS[name])}")

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from fretsolve.case import ElasticBody
-from fretsolve.components import TANGENTIAL
+from fretsolve.components import PAIRS, TANGENTIAL
 from fretsolve.materials import Compliances, compliances
+from fretsolve.term_errors import Drive, TermError, coupling_errors, cross_errors, negligible_coupling
 from fretsolve.terms import Terms
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 UNCOUPLED_BELOW = 1e-12
 """|Dundurs' constant| that counts as none: it is the rounding of equal elastic constants."""
 
-TORSION = frozenset({"Mz", "phi_z"})
+TORSION = ("Mz", "phi_z")
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,10 @@ def derive_model(case: Case) -> Model:
     moved = _moved_tangentially(case)
     beta = material.dundurs_constant
     dissimilar = _differ(material)
-    coupled = case.coupling == "full" or (case.coupling == "auto" and dissimilar)
+    matters = dissimilar and not (
+        friction > 0.0 and negligible_coupling(material, friction, case.solver.tolerance)
+    )
+    coupled = case.coupling == "full" or (case.coupling == "auto" and matters)
     sheared = friction > 0.0 and (bool(moved) or coupled)
     slip_is_stored = bool({"slip", "slip_path"} & set(case.output.fields))
     coupled = coupled and (sheared or slip_is_stored)
@@ -75,11 +79,13 @@ def derive_model(case: Case) -> Model:
         Decision("tangential problem", sheared, _why_sheared(friction, moved, coupled)),
         Decision("ux from qy, uy from qx", terms.cross, _why_cross(case.coupling, sheared, material.B, coupled)),
         Decision(
-            "between pressure and shear", coupled, _why_coupled(case.coupling, beta, dissimilar, sheared, coupled)
+            "between pressure and shear",
+            coupled,
+            _why_coupled(case.coupling, beta, dissimilar, matters, sheared, coupled),
         ),
     )
     name: Literal["none", "tangential", "full"] = "full" if coupled else "tangential" if cross else "none"
-    warnings = _warnings(case.coupling, moved, friction, beta if dissimilar else 0.0, material.B)
+    warnings = _warnings(case.coupling, moved, friction, material, matters)
     return Model(material, friction, terms, sheared, name, decisions, warnings)
 
 
@@ -114,7 +120,9 @@ def _why_cross(asked: str, sheared: bool, b: float, coupled: bool) -> str:
     return f"as the case asks (coupling: {asked})"
 
 
-def _why_coupled(asked: str, beta: float, dissimilar: bool, sheared: bool, coupled: bool) -> str:
+def _why_coupled(
+    asked: str, beta: float, dissimilar: bool, matters: bool, sheared: bool, coupled: bool
+) -> str:
     if asked == "full" and not coupled:
         return "asked for (coupling: full), but there is no shear and no slip is stored"
     if asked != "auto":
@@ -122,6 +130,8 @@ def _why_coupled(asked: str, beta: float, dissimilar: bool, sheared: bool, coupl
     if not dissimilar:
         return "Dundurs' constant is 0"
     constant = f"Dundurs' constant is {beta:.4g}"
+    if not matters:
+        return f"{constant}: what it does stays below solver.tolerance"
     if sheared:
         return constant
     if coupled:
@@ -129,25 +139,41 @@ def _why_coupled(asked: str, beta: float, dissimilar: bool, sheared: bool, coupl
     return f"{constant}, but there is no shear and no slip is stored"
 
 
-def _warnings(asked: str, moved: list[str], friction: float, beta: float, b: float) -> tuple[str, ...]:
-    """Where a case that asks for fewer terms than `auto` keeps gets a wrong answer."""
+def _warnings(
+    asked: str, moved: list[str], friction: float, material: Compliances, matters: bool
+) -> tuple[str, ...]:
+    """What a case that asks for fewer terms than `auto` keeps has to expect of them."""
     if friction == 0.0 or asked in ("auto", "full"):
         return ()
     found = []
-    if beta:
+    driven = _driven(moved)
+    if matters:
+        errors = [error for drive, motion in driven for error in coupling_errors(material, friction, drive, motion)]
         found.append(
-            f"coupling: {asked} leaves out what pressure and shear do to each other, but Dundurs' constant is"
-            f" {beta:.4g}; with auto they are kept"
+            f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant"
+            f" {material.dundurs_constant:.4g} and friction {friction:g} expect errors of about {_listed(errors)};"
+            " with auto it is kept"
         )
-    if asked == "none" and moved and b:
-        if TORSION & set(moved):
-            found.append(
-                "coupling: none is wrong for torsion: without ux from qy and uy from qx it gives a radial shear that"
-                " is not there; with auto they are kept"
-            )
-        else:
-            found.append(
-                "coupling: none leaves out ux from qy and uy from qx, which turn the shear off the load's direction;"
-                " with auto they are kept"
-            )
+    if asked == "none" and moved and material.B:
+        errors = [error for drive, motion in driven for error in cross_errors(material, drive, motion)]
+        found.append(
+            f"coupling: none leaves out ux from qy and uy from qx: expect errors of about {_listed(errors)};"
+            " with auto they are kept"
+        )
     return tuple(found)
+
+
+def _driven(moved: list[str]) -> list[tuple[Drive, str]]:
+    """What moves the contact, and the displacement, or force, that follows of each component moved."""
+    partner = {name: other for pair in PAIRS for name, other in (pair, pair[::-1])}
+    driven: list[tuple[Drive, str]] = [("torque" if name in TORSION else "force", partner[name]) for name in moved]
+    return driven or [("pressing", "")]
+
+
+def _listed(errors: list[TermError]) -> str:
+    """The largest error of each quantity."""
+    largest: dict[str, TermError] = {}
+    for error in errors:
+        if error.quantity not in largest or error.share > largest[error.quantity].share:
+            largest[error.quantity] = error
+    return ", ".join(map(str, largest.values()))
