@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from fretsolve.case import case_schema
+from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.history.layout import ERRORS, FIELDS, HISTORY, Quantity
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def _mapping(schema: Schema) -> Iterator[str]:
     rows = []
     for key, node in schema["properties"].items():
         default = "needed" if key in required else _default(node)
-        rows.append((f"`{key}`", _value(node), default, node.get("description", "")))
+        meaning = node.get("description", "").partition(UNIT_NOTE)[0]
+        rows.append((f"`{key}`", _value(node), default, meaning))
     yield from _table(KEY_HEADINGS, rows)
 
 
@@ -82,7 +84,7 @@ def _value(node: Schema) -> str:
         return f"`{node['const']}`"
     if "enum" in node:
         return ", ".join(f"`{value}`" for value in node["enum"])
-    if "examples" in node:
+    if "examples" in node and "description" not in node:  # else they are those of a key, and shorter than what it takes
         return " or ".join(f"`{value}`" for value in node["examples"])
     for kind in ("anyOf", "oneOf"):
         if kind in node:

@@ -72,16 +72,16 @@ class Expectation(CaseModel):
 
     quantity: Annotated[
         str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
-    ] = Field(description="name of a scalar of the history, such as stick_radius")
+    ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
     value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
     rel: Annotated[float, Quantity(NUMBER, least=0)] | None = Field(
-        default=None, description="largest deviation over the value, such as 0.01 or 1 %"
+        default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
     )
     abs: Annotated[float, _ANY_QUANTITY] | None = Field(
-        default=None, description="largest deviation, such as 0.001 mm"
+        default=None, description="largest deviation, such as 0.001 mm", examples=["0.001 mm"]
     )
     stage: Count | None = Field(
-        default=None, description="stage at whose end to compare, from 1; the last by default"
+        default=None, description="stage at whose end to compare, from 1; the last by default", examples=[2]
     )
 
     @field_validator("value", "abs", mode="before")

@@ -33,19 +33,19 @@ class StageSpec(CaseModel):
     P: Annotated[float, Quantity(FORCE, least=0)] | None = Field(
         default=None, description="normal force, compressive"
     )
-    delta_z: Length | None = Field(default=None, description="approach of the bodies")
+    delta_z: Length | None = Field(default=None, description="approach of the bodies", examples=["9 um"])
     Mx: Moment | None = Field(default=None, description="moment of the pressure, sum of y p dA")
     phi_x: Angle | None = Field(default=None, description="tilt that adds phi_x y to the approach")
     My: Moment | None = Field(default=None, description="moment of the pressure, sum of x p dA")
     phi_y: Angle | None = Field(default=None, description="tilt that adds phi_y x to the approach")
     Qx: Force | None = Field(default=None, description="tangential force along x")
-    delta_x: Length | None = Field(default=None, description="rigid displacement along x")
+    delta_x: Length | None = Field(default=None, description="rigid displacement along x", examples=["1.5 um"])
     Qy: Force | None = Field(default=None, description="tangential force along y")
-    delta_y: Length | None = Field(default=None, description="rigid displacement along y")
+    delta_y: Length | None = Field(default=None, description="rigid displacement along y", examples=["1.5 um"])
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
     increments: Annotated[Count | None, Auto("10")] = Field(
-        default=None, description="number of increments, or auto: as many as the case needs"
+        default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
 
     @property
@@ -69,8 +69,12 @@ class StageSpec(CaseModel):
 class Cycle(CaseModel):
     """Stages that are run through several times."""
 
-    times: Count = Field(description="how often the stages are run through, such as 3")
-    stages: tuple[LoadStep, ...] = Field(min_length=1, description="the stages of one cycle, a list")
+    times: Count = Field(description="how often the stages are run through, such as 3", examples=[3])
+    stages: tuple[LoadStep, ...] = Field(
+        min_length=1,
+        description="the stages of one cycle, a list",
+        examples=[[{"Qx": "-36 N", "increments": 20}, {"Qx": "36 N", "increments": 20}]],
+    )
 
 
 class CycleSpec(CaseModel):

@@ -32,7 +32,7 @@ class ElasticBody(CaseModel):
         description="Young's modulus, such as 200 GPa"
     )
     poisson_ratio: Annotated[float, Quantity(NUMBER, above=-1, most=0.5)] = Field(
-        description="Poisson's ratio, such as 0.3"
+        description="Poisson's ratio, such as 0.3", examples=[0.3]
     )
 
 
@@ -75,12 +75,12 @@ class GridSpec(CaseModel):
     """The potential contact area and its cells."""
 
     points: Annotated[tuple[Count, Count], Repeated(2)] = Field(
-        description="cells per side, or [nx, ny], such as 128"
+        description="cells per side, or [nx, ny], such as 128", examples=[128, [128, 96]]
     )
     size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), Auto("10 mm")] = Field(
         default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
     )
-    center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre")
+    center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre", examples=[["0.1 mm", 0]])
 
 
 class FrictionSpec(CaseModel):
@@ -107,7 +107,7 @@ class SolverSpec(CaseModel):
     """When the solver is content, and when it gives up."""
 
     tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
-        default=1e-6, description="bound on the residuals of the contact conditions"
+        default=1e-6, description="bound on the residuals of the contact conditions", examples=[1e-6]
     )
     precision: Literal["double"] = Field(default="double", description="of the arithmetic")
     max_iterations: Count = Field(default=2000, description="of one solve")
@@ -135,24 +135,36 @@ class OutputSpec(CaseModel):
 class Case(CaseModel):
     """Case file of fretsolve. A bare number is in mm, N, MPa, rad."""
 
-    title: str | None = Field(default=None, description="for people")
-    bodies: tuple[Body, Body] = Field(description="body 1, which is loaded, and body 2, which is held")
-    surface: Surfaces = Field(
-        description="undeformed separation: one surface, or a list of surfaces that add up"
+    title: str | None = Field(default=None, description="for people", examples=["Fretting mode I"])
+    bodies: tuple[Body, Body] = Field(
+        description="body 1, which is loaded, and body 2, which is held",
+        examples=[["rigid", {"young_modulus": "200 GPa", "poisson_ratio": 0.3}]],
     )
-    grid: GridSpec = Field(description="grid of the potential contact area")
+    surface: Surfaces = Field(
+        description="undeformed separation: one surface, or a list of surfaces that add up",
+        examples=[{"sphere": {"radius": "10 mm"}}],
+    )
+    grid: GridSpec = Field(description="grid of the potential contact area", examples=[{"points": 128}])
     friction: FrictionSpec = Field(
-        default=FrictionSpec(coefficient=0.0), description="coefficient of friction"
+        default=FrictionSpec(coefficient=0.0), description="coefficient of friction", examples=[0.1]
     )
     coupling: Literal["auto", "none", "tangential", "full"] = Field(
         default="auto",
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
         " tangential (and ux from qy, uy from qx), full (and between p and q), auto (what the case needs)",
     )
-    load_path: tuple[LoadStep, ...] = Field(min_length=1, description="the stages, a list")
+    load_path: tuple[LoadStep, ...] = Field(
+        min_length=1,
+        description="the stages, a list: each moves what it names to a new total",
+        examples=[[{"P": "400 N"}, {"Qx": "36 N", "increments": 10}]],
+    )
     solver: SolverSpec = Field(SolverSpec(), description="limits of the solver")
     output: OutputSpec = Field(OutputSpec(), description="what the result holds")
-    expect: tuple[Expectation, ...] = Field(default=(), description="what `fretsolve check` compares")
+    expect: tuple[Expectation, ...] = Field(
+        default=(),
+        description="what `fretsolve check` compares",
+        examples=[[{"quantity": "stick_radius", "value": "0.1398 mm", "rel": "1 %", "stage": 2}]],
+    )
 
     _source: CaseSource = PrivateAttr(default_factory=lambda: CaseSource(Path(), "", Place(1)))
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CaseError, KeyPath
-from .quantities import shown
+from .quantities import UNIT_NOTE, shown
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -144,7 +144,7 @@ class _Reader:
             for part in self._nodes(key[:-1])
             if key[-1] in part.get("properties", ())
         ]
-        return next(filter(None, texts), "this key")
+        return next(filter(None, texts), "this key").partition(UNIT_NOTE)[0]
 
     def _length(self, key: KeyPath) -> str:
         array = next(node for node in self._nodes(key) if node.get("type") == "array")

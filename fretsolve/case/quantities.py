@@ -56,6 +56,9 @@ TEXT_PATTERN = r"^\s*[+-]?\.?[0-9][^,]*$"
 """For the JSON Schema, coarser than what is read: a number, then perhaps its unit."""
 _LONGEST = 100
 
+UNIT_NOTE = "; a bare number is in "
+"""In the JSON Schema, between a key's description and its unit."""
+
 
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
 """In internal units; products of a few such numbers have room in double precision. Forces and moments below it are

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from .models import Case
+from .quantities import UNIT_NOTE
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -13,6 +15,36 @@ def case_schema() -> dict[str, Any]:
     """The schema (draft 2020-12), for editors and for hints in messages."""
     schema: dict[str, Any] = _tidied(Case.model_json_schema())
     return {"$schema": DIALECT, "title": "fretsolve case", **schema}
+
+
+def _told(node: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a key with what editors show of it: unit and examples, which stand deeper within."""
+    found = list(_nodes(node))
+    meanings = [inner.get("description", "") for inner in found]
+    units = [text.removeprefix("in ") for text in meanings if text.startswith("in ")]
+    examples = next((list(map(_plain, inner["examples"])) for inner in found if "examples" in inner), None)
+    told = dict(node)
+    if units and "description" in node:
+        told["description"] = node["description"] + UNIT_NOTE + units[0]
+    if examples and "examples" not in node:
+        told["examples"] = [examples * len(node["prefixItems"])] if "prefixItems" in node else examples
+    return told
+
+
+def _plain(example: Any) -> Any:
+    """An example as a case file has it: a number without a unit is no text."""
+    try:
+        return float(example)
+    except (TypeError, ValueError):
+        return example
+
+
+def _nodes(node: Any) -> Iterator[dict[str, Any]]:
+    """`node` and the alternatives and entries within it."""
+    yield node
+    for name in ("anyOf", "oneOf", "prefixItems"):
+        for inner in node.get(name, ()):
+            yield from _nodes(inner)
 
 
 def _tidied(node: Any) -> Any:
@@ -32,8 +64,12 @@ def _tidied(node: Any) -> Any:
 
 
 def _tidied_keyword(name: str, value: Any) -> Any:
-    if name in ("properties", "$defs"):  # here the keys are names of the user's or of models
+    if name == "properties":  # here the keys are names of the user's
+        return {key: _told(_tidied(child)) for key, child in value.items()}
+    if name == "$defs":  # and here of models
         return {key: _tidied(child) for key, child in value.items()}
+    if name in ("examples", "default"):
+        return value
     return _tidied(value)
 
 

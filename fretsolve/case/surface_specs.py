@@ -27,7 +27,7 @@ _HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 
 
 class _SurfaceModel(CaseModel):
-    center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin")
+    center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin", examples=[["0.1 mm", 0]])
 
 
 class SphereSurface(_SurfaceModel):
@@ -43,7 +43,9 @@ class EllipsoidSurface(_SurfaceModel):
     kind: ClassVar[Literal["ellipsoid"]] = "ellipsoid"
     radius_x: Radius = Field(description="radius of curvature along the first axis, such as 10 mm")
     radius_y: Radius = Field(description="radius of curvature along the second axis, such as 20 mm")
-    angle: Annotated[float, Quantity(ANGLE)] = Field(default=0.0, description="from x to the first axis")
+    angle: Annotated[float, Quantity(ANGLE)] = Field(
+        default=0.0, description="from x to the first axis", examples=["30 deg"]
+    )
 
 
 def _axis_angle(value: object) -> object:
@@ -64,13 +66,15 @@ class CylinderSurface(_SurfaceModel):
         Quantity(ANGLE),
         BeforeValidator(_axis_angle),
         Field(json_schema_extra=lambda schema: schema["anyOf"].insert(0, {"enum": ["x", "y"]})),
-    ] = Field(description="direction of the axis: x, y, or its angle from x")
+    ] = Field(description="direction of the axis: x, y, or its angle from x", examples=["x", "30 deg"])
     length: PositiveLength | None = Field(
         default=None, description="of the straight part and its rounded ends together"
     )
-    end_radius: PositiveLength | None = Field(default=None, description="radius that rounds the ends off")
+    end_radius: PositiveLength | None = Field(
+        default=None, description="radius that rounds the ends off", examples=["0.1 mm"]
+    )
     crown_radius: PositiveLength | None = Field(
-        default=None, description="radius of the crown along the axis"
+        default=None, description="radius of the crown along the axis", examples=["1000 mm"]
     )
 
     @model_validator(mode="after")
@@ -87,7 +91,7 @@ class ConeSurface(_SurfaceModel):
 
     kind: ClassVar[Literal["cone"]] = "cone"
     angle: Annotated[float, Quantity(ANGLE, above=0, below=math.pi / 2)] = Field(
-        description="between flank and contact plane, such as 2 deg"
+        description="between flank and contact plane, such as 2 deg", examples=["2 deg"]
     )
 
 
@@ -99,10 +103,10 @@ class PunchSurface(_SurfaceModel):
     )
 
     kind: ClassVar[Literal["punch"]] = "punch"
-    radius: PositiveLength | None = Field(default=None, description="of a round punch")
-    half_width: PositiveLength | None = Field(default=None, description="of a square punch")
+    radius: PositiveLength | None = Field(default=None, description="of a round punch", examples=["1 mm"])
+    half_width: PositiveLength | None = Field(default=None, description="of a square punch", examples=["1 mm"])
     edge_radius: Annotated[float, Quantity(LENGTH, least=0)] = Field(
-        default=0.0, description="0 for a sharp edge"
+        default=0.0, description="0 for a sharp edge", examples=["0.1 mm"]
     )
 
     @model_validator(mode="after")
@@ -121,13 +125,15 @@ class HeightsSurface(_SurfaceModel):
     """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
 
     kind: ClassVar[Literal["heights"]] = "heights"
-    file: Path = Field(description="file of the map, relative to the case file")
-    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file")
+    file: Path = Field(description="file of the map, relative to the case file", examples=["heights.npy"])
+    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file", examples=["z"])
     spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(
-        default=None, description="[dx, dy] of the map, or one value for both, unless the file gives it"
+        default=None,
+        description="[dx, dy] of the map, or one value for both, unless the file gives it",
+        examples=["5 um"],
     )
     unit: Annotated[float, Quantity(LENGTH, above=0, bare_unit=True)] = Field(
-        default=1.0, description="length unit of the values in the file, such as um"
+        default=1.0, description="length unit of the values in the file, such as um", examples=["um"]
     )
     invert: StrictBool = Field(
         default=False, description="whether the file holds heights instead of separations"

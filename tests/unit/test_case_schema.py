@@ -8,10 +8,19 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
+from command_line import invoke
 from test_case_errors import CASE
 from test_case_models import FULL, MINIMAL, ROUND_TRIPS
 
+import fretsolve
 from fretsolve.case import case_schema, load_case
+from fretsolve.case.quantities import _KNOWN as DIMENSIONS
+from fretsolve.case.quantities import UNIT_NOTE, to_internal
+from fretsolve.case.source import parse
+
+ROOT = Path(__file__).parents[2]
+CASES = [*ROOT.glob("cases/*.yaml"), *(Path(fretsolve.__file__).parent / "templates").glob("*.yaml")]
+PAGES = [ROOT / "README.md", *ROOT.glob("docs/**/*.md")]
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +107,65 @@ def test_every_key_is_described_and_none_may_be_null() -> None:
     assert described == [name for name, _ in properties]
     assert all(node.get("type") != "null" for node in _nodes(schema))
     assert yaml.safe_load(FULL).keys() <= schema["properties"].keys()
+
+
+def _keys(schema: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Every key of the case file with its schema."""
+    return [(name, node) for found in _nodes(schema) for name, node in found.get("properties", {}).items() if node]
+
+
+def test_quantities_tell_their_unit_and_every_key_has_an_example_default_or_choice() -> None:
+    keys = _keys(case_schema())
+    with_unit = {name: node["description"].partition(UNIT_NOTE)[2] for name, node in keys if "description" in node}
+    expected = {"radius": "mm", "P": "N", "young_modulus": "MPa", "Mz": "N*mm", "phi_z": "rad", "size": "mm", "rel": ""}
+    assert {name: with_unit[name] for name in expected} == expected
+    assert {unit for unit in with_unit.values() if unit} <= {dimension.unit for dimension in DIMENSIONS}
+    telling = {"examples", "default", "enum", "$ref"}
+    assert [name for name, node in keys if not telling & node.keys()] == []
+
+
+def test_examples_and_defaults_are_valid_and_of_the_right_dimension() -> None:
+    schema = case_schema()
+    for name, node in _keys(schema):
+        validator = jsonschema.Draft202012Validator({"$defs": schema["$defs"], **node})
+        for example in (*node.get("examples", ()), *([node["default"]] if "default" in node else [])):
+            assert list(validator.iter_errors(example)) == [], name
+        unit = node.get("description", "").partition(UNIT_NOTE)[2]
+        texts = [example for example in node.get("examples", ()) if isinstance(example, str) and example != "x"]
+        for text in texts if unit else ():
+            dimension = next(known for known in DIMENSIONS if known.unit == unit)
+            assert to_internal(text, dimension, bare_unit=True) > 0.0
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_shipped_cases_and_templates_are_valid(path: Path, validator: jsonschema.Draft202012Validator) -> None:
+    assert list(validator.iter_errors(parse(path.read_text()).value)) == []
+
+
+def test_cases_on_all_pages_are_valid() -> None:
+    """Whole cases, and parts of cases but for the keys that they leave out."""
+    schema = case_schema()
+    partly = jsonschema.Draft202012Validator({**schema, "required": []})
+    whole = jsonschema.Draft202012Validator(schema)
+    found = 0
+    for page in PAGES:
+        for block in page.read_text(encoding="utf-8").split("```yaml\n")[1:]:
+            value = parse(block.partition("```")[0]).value
+            if not isinstance(value, dict) or not value.keys() <= schema["properties"].keys():
+                continue
+            complete = value.keys() >= set(schema["required"])
+            assert list((whole if complete else partly).iter_errors(value)) == [], page
+            found += complete
+    assert found >= 5
+
+
+def test_schema_is_written_for_editors(tmp_path: Path) -> None:
+    file = tmp_path / "fretsolve.schema.json"
+    done = invoke("schema", "-o", file)
+    assert (done.exit_code, done.stdout) == (0, f"{file}\n")
+    assert file.read_text() == invoke("schema").stdout
+    wrong = invoke("schema", "-o", tmp_path / "case.yaml")
+    assert wrong.exit_code == 2
+    assert wrong.stderr == f"{tmp_path}/case.yaml: no name for a JSON Schema; one that ends on .json is needed\n"
+    missing = invoke("schema", "-o", tmp_path / "none" / "schema.json")
+    assert missing.exit_code == 4
