@@ -84,7 +84,7 @@ def _value(node: Schema) -> str:
         return f"`{node['const']}`"
     if "enum" in node:
         return ", ".join(f"`{value}`" for value in node["enum"])
-    if "examples" in node and "description" not in node:  # else they are those of a key, and shorter than what it takes
+    if "examples" in node and all(part.get("type") in ("number", "string") for part in node.get("anyOf", [node])):
         return " or ".join(f"`{value}`" for value in node["examples"])
     for kind in ("anyOf", "oneOf"):
         if kind in node:

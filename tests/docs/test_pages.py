@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shlex
@@ -13,10 +14,11 @@ from pathlib import Path
 import pytest
 import yaml
 from command_line import invoke
-from pages import ROOT, Block, agree, blocks, links, pages
+from pages import DOCS, ROOT, Block, agree, blocks, links, pages
 
 from fretsolve import load_case
-from fretsolve.case import Case
+from fretsolve.case import Case, case_schema
+from fretsolve.history.layout import ERRORS, FIELDS, HISTORY
 
 CASE = {
     "bodies": [{"young_modulus": 2e5, "poisson_ratio": 0.3}, "rigid"],
@@ -118,3 +120,18 @@ def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     lost = [target for target in links(page) if not (page.parent / target).exists()]
     assert not lost
+
+
+def test_reference_has_every_key_and_dataset(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(DOCS)
+    generated = importlib.import_module("generated")
+    schema = case_schema()
+    kinds = [schema, *(node for name, node in schema["$defs"].items() if name not in generated.SHORTHANDS)]
+    keys = {key for kind in kinds for key in kind.get("properties", ())}
+    assert {"bodies", "young_modulus", "radius_x", "phi_z", "times", "tolerance"} <= keys
+    case_page = "\n".join(generated.case_file())
+    assert not [key for key in keys if f"\n| `{key}` | " not in case_page]
+    assert "None" not in case_page
+    result_page = "\n".join([*generated.history(), *generated.errors(), *generated.fields()])
+    names = [quantity.name for quantity in (*HISTORY, *ERRORS, *FIELDS)]
+    assert not [name for name in names if f"\n| `{name}` | " not in result_page]
