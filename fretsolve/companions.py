@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.components import TANGENTIAL
 from fretsolve.errors import NoSolutionError
 from fretsolve.grid import Grid
 from fretsolve.load_path import LoadPath
@@ -108,24 +107,6 @@ def coarser(scene: Scene, counts: tuple[int, ...]) -> Scene:
 def fewer_increments(counts: tuple[int, ...]) -> tuple[int, ...]:
     """Half as many in each stage; two where there is one, which has no half."""
     return tuple(count // 2 if count > 1 else 2 for count in counts)
-
-
-def increments_matter(scene: Scene) -> bool:
-    """Whether the slip depends on the path between the stages' ends, which increments follow in steps.
-
-    So it does where the pressure changes under friction, and where the slip turns: under several tangential loads.
-    """
-    if not scene.model.sheared:
-        return False
-    if scene.model.interacting:
-        return True
-    moved: set[str] = set()
-    for stage in scene.case.stages():
-        targets = {name for name, value in stage.targets if name not in TANGENTIAL or value}
-        moved |= targets & TANGENTIAL
-        if moved and targets - TANGENTIAL:
-            return True
-    return len(moved) > 1
 
 
 def nodes(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[Place, Place, float]:

@@ -21,7 +21,6 @@ from fretsolve.companions import (
     Values,
     coarser,
     fewer_increments,
-    increments_matter,
     nodes,
     values_of,
 )
@@ -85,7 +84,7 @@ class ErrorBars:
         counts = scene.load_path.counts
         self._coarse = Companion(coarser(scene, counts), threads)
         self._stepped: Companion | None = None
-        if increments_matter(scene):
+        if scene.load_path.matters:
             self._stepped = Companion(coarser(scene, fewer_increments(counts)), threads)
         orders = np.where(np.array(ESTIMATED) == "contact_radius", ORDER_CONTACT_RADIUS, ORDER)
         points, coarse_points = (math.prod(one.grid.shape) for one in (scene, self._coarse.scene))

@@ -1,18 +1,20 @@
 """The load path: stages cut into increments, and what is imposed at the end of each.
 
-A stage moves the components that it names in equal steps from where they stand to their new totals; the rest
-stays as it is. A component that changes from force to displacement control, or back, starts from the value
-that the contact had at the stage's start.
+A stage moves the components that it names from where they stand to their new totals, in equal steps or in steps that
+`spacing` chooses; the rest stays as it is. A component that changes from force to displacement control, or back,
+starts from the value that the contact had at the stage's start.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fretsolve.components import PAIRS, TANGENTIAL
 from fretsolve.modes import Balance
+from fretsolve.spacing import Course, Courses
 
 if TYPE_CHECKING:
     from fretsolve.case import Stage
@@ -22,10 +24,15 @@ if TYPE_CHECKING:
 INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
 """What is imposed until a stage names something else of the pair."""
 
-TANGENTIAL_INCREMENTS = 10
-PRESSURE_INCREMENTS = 40
-"""Equal increments of an automatic stage: a loop needs points to be drawn; where the pressure changes under
-friction the slip depends on the path, and its error falls with the number of increments."""
+DRAWN_INCREMENTS = 10
+"""Of an automatic stage at least: a loop needs points to be drawn, also where the path between them has no effect."""
+
+INCREMENTS_PER_MOTION = 25
+"""Of an automatic stage in which the slip depends on the path, for a contact or stick zone that arises or vanishes
+(`spacing.Course.motion`). Then work and displacements are within about a per cent of what more increments give;
+docs/increments.md has them."""
+
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,28 +50,48 @@ class Increment:
 
 @dataclass(frozen=True)
 class _PlannedStage:
-    """A stage with its first step, its number of increments, and what is imposed before and at its end."""
+    """A stage with its first step, its number of increments, and what is imposed before and at its end.
+
+    course: by which its steps are chosen, None where they are equal.
+    """
 
     stage: Stage
     first: int
     increments: int
     before: dict[str, float]
     after: dict[str, float]
+    course: Course | None
+
+    def share(self, step: int) -> float:
+        """The share of the stage that is done after `step`; 1 at its end."""
+        part = (step - self.first + 1) / self.increments
+        return part if self.course is None else self.course.share(part)
 
 
 class LoadPath:
-    """The stages of a case with the number of increments of each settled."""
+    """The stages of a case with the increments of each settled.
+
+    matters: whether the slip depends on them in any stage.
+    """
 
     def __init__(self, stages: Sequence[Stage], model: Model):
         self._model = model
         self._planned: list[_PlannedStage] = []
-        before, first, at_rest = dict(INITIAL), 0, True
+        courses = Courses(model.friction)
+        before, first = dict(INITIAL), 0
+        moved: set[str] = set()
+        self.matters = False
         for stage in stages:
             after = _after(before, stage)
             # Shear stays behind where it has once been, so the load that is taken off again does not count.
-            at_rest = at_rest and not any(name in TANGENTIAL and value for name, value in stage.targets)
-            count = stage.increments or automatic_increments(stage, at_rest, model)
-            self._planned.append(_PlannedStage(stage, first, count, before, after))
+            moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
+            matters = depends_on_path(stage, moved, model)
+            self.matters = self.matters or matters
+            course = courses.following(before, after)
+            count = stage.increments or automatic_increments(matters, bool(moved), model, course)
+            spacing = stage.spacing or ("graded" if matters and not stage.increments else "equal")
+            steps = course if spacing == "graded" else None
+            self._planned.append(_PlannedStage(stage, first, count, before, after, steps))
             before, first = after, first + count
         self.increments = first
 
@@ -74,9 +101,10 @@ class LoadPath:
         return tuple(planned.first + planned.increments - 1 for planned in self._planned)
 
     def with_counts(self, counts: Sequence[int]) -> LoadPath:
-        """The same stages with other numbers of increments, one per stage."""
+        """The same stages with other numbers of increments, one per stage, spaced alike."""
         stages = [
-            replace(planned.stage, increments=count) for planned, count in zip(self._planned, counts, strict=True)
+            replace(planned.stage, increments=count, spacing="graded" if planned.course else "equal")
+            for planned, count in zip(self._planned, counts, strict=True)
         ]
         return LoadPath(stages, self._model)
 
@@ -90,6 +118,11 @@ class LoadPath:
         """What is imposed at the end of each stage: load components with their totals (N, mm, N mm, rad)."""
         return tuple(dict(planned.after) for planned in self._planned)
 
+    @property
+    def graded(self) -> tuple[bool, ...]:
+        """Whether the steps of each stage follow the edges of contact and stick zone."""
+        return tuple(planned.course is not None for planned in self._planned)
+
     def normal_loads(self) -> tuple[Balance, ...]:
         """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""
         return tuple(_balance(planned.after, PAIRS[:3]) for planned in self._planned)
@@ -98,7 +131,7 @@ class LoadPath:
         """What is imposed at `step`; `history` holds the summaries of all steps before it."""
         planned = next(p for p in reversed(self._planned) if p.first <= step)
         start = history[planned.first - 1] if planned.first else None
-        part = (step - planned.first + 1) / planned.increments
+        part = planned.share(step)
         values = {
             name: _between(_start_value(name, planned.before, start), end, part)
             for name, end in planned.after.items()
@@ -106,19 +139,27 @@ class LoadPath:
         return Increment(step, planned.stage, _balance(values, PAIRS[:3]), _balance(values, PAIRS[3:]))
 
 
-def automatic_increments(stage: Stage, at_rest: bool, model: Model) -> int:
+def automatic_increments(matters: bool, moved: bool, model: Model, course: Course) -> int:
     """As many increments as the stage needs; one where one is exact: where nothing can slip.
 
-    at_rest: no tangential component has been moved up to the end of the stage.
+    matters: whether the slip depends on how the stage's end is reached; moved: whether there has been a tangential
+    load; course: how far the edges move.
+    """
+    if not matters:
+        return DRAWN_INCREMENTS if model.sheared and moved else 1
+    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_MOTION * course.motion - ROUNDING))
+
+
+def depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
+    """Whether the slip of a stage depends on how its end is reached, which increments follow in steps.
+
+    So it does where pressure and shear act on each other, where the pressure changes under shear, and where the slip
+    turns: under several tangential loads. moved: the tangential components moved up to the end of the stage.
     """
     if not model.sheared:
-        return 1
-    moves_pressure = any(name not in TANGENTIAL for name, _ in stage.targets)
-    if moves_pressure and model.interacting:
-        return PRESSURE_INCREMENTS
-    if at_rest and not model.interacting:
-        return 1
-    return PRESSURE_INCREMENTS if moves_pressure else TANGENTIAL_INCREMENTS
+        return False
+    presses = any(name not in TANGENTIAL for name, _ in stage.targets)
+    return model.interacting or len(moved) > 1 or (presses and bool(moved))
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:

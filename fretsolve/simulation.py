@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fretsolve.alternation import Start
 from fretsolve.components import PAIRS
@@ -19,6 +20,7 @@ from fretsolve.load_path import Increment
 from fretsolve.pointwise import compile_seconds
 from fretsolve.scene import Scene, prepare
 from fretsolve.sizing import MARGIN, contact_size
+from fretsolve.slip import ContactState, limit_to_contact, mean_pressure
 from fretsolve.state import Certificate, Fields, State, Summary, Zone
 from fretsolve.surface import map_spans
 from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
@@ -32,6 +34,8 @@ FEWEST_CELLS = 8
 
 WIDER = 1.5
 """By how much a size is enlarged in advice where shear or moments widen the contact."""
+
+FloatArray = NDArray[np.floating]
 
 RIGID = tuple(motion for _, motion in PAIRS)
 
@@ -73,7 +77,8 @@ def run(
             # Before the increment is given out: a resumed run must transform by the same plans.
             save_wisdom()
             plans = plans_made()
-        state = _state(solved, state, increment, scene, _working_seconds() - began)
+        touching = _touching(state, solver.separation)
+        state = _state(solved, state, touching, increment, scene, _working_seconds() - began)
         del solved  # what the state does not need of it
         summaries.append(state.summary)
         yield state
@@ -92,22 +97,34 @@ def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
     return Start(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
 
 
+def _touching(state: State | None, separation: FloatArray) -> ContactState:
+    """The contact after `state`; at first the surfaces touch at their nearest points."""
+    if state is None:
+        return ContactState(np.zeros_like(separation), separation - separation.min())
+    return ContactState(state.fields.pressure, state.fields.gap)
+
+
 def _state(
-    solved: Solved, previous: State | None, increment: Increment, scene: Scene, wall_time: float
+    solved: Solved,
+    previous: State | None,
+    before: ContactState,
+    increment: Increment,
+    scene: Scene,
+    wall_time: float,
 ) -> State:
     """Accumulate slip and work, and sum the increment up."""
     solution, evidence = solved.solution, solved.evidence
     areas = _areas(solved, scene)
-    # In place: the evidence and its arrays are this state's alone.
-    slip, slip_path = evidence.slip, np.hypot(evidence.slip[0], evidence.slip[1])
-    work_density = scene.model.friction * solution.pressure
-    if previous is not None:
-        # The bound's mean over the increment: exact at constant pressure, of second order otherwise.
-        work_density += scene.model.friction * previous.fields.pressure
-        slip += previous.fields.slip
-    work_density *= 0.5
+    slip = evidence.slip  # changed in place: the evidence is this state's alone
+    modulus = scene.model.compliances.contact_modulus
+    parted = limit_to_contact(slip, before, solution, evidence.gap, scene.grid, modulus)
+    slip_path = np.hypot(slip[0], slip[1])
+    work_density = scene.model.friction * mean_pressure(before.pressure, solution.pressure)
     work_density *= slip_path
-    work_density *= evidence.zone == Zone.SLIP  # what a sticking cell slips is the certificate's residual
+    # What a sticking cell slips is the certificate's residual.
+    work_density *= (evidence.zone == Zone.SLIP) | parted
+    if previous is not None:
+        slip += previous.fields.slip
     work = float(work_density.sum()) * scene.grid.cell_area
     work_before = 0.0
     if previous is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
@@ -46,6 +46,11 @@ class StageSpec(CaseModel):
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
     increments: Annotated[Count | None, Auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
+    )
+    spacing: Literal["equal", "graded"] | None = Field(
+        default=None,
+        description="of the increments: equal steps, or graded, closer where the edges of contact and stick zone move"
+        " fast; by default equal where their number is given, graded where it is auto",
     )
 
     @property
@@ -100,19 +105,20 @@ class Stage:
     """A stage of the unrolled load path.
 
     number: 1-based. key: where it stands in the case file. targets: components with their new totals (mm, N,
-    N*mm, rad). increments: None for as many as the case needs.
+    N*mm, rad). increments: None for as many as the case needs. spacing: None for what goes with that.
     """
 
     number: int
     key: KeyPath
     targets: tuple[tuple[str, float], ...]
     increments: int | None
+    spacing: Literal["equal", "graded"] | None = None
 
 
 def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
     """The stages in the order in which they are run."""
     return tuple(
-        Stage(number, key, stage.targets, stage.increments)
+        Stage(number, key, stage.targets, stage.increments, stage.spacing)
         for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fretsolve.case import HISTORY_DIMENSIONS
@@ -39,11 +38,11 @@ def grid_line(scene: Scene) -> str:
 def stage_lines(scene: Scene) -> Iterator[str]:
     """One line per stage: what it moves where, in how many increments."""
     stages = scene.case.stages()
-    ends = (-1, *scene.load_path.last_steps)
-    counts = [last - before for before, last in pairwise(ends)]
-    for stage, count in list(zip(stages, counts, strict=True))[:MOST_STAGES_SHOWN]:
+    path = scene.load_path
+    for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:
         targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
-        chosen = " (auto)" if stage.increments is None else ""
+        notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
+        chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
     if len(stages) > MOST_STAGES_SHOWN:
         yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"

@@ -21,7 +21,6 @@ from fretsolve.companions import (
     Place,
     coarser,
     fewer_increments,
-    increments_matter,
     nodes,
 )
 from fretsolve.error_bars import ErrorBars, run_with_error_bars
@@ -106,7 +105,7 @@ def test_half_of_the_increments_or_two_for_one() -> None:
     ],
 )
 def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, Any], matter: bool) -> None:
-    assert increments_matter(scene_of(**parts)) is matter
+    assert scene_of(**parts).load_path.matters is matter
 
 
 def test_points_at_which_both_companions_have_an_increment() -> None:

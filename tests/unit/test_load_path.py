@@ -1,13 +1,13 @@
 from __future__ import annotations
 
-from itertools import pairwise
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.components import PAIRS
-from fretsolve.load_path import PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS, LoadPath
+from fretsolve.load_path import LoadPath
 from fretsolve.model import derive_model
 
 
@@ -98,27 +98,19 @@ class TestAutomaticIncrements:
             ({"bodies": SIMILAR}, [{"P": 400.0}], [1]),
             ({"bodies": SIMILAR, "friction": 0}, [{"P": 400.0}, {"delta_x": 1e-3}], [1, 1]),
             ({"bodies": DISSIMILAR, "friction": 0}, [{"P": 400.0}], [1]),
-            ({"bodies": DISSIMILAR}, [{"P": 400.0}], [PRESSURE_INCREMENTS]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}], [25]),
             ({"bodies": DISSIMILAR, "coupling": "tangential"}, [{"P": 400.0}], [1]),
-            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}], [1, TANGENTIAL_INCREMENTS]),
-            (
-                {"bodies": SIMILAR},
-                [{"P": 400.0}, {"Qx": 36.0}, {"P": 500.0}],
-                [1, TANGENTIAL_INCREMENTS, PRESSURE_INCREMENTS],
-            ),
-            (
-                {"bodies": SIMILAR},
-                [{"P": 400.0}, {"Qx": 36.0}, {"Qx": 0.0}, {"P": 100.0}],
-                [1, TANGENTIAL_INCREMENTS, TANGENTIAL_INCREMENTS, PRESSURE_INCREMENTS],
-            ),
-            ({"bodies": SIMILAR}, [{"P": 400.0, "Qx": 36.0}], [PRESSURE_INCREMENTS]),
-            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}], [PRESSURE_INCREMENTS, TANGENTIAL_INCREMENTS]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}], [1, 10]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"Qx": -36.0}], [1, 10, 10]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"P": 600.0}], [1, 10, 15]),
+            ({"bodies": SIMILAR}, [{"P": 400.0}, {"Qx": 36.0}, {"Qx": 0.0}, {"P": 50.0}], [1, 10, 10, 40]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Qx": 39.9}, {"Qx": -39.9}], [25, 22, 22]),
+            ({"bodies": DISSIMILAR}, [{"P": 400.0}, {"Mz": 2.0}, {"delta_x": 1e-3}], [25, 20, 20]),
+            ({"bodies": DISSIMILAR}, [{"delta_z": 9e-3}, {"Qx": 1.0}], [25, 20]),
         ],
     )
     def test_as_many_as_the_stage_needs(self, parts, stages, counts):
-        path = path_of(stages, **parts)
-        ends = [-1, *path.last_steps]
-        assert [end - start for start, end in pairwise(ends)] == counts
+        assert path_of(stages, **parts).counts == tuple(counts)
 
     def test_a_number_given_is_taken(self):
         assert path_of([{"P": 400.0, "increments": 7}], bodies=DISSIMILAR).increments == 7
@@ -126,4 +118,69 @@ class TestAutomaticIncrements:
 
 def test_coupling_that_is_asked_for_between_equal_bodies_takes_no_more_increments():
     assert path_of([{"P": 400.0}], bodies=SIMILAR, coupling="full").increments == 1
-    assert path_of([{"P": 400.0}], bodies=DISSIMILAR, coupling="full").increments == PRESSURE_INCREMENTS
+    assert path_of([{"P": 400.0}], bodies=DISSIMILAR, coupling="full").increments == 25
+
+
+def loads(path, stage, name):
+    """What is imposed at the end of each increment of a stage."""
+    first = sum(path.counts[:stage])
+    steps = range(first, first + path.counts[stage])
+    increments = [path.increment(step, [summary()] * step) for step in steps]
+    return np.array([i.normal.values[0] if name == "P" else i.tangential.values[0] for i in increments])
+
+
+class TestGradedSteps:
+    def test_a_growing_load_takes_steps_of_about_equal_area_that_end_small(self):
+        load = loads(path_of([{"P": 400.0}], bodies=DISSIMILAR), 0, "P")
+        area = np.diff(np.concatenate([[0.0], (load / 400.0) ** (2 / 3)]))
+        assert area[:15] == pytest.approx(area[0], rel=0.2)
+        assert (np.diff(area[15:]) < 0.0).all()
+        assert load[-2] > 0.99 * 400.0
+        assert load[-1] == 400.0
+
+    def test_the_stick_radius_falls_in_about_equal_steps(self):
+        path = path_of([{"P": 400.0, "increments": 1}, {"Qx": 39.0}, {"Qx": -39.0}], bodies=DISSIMILAR)
+        rising, falling = loads(path, 1, "Qx"), loads(path, 2, "Qx")
+        radius = np.cbrt(1.0 - rising / 40.0)
+        assert -np.diff(radius)[:10] == pytest.approx(-np.diff(radius)[0], rel=0.3)
+        assert falling == pytest.approx(39.0 - 2.0 * rising, abs=1e-9)  # after a reversal, half of the change counts
+
+    def test_a_load_that_goes_on_straight_ahead_is_one_branch(self):
+        split = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0}, {"Qx": 36.0}], bodies=DISSIMILAR)
+        turned = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0}, {"Qx": 20.0, "Qy": 16.0}], bodies=DISSIMILAR)
+        assert sum(split.counts[1:]) <= path_of([{"P": 400.0}, {"Qx": 36.0}], bodies=DISSIMILAR).counts[1] + 10
+        assert loads(split, 2, "Qx")[0] - 20.0 < 16.0 / split.counts[2] * 2.0
+        assert turned.counts[2] == 10
+
+    def test_halved_counts_have_common_points(self):
+        """Companion runs for error bars compare at these."""
+        path = path_of([{"P": 400.0}, {"Qx": 36.0}], bodies=DISSIMILAR)
+        doubled = path.with_counts([2 * count for count in path.counts])
+        assert loads(doubled, 0, "P")[1::2] == pytest.approx(loads(path, 0, "P"), rel=1e-12)
+        assert loads(doubled, 1, "Qx")[1::2] == pytest.approx(loads(path, 1, "Qx"), rel=1e-12)
+
+    def test_the_spacing_can_be_asked_for(self):
+        graded = path_of([{"P": 400.0, "increments": 4, "spacing": "graded"}], bodies=SIMILAR)
+        equal = path_of([{"P": 400.0, "spacing": "equal"}], bodies=DISSIMILAR)
+        assert graded.graded == (True,)
+        assert loads(graded, 0, "P")[0] < 90.0
+        assert equal.graded == (False,)
+        assert loads(equal, 0, "P") == pytest.approx(16.0 * np.arange(1, 26))
+
+    @pytest.mark.parametrize(
+        "stages",
+        [
+            [{"P": 400.0}, {"P": 0.0}],
+            [{"P": 400.0}, {"Qx": 50.0}],
+            [{"P": 1e-6}, {"Qx": 1e-9}, {"Qx": 1e-9, "increments": 3, "spacing": "graded"}],
+            [{"delta_z": -1.0}, {"delta_z": 1e-3}],
+            [{"P": 0.0}, {"P": 400.0, "Qx": 36.0}, {"P": 0.0, "Qx": 0.0}],
+            [{"P": 400.0, "My": 10.0}, {"delta_x": 1e-3}, {"Qx": 0.0}],
+        ],
+    )
+    def test_steps_always_lead_on_to_the_end(self, stages):
+        path = path_of(stages, bodies=DISSIMILAR)
+        shares = [[stage.share(stage.first + i) for i in range(stage.increments)] for stage in path._planned]
+        for each in shares:
+            assert each[-1] == 1.0
+            assert (np.diff([0.0, *each]) > 0.0).all()

@@ -1,0 +1,88 @@
+"""What a cell slips and dissipates in an increment, where the contact's edge passes over it in the middle of it.
+
+The slip increment of the solution is the surfaces' relative motion over the whole increment. A cell that was open at
+its start, or is at its end, slips only while it touches; taking all of the motion makes the work too large, with an
+error of order 3/2 in the increment. The part follows from how far the edge has gone on both sides of the cell: at a
+distance s from it the pressure inside is C s^(1/2), the gap outside 4 C s^(3/2) / 3 E* (Johnson, Contact Mechanics,
+section 5.1), and C^2 is the slope of the squared pressure, which is straight near the edge (in Hertz's contact:
+everywhere). So the squared pressure of a cell grows with the way of the edge, and the mean of the friction bound is
+that of mu p with p^2 changing evenly from start to end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fretsolve.certificate import Solution
+    from fretsolve.grid import Grid
+
+FloatArray = NDArray[np.floating]
+Cells = tuple[NDArray[np.intp], ...]
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Pressure (MPa) and gap (mm, may be infinite) at the start of an increment, both ``(nx, ny)``."""
+
+    pressure: FloatArray
+    gap: FloatArray
+
+
+def limit_to_contact(
+    slip: FloatArray, before: ContactState, solution: Solution, gap: FloatArray, grid: Grid, contact_modulus: float
+) -> NDArray[np.bool_]:
+    """Cut `slip` in place to the time in contact; returns the cells that parted in the increment, (nx, ny).
+
+    slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere, where parted cells get theirs;
+    gap: at the end; contact_modulus: E* (MPa).
+    """
+    touched, touches = before.pressure > 0.0, solution.pressure > 0.0
+    parted = touched & ~touches
+    row, column = np.nonzero(touches & ~touched)
+    share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
+    slip[:, row, column] *= share
+    row, column = np.nonzero(parted)
+    share = share_in_contact(before.pressure, gap, (row, column), grid, contact_modulus)
+    slip[:, row, column] = share * (
+        solution.previous_displacement[:, row, column] - solution.displacement[:, row, column]
+    )
+    moved_x, moved_y, turned = solution.motion[3:]
+    slip[0, row, column] += share * (moved_x - turned * grid.y[column])
+    slip[1, row, column] += share * (moved_y + turned * grid.x[row])
+    return parted
+
+
+def share_in_contact(
+    pressure: FloatArray, gap: FloatArray, cells: Cells, grid: Grid, contact_modulus: float
+) -> FloatArray:
+    """Part of an increment in which `cells` touch, (n,): they have `pressure` at one end of it, `gap` at the other."""
+    row, column = cells
+    own = pressure[cells].astype(np.float64) ** 2
+    slopes = []
+    for index, count, length in ((0, grid.nx, grid.dx), (1, grid.ny, grid.dy)):
+        steepest = np.zeros(own.shape)
+        for step in (-1, 1):
+            places = [row, column]
+            places[index] = np.clip(places[index] + step, 0, count - 1)
+            steepest = np.maximum(steepest, pressure[places[0], places[1]].astype(np.float64) ** 2 - own)
+        slopes.append(steepest / length)
+    slope = np.hypot(*slopes)
+    alone = slope == 0.0
+    slope[alone] = own[alone] / max(grid.dx, grid.dy)
+    inside = own / slope
+    outside = (0.75 * contact_modulus * np.maximum(gap[cells], 0.0) / np.sqrt(slope)) ** (2.0 / 3.0)
+    share: FloatArray = inside / (inside + outside)
+    return share
+
+
+def mean_pressure(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Mean over an increment of a pressure whose square changes evenly, of the arrays' shape."""
+    total = before + after
+    product = np.divide(before * after, total, out=np.zeros_like(total), where=total > 0.0)
+    mean: FloatArray = (total - product) * (2.0 / 3.0)
+    return mean
