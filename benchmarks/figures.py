@@ -26,6 +26,7 @@ import bench_operator
 import bench_path
 import bench_solvers
 import compare_programs
+import increments
 import numpy as np
 import profile_increment
 from marked import printed, put_parts_into
@@ -280,6 +281,7 @@ PARTS = {
     "certified": print_certified,
     "paper": print_paper,
     "steps": print_steps,
+    "increments": increments.print_table,
     "residuals": print_residuals,
     "performance": print_performance,
     "profile": print_profile,
