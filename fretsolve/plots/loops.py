@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -74,7 +75,7 @@ def _draw(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
         axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5)
         label = f"{_work(result, cycle)} dissipated in {cycle.name}"
         handles.append(Patch(color=color, alpha=0.25, linewidth=0, label=label))
-    _draw_errors(axes, result, pair, x_unit.factor, y_unit.factor)
+    handles += _draw_errors(axes, result, pair, x_unit.factor, y_unit.factor)
     handles += _draw_hertz(axes, result, pair, x_unit.factor, y_unit.factor)
     axes.set_xlabel(axis_label(pair.motion, x_unit))
     axes.set_ylabel(axis_label(pair.force, y_unit))
@@ -96,16 +97,19 @@ def _total_work(result: Result) -> str:
     """All dissipated work with its error, where that is known, and its unit."""
     work, error = float(result.history["work_total"][-1]), result.history.get("work_total_error")
     unit = readable("mJ", work)
-    known = "" if error is None or np.isnan(error[-1]) else f" ± {error[-1] * unit.factor:.2g}"
-    return f"{work * unit.factor:.4g}{known} {unit.text}"
+    if error is None or not error[-1] > 0.0:
+        return f"{work * unit.factor:.4g} {unit.text}"
+    uncertain = float(error[-1]) * unit.factor
+    decimals = max(0, 1 - math.floor(math.log10(uncertain)))
+    return f"{work * unit.factor:.{decimals}f} ± {uncertain:.{decimals}f} {unit.text}"
 
 
-def _draw_errors(axes: Axes, result: Result, pair: MovedPair, x_factor: float, y_factor: float) -> None:
-    """Error bars of whichever of both columns has errors."""
+def _draw_errors(axes: Axes, result: Result, pair: MovedPair, x_factor: float, y_factor: float) -> list[Any]:
+    """Error bars of whichever of both columns has errors, for the legend."""
     x_error, y_error = (result.history.get(f"{name}_error") for name in (pair.motion, pair.force))
     if x_error is None and y_error is None:
-        return
-    axes.errorbar(
+        return []
+    bars = axes.errorbar(
         result.history[pair.motion] * x_factor,
         result.history[pair.force] * y_factor,
         xerr=None if x_error is None else np.abs(x_error) * x_factor,
@@ -115,7 +119,9 @@ def _draw_errors(axes: Axes, result: Result, pair: MovedPair, x_factor: float, y
         elinewidth=0.8,
         capsize=1.5,
         zorder=2.5,
+        label="estimated errors",
     )
+    return [bars]
 
 
 def _draw_hertz(

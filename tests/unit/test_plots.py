@@ -220,7 +220,8 @@ def test_errors_are_drawn_where_the_result_has_them(results: dict[str, Result]) 
     (bars,) = container[2]
     lengths = [float(np.ptp(segment[:, 0])) for segment in bars.get_segments()]
     np.testing.assert_allclose(lengths, 2 * 1e3 * 2e-5)
-    assert "± 0.03 µJ" in heading(figure)
+    assert re.search(r" \d+\.\d{3} ± 0\.030 µJ", heading(figure))
+    assert "estimated errors" in legend_texts(panels(figure)[0])
 
 
 def test_torsion_is_a_loop_of_moment_over_rotation(results: dict[str, Result]) -> None:
