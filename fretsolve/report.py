@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import IO
 
@@ -17,7 +17,7 @@ from rich.table import Table
 from fretsolve.history import Result
 from fretsolve.state import ERROR_SUFFIX
 
-WIDTH = 100
+WIDTH = 120
 """Columns of the report where the output is no terminal, or one that is too narrow for it."""
 
 NARROWEST = 60
@@ -78,14 +78,24 @@ def summary(result: Result) -> list[str]:
     status = f"{result.status}, {result.increments} increments"
     if "failure" in result.attributes:
         status += f": {result.attributes['failure']}"
-    dx, dy = (float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in (result.x, result.y))
     nx, ny = len(result.x), len(result.y)
     return [
         str(title),
         status,
-        f"coupling {result.coupling}, grid {nx} x {ny} cells on {nx * dx:.4g} x {ny * dy:.4g} mm,"
+        f"coupling {result.coupling}, grid {nx} x {ny} cells{_area(result)},"
         f" fretsolve {result.attributes['fretsolve_version']}",
     ]
+
+
+def _area(result: Result) -> str:
+    """The sides of the grid in words; nothing where a side of one cell was sized by the loads."""
+    asked = result.effective_case.get("grid", {}).get("size")
+    given = asked if isinstance(asked, list) else [math.nan, math.nan]
+    sides = [
+        len(axis) * float(axis[1] - axis[0]) if len(axis) > 1 else float(side)
+        for axis, side in zip((result.x, result.y), given, strict=True)
+    ]
+    return "" if any(map(math.isnan, sides)) else f" on {sides[0]:.4g} x {sides[1]:.4g} mm"
 
 
 def history_tables(result: Result, *, every_increment: bool = False, width: int = WIDTH) -> list[Table]:
@@ -201,16 +211,26 @@ def _heading(name: str) -> tuple[str, str]:
     return (first, second) if len(second) > 1 and first else ("", name)
 
 
-def _split(fixed: Sequence[Column], columns: Sequence[Column], width: int) -> Iterator[list[Column]]:
-    used = start = sum(column.width + GAP for column in fixed)
-    part: list[Column] = []
+def _split(fixed: Sequence[Column], columns: Sequence[Column], width: int) -> list[list[Column]]:
+    """As few tables as `width` allows, and of those the ones that are least unequal in width."""
+    narrowest = max(column.width + GAP for column in columns)
+    room = max(width - sum(column.width + GAP for column in fixed), narrowest)
+    fewest = len(_filled(columns, room))
+    least = next(less for less in range(narrowest, room + 1) if len(_filled(columns, less)) == fewest)
+    return [[*fixed, *part] for part in _filled(columns, least)]
+
+
+def _filled(columns: Sequence[Column], room: int) -> list[list[Column]]:
+    """The columns in order, each part as wide as `room` allows."""
+    parts: list[list[Column]] = [[]]
+    used = 0
     for column in columns:
-        if part and used + column.width + GAP > width:
-            yield [*fixed, *part]
-            part, used = [], start
-        part.append(column)
         used += column.width + GAP
-    yield [*fixed, *part]
+        if parts[-1] and used > room:
+            parts.append([])
+            used = column.width + GAP
+        parts[-1].append(column)
+    return parts
 
 
 def _table(columns: Sequence[Column]) -> Table:

@@ -57,6 +57,9 @@ def prepare(case: Case) -> Scene:
 def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
     """The closed form for a sphere on a flat, a search on coarse grids for everything else."""
     loads = load_path.normal_loads()
+    concave = concave_sphere(case)
+    if concave is not None:
+        raise concave
     sphere = case.surface[0]
     if sphere.kind == "sphere" and sphere.radius > 0.0:
         radius = max(hertz_radius(load, sphere.radius, model.compliances.contact_modulus) for load in loads)
@@ -69,6 +72,18 @@ def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[floa
         return contact_size(case.surface, model.compliances, loads, case.grid.center, first)
     except CaseError as error:
         raise _in_file(error, case) from None
+
+
+def concave_sphere(case: Case) -> CaseError | None:
+    """The error of a case whose only surface is a concave sphere; None of any other."""
+    sphere = case.surface[0]
+    if len(case.surface) > 1 or sphere.kind != "sphere" or sphere.radius > 0.0:
+        return None
+    return case.source.problem(
+        f"{sphere.radius:g} mm is concave, so the bodies would touch at the grid's edge only; a convex sphere has a"
+        " positive radius, a ball in a socket takes both spheres",
+        ("surface", 0, "sphere", "radius"),
+    )
 
 
 def _in_file(error: CaseError, case: Case) -> CaseError:

@@ -10,6 +10,7 @@ from fretsolve.commands.outlook import first_slide, smallest_stick
 from fretsolve.components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model import UNCOUPLED_BELOW
+from fretsolve.scene import concave_sphere
 from fretsolve.sizing import MARGIN
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def doubts(scene: Scene) -> list[str]:
     hertz = max(pressed, key=lambda contact: contact.load, default=None)
     found = [
         *scene.model.warnings,
+        *_about_shape(scene),
         *_about_friction(scene),
         *_about_sliding(scene, contacts),
         *_about_resolution(scene, hertz),
@@ -47,6 +49,12 @@ def doubts(scene: Scene) -> list[str]:
     if hertz is not None:
         found += [*_about_theory(hertz), *_about_edge(scene, hertz)]
     return list(dict.fromkeys(found))
+
+
+def _about_shape(scene: Scene) -> Iterator[str]:
+    concave = concave_sphere(scene.case)
+    if concave is not None:
+        yield f"{dotted(concave.key)}: {concave.message}"
 
 
 def _about_friction(scene: Scene) -> Iterator[str]:

@@ -46,7 +46,7 @@ GROWN = 0.01
 TEETH = "teeth in the slip: cells that join a growing contact have not slipped in the increments before"
 
 COMPONENTS: tuple[dict[str, Any], ...] = (
-    {"linewidth": 1.4, "markerfacecolor": "white"},
+    {"linewidth": 1.4},
     {"linewidth": 0.8, "markersize": 3.0},
 )
 """What tells the components x and y of one increment apart, in one panel."""
@@ -160,6 +160,8 @@ class _Panel:
             shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= SEEN * self.largest]
             for k in shown:
                 options = mark.options(int(inside.sum())) | COMPONENTS[k]
+                if k:
+                    options["markerfacecolor"] = mark.color
                 values = rows[k][inside] * self.unit.factor
                 label = f"increment {snapshot.step}: {load_text(snapshot.result, snapshot.step)}"
                 found += self.axes.plot(self.line.along[inside], values, label=label, **options)
@@ -204,7 +206,7 @@ def _component_key(panels: Sequence[_Panel]) -> list[Line2D]:
     """How the components are told apart, where a panel has both."""
     if not any(len(panel.components) > 1 for panel in panels):
         return []
-    shades: tuple[dict[str, Any], ...] = ({}, {"markerfacecolor": "0.3"})
+    shades = ({"markerfacecolor": "white"}, {"markerfacecolor": "0.3"})
     return [
         Line2D([], [], color="0.3", marker="o", label=label, **(options | shade))
         for label, options, shade in zip(_COMPONENT_KEY, COMPONENTS, shades, strict=True)

@@ -26,7 +26,8 @@ PANEL = (4.9, 3.6)
 def stick_history(result: Result, ax: Target = None) -> Figure:
     """c/a, the stick over the contact radius, over each tangential load that the path moves, or over P.
 
-    Radii are those of circles of equal area. Closed forms over a force are drawn where they apply. Raises PictureError.
+    Radii are those of circles of equal area. Closed forms for the forces found are drawn where they apply. Raises
+    PictureError.
     """
     pairs = _pairs(result)
     with canvas(ax, 1, len(pairs), PANEL) as drawn:
@@ -61,7 +62,7 @@ def _draw(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         steps = cycle.steps
         handles += axes.plot(load[steps], ratio[steps], label=cycle.name, **mark.options(len(load[steps])))
-    form = stick_form(result, pair.force) if name == pair.force else None
+    form = stick_form(result, pair.force)
     if form is not None:
         handles += axes.plot(load, form.values, label=f"{form.name} (closed form)", **CLOSED_FORM)
     axes.set_ylim(-0.03, 1.05)

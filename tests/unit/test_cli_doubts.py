@@ -35,6 +35,7 @@ DOUBTS = {
     ("bodies.0.young_modulus=200 MPa", "grid.size=8 mm"): "are all units right?",
     ("grid.size=0.61 mm",): "grid.size: the contact comes near the grid's edge or reaches it; [0.723 mm, 0.723 mm]",
     ("grid={points: 64, size: 0.8 mm, center: [0.1 mm, 0]}",): "grid.size: the contact comes near",
+    ("surface.sphere.radius=-10 mm", "grid.size=1 mm"): "surface.sphere.radius: -10 mm is concave",
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     (DISSIMILAR, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }

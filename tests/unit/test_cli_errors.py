@@ -10,9 +10,9 @@ from command_line import CASE, invoke, write_case
 from fretsolve import cli
 
 USAGE = {
-    ("rum",): "fretsolve: No such command 'rum'. Did you mean 'run'? (see fretsolve --help)",
+    ("rum",): "fretsolve: No such command 'rum'.",
     ("run",): "fretsolve run: Missing argument 'CASE'. (see fretsolve run --help)",
-    ("run", "case.yaml", "--ovewrite"): "No such option '--ovewrite'. (Did you mean one of: '--overwrite'",
+    ("run", "case.yaml", "--ovewrite"): "--overwrite",
     ("run", "case.yaml", "--resume", "--overwrite"): "--resume and --overwrite exclude each other.",
     ("run", "case.yaml", "--threads", "0"): "0 is not in the range",
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from fake_states import fake_header, fake_states
+from rich.console import Console
 
 from fretsolve.history import HistoryWriter, Result, open_result
-from fretsolve.report import print_report, relevant_columns, stage_ends
+from fretsolve.report import history_tables, print_report, relevant_columns, stage_ends
 
 
 def made_up(tmp_path: Path, count: int = 7, end: str = "complete", **changes: float) -> Result:
@@ -57,7 +58,7 @@ def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:
 def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
     lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-5)))
-    assert max(map(len, lines)) <= 100
+    assert max(map(len, lines)) <= 120
     assert sum("step" in line and "stage" in line for line in lines) > 1
     assert "…" not in "".join(lines)
     assert sum(line.count("-1.235e-05") for line in lines) == 3 * len(names)
@@ -77,3 +78,25 @@ def test_result_without_increments(tmp_path: Path) -> None:
 def test_stage_ends() -> None:
     assert stage_ends(np.array([1, 1, 2, 3, 3])).tolist() == [1, 2, 4]
     assert stage_ends(np.array([], int)).tolist() == []
+
+
+def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> None:
+    result = made_up(tmp_path, Mx=1.0, Mz=2.0)
+    for width in (60, 75, 100, 120):
+        widths = []
+        for table in history_tables(result, width=width):
+            text = io.StringIO()
+            Console(file=text, width=200).print(table)
+            widths.append(max(len(line.rstrip()) for line in text.getvalue().splitlines()))
+        assert max(widths) <= width
+        total = sum(widths)
+        assert len(widths) <= -(-total // (width - 12)) + 1
+        assert min(widths) >= 0.6 * max(widths)
+
+
+def test_grid_of_one_cell(tmp_path: Path) -> None:
+    with HistoryWriter.open(tmp_path / "one.h5", fake_header(shape=(1, 5))) as writer:
+        writer.append(next(fake_states(1, shape=(1, 5))))
+        writer.finish("complete")
+    with open_result(tmp_path / "one.h5") as result:
+        assert "grid 1 x 5 cells, fretsolve" in printed(result)[2]

@@ -54,7 +54,7 @@ AT_THE_EDGE = Family(
             "concave sphere",
             {"surface": {"sphere": {"radius": -10.0}}},
             refused=CaseError,
-            says="give the size",
+            says="surface.sphere.radius: -10 mm is concave",
         ),
         Probe(
             "shear moves the contact to the edge",
