@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector
 from fretsolve.rounding import least_slip, named_rounding
-from fretsolve.state import Certificate, Zone
+from fretsolve.state import Certificate, Zone, nothing
 
 FloatArray = NDArray[np.floating]
 
@@ -58,7 +58,7 @@ class Evidence:
 
 class Examiner:
     """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient; to a
-    tolerance, which tells what is lost in rounding (`least_slip`)."""
+    tolerance, which tells what is lost in rounding (`least_slip`). slides: whether anything can slip at all."""
 
     def __init__(
         self,
@@ -67,8 +67,10 @@ class Examiner:
         normal: NormalModes,
         tangential: TangentialModes,
         tolerance: float,
+        slides: bool = True,
     ):
         self.separation = separation
+        self.slides = slides
         self.friction = friction
         self.tolerance = tolerance
         self.normal = normal
@@ -79,21 +81,22 @@ class Examiner:
         """Gap, slip and certificate; `normal` and `tangential` tell what was imposed."""
         contact = solution.pressure > 0.0
         bound = self.friction * solution.pressure
-        length = np.hypot(solution.shear[0], solution.shear[1])
+        length, slip = nothing(contact.shape), nothing((2, *contact.shape))
+        if self.slides:
+            length, slip = np.hypot(solution.shear[0], solution.shear[1]), self._slip(solution, contact)
         gap = self._gap(solution)
-        slip = self._slip(solution, contact)
         sticking = contact & (length < bound * (1.0 - ON_THE_CIRCLE))
         if self.friction and not slip.any():
             sticking = contact
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
         zone[contact] = Zone.SLIP
         zone[sticking] = Zone.STICK
-        stick, across = self._slip_residuals(solution, slip, sticking)
+        stick, across = self._slip_residuals(solution, slip, sticking) if self.slides else (0.0, 0.0)
         certificate = Certificate(
             gap=self._gap_residual(solution, gap, contact),
             stick=stick,
             slip=across,
-            bound=self._bound_residual(length, bound),
+            bound=self._bound_residual(length, bound) if self.slides else 0.0,
             load=self._load_residual(solution, bound, normal, tangential),
         )
         return Evidence(gap, slip, zone, certificate)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -136,8 +137,12 @@ class PaddedConvolution:
         )
         self._row_real[:] = 0.0  # measuring a plan overwrites its arrays
         self._blocks: list[_ColumnBlock] = []
-        self._products = tuple(np.zeros((mx, self._block_columns), self._complex) for _ in range(2))
         self._options = options
+
+    @cached_property
+    def _products(self) -> tuple[ComplexArray, ...]:
+        """Room for products of a block where fields interact."""
+        return tuple(np.zeros((self.padded[0], self._block_columns), self._complex) for _ in range(2))
 
     def _column_blocks(self, count: int) -> list[_ColumnBlock]:
         """`count` padded blocks of columns with their plans, made at the first need."""
@@ -166,17 +171,14 @@ class PaddedConvolution:
             spectrum[start:stop] = self._row_complex[: stop - start]
         self.transforms += 0.5
 
-    def restore_rows(self, spectrum: ComplexArray, field: FloatArray, accumulate: bool = False) -> None:
-        """Transform ``spectrum`` back along y into ``field`` (nx, ny), or add to it."""
+    def restore_rows(self, spectrum: ComplexArray, field: FloatArray) -> None:
+        """Transform ``spectrum`` back along y into ``field`` (nx, ny)."""
         nx, ny = self.shape
         for start in range(0, nx, self._block_rows):
             stop = min(start + self._block_rows, nx)
             self._back_complex[: stop - start] = spectrum[start:stop]
             self._rows_backward.execute()
-            if accumulate:
-                field[start:stop] += self._back_real[: stop - start, :ny]
-            else:
-                field[start:stop] = self._back_real[: stop - start, :ny]
+            field[start:stop] = self._back_real[: stop - start, :ny]
         self.transforms += 0.5
 
     def multiply_columns(
@@ -218,6 +220,9 @@ class PaddedConvolution:
         """``results = kernels @ fields`` for a block of columns from `start` on; symmetric where it is two by two."""
         width = fields[0].shape[1]
         columns = slice(start, start + width)
+        if len(fields) == len(results) == 1:
+            spectral.multiply(kernels[0][0].values[:, columns], kernels[0][0].odd_x, fields[0], results[0])
+            return
         room = self._products[0][:, :width], self._products[1][:, :width]
         if len(fields) == len(results) == 2:
             (along_x, mixed), (_, along_y) = kernels

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import influence
-from fretsolve.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution, RowSpace
-from fretsolve.influence_spectra import InfluenceSpectra, ScaledSpectra, Spectra
+from fretsolve.convolution import KernelMatrix, PaddedConvolution, RowSpace
+from fretsolve.influence_spectra import Influence, InfluenceSpectra, ScaledSpectra, Spectra
 from fretsolve.materials import Compliances
 from fretsolve.projected_cg import Operators
 from fretsolve.symbol_inverse import SymbolInverse
@@ -113,14 +113,14 @@ class ElasticOperator:
             kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
             self._convolve(kernels, (shear[0], shear[1]), (displacement[0], displacement[1]))
         else:
-            self._along_its_own(spectra["xx"], shear[0], displacement[0])
-            self._along_its_own(spectra["yy"], shear[1], displacement[1])
+            self._along_its_own("xx", shear[0], displacement[0])
+            self._along_its_own("yy", shear[1], displacement[1])
             self.applications += 1
 
-    def _along_its_own(self, kernel: KernelSpectrum, shear: FloatArray, displacement: FloatArray) -> None:
+    def _along_its_own(self, name: Influence, shear: FloatArray, displacement: FloatArray) -> None:
         """Displacement in the direction of the shear; nothing to do where there is none, as where no load is."""
         if shear.any():
-            self._convolve(((kernel,),), (shear,), (displacement,))
+            self._convolve(((self._spectra[name],),), (shear,), (displacement,))
             self.applications -= 1
         else:
             displacement[:] = 0.0

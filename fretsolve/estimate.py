@@ -15,9 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fretsolve.compiler import compiler_wanted
+from fretsolve.components import TANGENTIAL
 from fretsolve.errors import CaseError
 
 if TYPE_CHECKING:
+    from fretsolve.model import Part
     from fretsolve.scene import Scene
 
 PROCESS_BYTES = 145e6
@@ -29,21 +31,35 @@ COMPILER_BYTES = 60e6
 BUFFER_BYTES = 10e6
 """Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
 
-CELL_BYTES = 245
-CELL_BYTES_TANGENTIAL = 110
-CELL_BYTES_CROSS = 25
-CELL_BYTES_COUPLED = 100
-"""Per cell, of the normal problem and more for each term that is kept: influence coefficients, padded spectra, work
-arrays of the solvers, the states before and after an increment, buffers of the result file."""
+CELL_BYTES: dict[Part, float] = {
+    "normal problem": 110.0,
+    "tangential problem": 100.0,
+    "ux from qy, uy from qx": 25.0,
+    "between pressure and shear": 60.0,
+    "slip and work": 90.0,
+}
+"""Per cell, of each part of the model that is kept: influence coefficients, padded spectra, work arrays of the solvers,
+the states before and after an increment, buffers of the result file (`python benchmarks/scenes.py`)."""
 
-APPLICATIONS_NORMAL = 20
-APPLICATIONS_TANGENTIAL = 25
-APPLICATIONS_COUPLED = 50
-"""Applications of the elastic operator per increment."""
+PRESSED_APPLICATIONS = 20
+SHEARED_APPLICATIONS = 25
+COUPLED_APPLICATIONS = 25
+"""Applications of the elastic operator per increment: where the normal load changes; where there is shear; and more
+where both act on each other."""
 
-SECONDS_NORMAL = 0.06e-6
-SECONDS_TANGENTIAL = 0.1e-6
+APPLICATION_SECONDS: dict[Part, float] = {
+    "normal problem": 0.06e-6,
+    "tangential problem": 0.08e-6,
+    "between pressure and shear": 0.1e-6,
+}
 """Per application and cell, with all that is done besides."""
+
+CROSS_SHARE = 0.25
+"""What ux from qy and uy from qx add to the time of the tangential problem."""
+
+PROOF_SECONDS = 0.15e-6
+SLIP_SECONDS = 0.1e-6
+"""Per increment and cell: the certificate's application and the gap; slip and work with their part of it."""
 
 COMPANIONS = 0.25
 """Work of the runs for error bars over that of the run itself. There are up to two, on a quarter of its cells each."""
@@ -56,9 +72,21 @@ COMPRESSION = 0.35
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """memory, file: bytes; applications: of the elastic operator over the whole path; seconds: of one thread."""
+class Share:
+    """What a part of the model takes: bytes that grow with the grid, seconds of one thread."""
 
+    memory: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """memory, file: bytes; applications: of the elastic operator over the whole path; seconds: of one thread.
+
+    shares: of the parts of the model that are kept, without the companion runs of error bars.
+    """
+
+    shares: dict[Part, Share]
     memory: float
     file: float
     increments: int
@@ -78,26 +106,44 @@ def estimate(scene: Scene) -> Estimate:
     """What running `scene` with one thread takes."""
     cells, increments = math.prod(scene.grid.shape), scene.load_path.increments
     terms = scene.model.terms
-    kept = (terms.tangential, terms.cross, terms.coupled)
-    per_cell = CELL_BYTES + sum(
-        size * term
-        for size, term in zip((CELL_BYTES_TANGENTIAL, CELL_BYTES_CROSS, CELL_BYTES_COUPLED), kept, strict=True)
-    )
-    fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted() + BUFFER_BYTES * (1 + sum(kept))
-    applications, seconds = APPLICATIONS_NORMAL, SECONDS_NORMAL
-    if scene.model.sheared:
-        applications = APPLICATIONS_COUPLED if terms.coupled else APPLICATIONS_TANGENTIAL
-        seconds = SECONDS_TANGENTIAL
+    applications = _applications(scene)
+    seconds = {part: APPLICATION_SECONDS[part] * count * cells for part, count in applications.items()}
+    seconds["normal problem"] += PROOF_SECONDS * increments * cells
+    if terms.cross:
+        seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
+    if scene.model.slides:
+        seconds["slip and work"] = SLIP_SECONDS * increments * cells
+    kept = [decision.part for decision in scene.model.decisions if decision.kept]
+    shares = {part: Share(CELL_BYTES[part] * cells, seconds.get(part, 0.0)) for part in kept}
+    fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted()
+    fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.cross, terms.coupled)))
     companions = COMPANIONS if scene.case.solver.error_estimate else 0.0
     output = scene.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     return Estimate(
-        memory=fixed + per_cell * cells * (1.0 + 2.0 * companions),
+        shares=shares,
+        memory=fixed + sum(share.memory for share in shares.values()) * (1.0 + 2.0 * companions),
         file=COMPRESSION * stored * cells + 300.0 * increments + 100e3,
         increments=increments,
-        applications=round(applications * increments * (1.0 + companions)),
-        seconds=seconds * applications * increments * cells * (1.0 + companions),
+        applications=round(sum(applications.values()) * (1.0 + companions)),
+        seconds=sum(share.seconds for share in shares.values()) * (1.0 + companions),
     )
+
+
+def _applications(scene: Scene) -> dict[Part, int]:
+    """Applications of the elastic operator over the whole path, by the part of the model that needs them."""
+    model, increments = scene.model, scene.load_path.increments
+    stages = zip(scene.case.stages(), scene.load_path.counts, strict=True)
+    pressed = sum(
+        count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets)
+    )
+    interact = model.sheared and model.terms.coupled
+    needed: dict[Part, int] = {"normal problem": PRESSED_APPLICATIONS * (increments if interact else pressed)}
+    if model.sheared:
+        needed["tangential problem"] = SHEARED_APPLICATIONS * increments
+    if model.terms.coupled:
+        needed["between pressure and shear"] = COUPLED_APPLICATIONS * increments if interact else increments
+    return needed
 
 
 def memory_problem(scene: Scene) -> CaseError | None:

@@ -18,7 +18,7 @@ from fretsolve.grid import Grid
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.modes import NormalModes, TangentialModes, Vector
-from fretsolve.state import Certificate
+from fretsolve.state import Certificate, nothing
 from fretsolve.window import FREE_CELLS, Window, window_around
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class IncrementSolver:
         self._space = RowSpace()
         self.level = Level(grid, model, threads, self._space)
         self._examiner = Examiner(
-            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance
+            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.slides
         )
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
@@ -89,7 +89,7 @@ class IncrementSolver:
         """
         before = self.applications
         require_supported(increment.normal, self.separation, self.grid)
-        work = Iterate(start.pressure.copy(), start.shear.copy(), start.rigid.copy())
+        work = Iterate(start.pressure.copy(), self._own(start.shear), start.rigid.copy())
         if start.normal != increment.normal:
             self._estimate(increment, work)
         target = MARGIN * self.tolerance
@@ -180,10 +180,15 @@ class IncrementSolver:
         part_of_start = Start(
             start.pressure[cells], start.shear[vectors], start.displacement[vectors], start.rigid, start.normal
         )
-        work.pressure, work.shear = work.pressure[cells].copy(), work.shear[vectors].copy()
+        work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[vectors])
         alternation.run(increment, part_of_start, work, target)
         self._release(alternation.level)
-        work.pressure, work.shear = self._on_whole(work.pressure, cells), self._on_whole(work.shear, vectors)
+        work.pressure = self._on_whole(work.pressure, cells)
+        work.shear = self._on_whole(work.shear, vectors) if self.model.slides else nothing((2, *self.grid.shape))
+
+    def _own(self, shear: FloatArray) -> FloatArray:
+        """A copy to work in, where there may be shear."""
+        return shear.copy() if self.model.slides else shear
 
     def _on_whole(self, part: FloatArray, cells: tuple[slice, ...]) -> FloatArray:
         """A field of a window on the whole grid."""
@@ -193,12 +198,16 @@ class IncrementSolver:
 
     def _solution(self, start: Start, work: Iterate) -> Solution:
         """Tractions with their displacements, computed afresh on the whole grid."""
-        uz, displacement = np.zeros(self.grid.shape), np.zeros((2, *self.grid.shape))
-        terms = self.model.terms
-        if terms.coupled or (terms.tangential and work.shear.any()):
-            self.level.operator.all(work.pressure, work.shear, uz, displacement)
+        uz, displacement = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
+        terms, operator = self.model.terms, self.level.operator
+        if terms.tangential or terms.coupled:
+            displacement = np.zeros(displacement.shape)
+        if self.model.sheared and (terms.coupled or work.shear.any()):
+            operator.all(work.pressure, work.shear, uz, displacement)
         else:
-            self.level.operator.normal(work.pressure, uz)
+            operator.normal(work.pressure, uz)
+            if terms.coupled:
+                operator.tangential_from_pressure(work.pressure, displacement)
         if self._large:
             self._space.release()
         motion = work.rigid - start.rigid

@@ -20,13 +20,32 @@ UNCOUPLED_BELOW = 1e-12
 TORSION = ("Mz", "phi_z")
 
 
+Part = Literal[
+    "normal problem",
+    "tangential problem",
+    "ux from qy, uy from qx",
+    "between pressure and shear",
+    "slip and work",
+]
+
+TAKES: dict[Part, str] = {
+    "normal problem": "p, gap; uz from p",
+    "tangential problem": "qx, qy; ux from qx, uy from qy",
+    "ux from qy, uy from qx": "one coefficient for both",
+    "between pressure and shear": "ux, uy from p, uz from qx, qy; both problems in turn",
+    "slip and work": "slip, its path, work per area",
+}
+"""What a part takes where it is kept; nothing of it is allocated or computed where it is not."""
+
+
 @dataclass(frozen=True)
 class Decision:
-    """Whether a part of the model is kept, and the reason in words."""
+    """Whether a part of the model is kept, the reason in words, and what it takes: unknowns, coefficients, fields."""
 
-    part: str
+    part: Part
     kept: bool
     reason: str
+    takes: str
 
 
 @dataclass(frozen=True)
@@ -34,6 +53,7 @@ class Model:
     """The least model that the case requires, or the one that it asks for.
 
     coupling: `none`, `tangential` or `full`, in the words of the case file; sheared: there is a shear to solve for;
+    slides: there may be slip, with shear or without friction; else shear, slip and work are 0 and kept nowhere;
     decisions: one per part of the model; warnings: where the case asks for less than it requires.
     """
 
@@ -41,6 +61,7 @@ class Model:
     friction: float
     terms: Terms
     sheared: bool
+    slides: bool
     coupling: Literal["none", "tangential", "full"]
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
@@ -73,20 +94,22 @@ def derive_model(case: Case) -> Model:
     cross = sheared and (
         case.coupling in ("tangential", "full") or (case.coupling == "auto" and (material.B != 0.0 or coupled))
     )
-    terms = Terms(tangential=sheared or coupled, cross=cross or coupled, coupled=coupled)
-    decisions = (
-        Decision("normal problem", True, "the bodies are pressed together"),
-        Decision("tangential problem", sheared, _why_sheared(friction, moved, coupled)),
-        Decision("ux from qy, uy from qx", terms.cross, _why_cross(case.coupling, sheared, material.B, coupled)),
-        Decision(
-            "between pressure and shear",
+    terms = Terms(tangential=sheared, cross=cross, coupled=coupled)
+    slides = sheared or coupled or bool(moved)
+    reasons: dict[Part, tuple[bool, str]] = {
+        "normal problem": (True, "the bodies are pressed together"),
+        "tangential problem": (sheared, _why_sheared(friction, moved, coupled)),
+        "ux from qy, uy from qx": (cross, _why_cross(case.coupling, sheared, material.B)),
+        "between pressure and shear": (
             coupled,
             _why_coupled(case.coupling, beta, dissimilar, matters, sheared, coupled),
         ),
-    )
+        "slip and work": (slides, _why_slides(sheared, slides, moved)),
+    }
+    decisions = tuple(Decision(part, kept, reason, TAKES[part]) for part, (kept, reason) in reasons.items())
     name: Literal["none", "tangential", "full"] = "full" if coupled else "tangential" if cross else "none"
     warnings = _warnings(case.coupling, moved, friction, material, matters)
-    return Model(material, friction, terms, sheared, name, decisions, warnings)
+    return Model(material, friction, terms, sheared, slides, name, decisions, warnings)
 
 
 def _elastic(body: Body) -> ElasticBody | None:
@@ -110,14 +133,20 @@ def _why_sheared(friction: float, moved: list[str], coupled: bool) -> str:
     return "no tangential load, and pressing alone causes no slip"
 
 
-def _why_cross(asked: str, sheared: bool, b: float, coupled: bool) -> str:
-    if coupled and not sheared:
-        return "comes with the coupling"
+def _why_cross(asked: str, sheared: bool, b: float) -> str:
     if not sheared:
         return "no shear"
     if asked == "auto":
         return "Poisson's ratio links the directions" if b else "Poisson's ratio is 0 in both bodies"
     return f"as the case asks (coupling: {asked})"
+
+
+def _why_slides(sheared: bool, slides: bool, moved: list[str]) -> str:
+    if sheared:
+        return "what shears may slip"
+    if moved:
+        return f"without friction all slips as the load path moves {', '.join(moved)}"
+    return "pressure moves the frictionless surfaces" if slides else "nothing shears"
 
 
 def _why_coupled(

@@ -21,7 +21,7 @@ from fretsolve.pointwise import compile_seconds
 from fretsolve.scene import Scene, prepare
 from fretsolve.sizing import MARGIN, contact_size
 from fretsolve.slip import ContactState, limit_to_contact, mean_pressure
-from fretsolve.state import Certificate, Fields, State, Summary, Zone
+from fretsolve.state import Array, Certificate, Fields, State, Summary, Zone, nothing
 from fretsolve.surface import map_spans
 from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
 
@@ -91,8 +91,7 @@ def _working_seconds() -> float:
 
 def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
     if state is None:
-        nothing = np.zeros((2, *grid.shape))
-        return Start(nothing[0], nothing, nothing, np.zeros(6))
+        return Start(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
     rigid = np.array([getattr(state.summary, name) for name in RIGID])
     return Start(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
 
@@ -100,7 +99,7 @@ def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
 def _touching(state: State | None, separation: FloatArray) -> ContactState:
     """The contact after `state`; at first the surfaces touch at their nearest points."""
     if state is None:
-        return ContactState(np.zeros_like(separation), separation - separation.min())
+        return ContactState(nothing(separation.shape), separation - separation.min())
     return ContactState(state.fields.pressure, state.fields.gap)
 
 
@@ -115,6 +114,24 @@ def _state(
     """Accumulate slip and work, and sum the increment up."""
     solution, evidence = solved.solution, solved.evidence
     areas = _areas(solved, scene)
+    slip, slip_path, work_density, work = evidence.slip, nothing(scene.grid.shape), nothing(scene.grid.shape), 0.0
+    if scene.model.slides:
+        slip_path, work_density, work = _accumulate(solved, before, previous, scene)
+    work_before = 0.0 if previous is None else previous.summary.work_total
+    fields = Fields(
+        solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
+    )
+    for array in (*vars(fields).values(), solution.displacement):
+        array.flags.writeable = False  # the next increment starts from these very arrays
+    summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
+    return State(summary, fields, solution.displacement)
+
+
+def _accumulate(
+    solved: Solved, before: ContactState, previous: State | None, scene: Scene
+) -> tuple[Array, Array, float]:
+    """Path of the slip and density of the work since the start, and the increment's work; adds to the slip in place."""
+    solution, evidence = solved.solution, solved.evidence
     slip = evidence.slip  # changed in place: the evidence is this state's alone
     modulus = scene.model.compliances.contact_modulus
     parted = limit_to_contact(slip, before, solution, evidence.gap, scene.grid, modulus)
@@ -123,21 +140,12 @@ def _state(
     work_density *= slip_path
     # What a sticking cell slips is the certificate's residual.
     work_density *= (evidence.zone == Zone.SLIP) | parted
+    work = float(work_density.sum()) * scene.grid.cell_area
     if previous is not None:
         slip += previous.fields.slip
-    work = float(work_density.sum()) * scene.grid.cell_area
-    work_before = 0.0
-    if previous is not None:
         slip_path += previous.fields.slip_path
         work_density += previous.fields.work_density
-        work_before = previous.summary.work_total
-    fields = Fields(
-        solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
-    )
-    for array in (*vars(fields).values(), solution.displacement):
-        array.flags.writeable = False  # the next increment starts from these very arrays
-    summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
-    return State(summary, fields, solution.displacement)
+    return slip_path, work_density, work
 
 
 def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:

@@ -16,6 +16,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating]
 
 
+def nothing(shape: tuple[int, ...]) -> Array:
+    """Zeros that take no memory, read-only: a field that a scene does not need."""
+    return np.broadcast_to(np.float64(0.0), shape)
+
+
 class Zone(IntEnum):
     """State of a cell, as stored in the field `zone`."""
 
@@ -153,7 +158,8 @@ class State:
     """Everything after one certified increment.
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
-    refers to. Together with `fields` and `summary` it is all that a restart needs.
+    refers to. Together with `fields` and `summary` it is all that a restart needs. Where nothing can slip, it is
+    `nothing`, and so are shear, slip, slip_path and work_density.
     """
 
     summary: Summary

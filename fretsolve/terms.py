@@ -10,7 +10,7 @@ class Terms:
     """Which influence coefficients are kept.
 
     tangential: shear to tangential displacement (ux from qx, uy from qy); cross: also ux from qy and uy from qx;
-    coupled: also between pressure and tangential displacement, and shear and normal displacement.
+    coupled: pressure to tangential displacement and, where there is shear, shear to normal displacement.
     """
 
     tangential: bool

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from fretsolve.case import HISTORY_DIMENSIONS
+from fretsolve.estimate import estimate
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
@@ -22,6 +23,21 @@ def model_lines(model: Model) -> list[str]:
         f"{decision.part:{width}}  {'on ' if decision.kept else 'off'}  {decision.reason}"
         for decision in model.decisions
     ]
+
+
+def model_table(scene: Scene) -> Iterator[str]:
+    """The parts of the model, with their shares of the memory that grows with the grid and of the time, and why."""
+    shares = estimate(scene).shares
+    memory, seconds = (sum(getattr(share, name) for share in shares.values()) for name in ("memory", "seconds"))
+    width = max(len(decision.part) for decision in scene.model.decisions)
+    yield f"{'part':{width}}       {'memory':>6}  {'time':>5}  what and why"
+    for decision in scene.model.decisions:
+        cells, why = ("off", "", ""), decision.reason
+        if decision.kept:
+            share = shares[decision.part]
+            cells = ("on", f"{share.memory / memory:.0%}", f"{share.seconds / seconds:.0%}")
+            why = f"{decision.takes}: {why}"
+        yield f"{decision.part:{width}}  {cells[0]:3}  {cells[1]:>6}  {cells[2]:>5}  {why}"
 
 
 def grid_line(scene: Scene) -> str:

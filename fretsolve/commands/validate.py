@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from fretsolve.case import HeightsSurface, load_case
-from fretsolve.commands.description import grid_line, model_lines, stage_lines, warn
+from fretsolve.commands.description import grid_line, model_table, stage_lines, warn
 from fretsolve.commands.doubts import doubts
 from fretsolve.commands.hertz import hertz_contact, hertz_contacts
 from fretsolve.commands.outlook import sliding_displacement, smallest_stick
@@ -49,7 +49,7 @@ def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
     yield f"# {scene.case.source.path}, with all defaults, in mm, N, MPa, rad"
     yield effective_yaml(scene)
     yield "# model"
-    yield from model_lines(scene.model)
+    yield from model_table(scene)
     yield f"Dundurs' constant {scene.model.compliances.dundurs_constant:.4g}"
     yield "\n# grid"
     yield grid_line(scene)

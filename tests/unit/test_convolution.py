@@ -94,19 +94,6 @@ def test_transforms_are_counted():
     assert padded.transforms == 1.0
 
 
-def test_accumulation():
-    padded = PaddedConvolution((6, 7))
-    kernel = padded.kernel_spectrum(quadrant((6, 7), False, False), False, False)
-    field = np.random.default_rng(0).normal(size=(6, 7))
-    (once,) = convolve(padded, ((kernel,),), [field])
-    (spectrum,) = padded.row_spectra(1, RowSpace())
-    padded.transform_rows(field, spectrum)
-    padded.multiply_columns(((kernel,),), [spectrum], [spectrum])
-    total = np.ones((6, 7))
-    padded.restore_rows(spectrum, total, accumulate=True)
-    np.testing.assert_allclose(total, 1.0 + once, atol=1e-13)
-
-
 def test_single_precision():
     shape = (20, 16)
     values, field = quadrant(shape, False, False), np.random.default_rng(4).normal(size=shape)

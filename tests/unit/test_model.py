@@ -24,7 +24,7 @@ def model(*stages, **parts):
         ({}, [PRESS, TWIST], "tangential", Terms(True, True, False), True),
         ({"bodies": DISSIMILAR}, [PRESS], "full", Terms(True, True, True), True),
         ({"bodies": DISSIMILAR}, [PRESS, PULL], "full", Terms(True, True, True), True),
-        ({"bodies": DISSIMILAR, "friction": 0}, [PRESS], "full", Terms(True, True, True), False),
+        ({"bodies": DISSIMILAR, "friction": 0}, [PRESS], "full", Terms(False, False, True), False),
         ({"bodies": NO_POISSON}, [PRESS, PULL], "none", Terms(True, False, False), True),
         ({"bodies": INCOMPRESSIBLE}, [PRESS, PULL], "tangential", Terms(True, True, False), True),
         ({"coupling": "none"}, [PRESS, PULL], "none", Terms(True, False, False), True),
@@ -56,13 +56,32 @@ def test_rounding_of_equal_bodies_is_no_difference():
 
 def test_decisions_are_reasoned():
     found = model(PRESS, TWIST, bodies=DISSIMILAR)
-    assert len(found.decisions) == 4
+    assert len(found.decisions) == 5
     assert all(decision.kept and decision.reason for decision in found.decisions)
     reasons = {decision.part: decision.reason for decision in found.decisions}
     assert "Mz" in reasons["tangential problem"]
     assert "0.1938" in reasons["between pressure and shear"]
     pressed = {decision.part: decision for decision in model(bodies=DISSIMILAR).decisions}
     assert "pressing alone" in pressed["tangential problem"].reason
+
+
+@pytest.mark.parametrize(
+    ("parts", "stages", "slides"),
+    [
+        ({}, [PRESS], False),
+        ({"friction": 0}, [PRESS, {"Qx": 0.0}], False),
+        ({"friction": 0}, [PRESS, {"delta_x": 1e-3}], True),
+        ({"friction": 0, "bodies": DISSIMILAR}, [PRESS], True),
+        ({"friction": 0, "bodies": DISSIMILAR, "output": {"fields": []}}, [PRESS], False),
+        ({"bodies": DISSIMILAR}, [PRESS], True),
+        ({}, [PRESS, PULL], True),
+    ],
+)
+def test_slip_is_kept_where_something_may_slip(parts, stages, slides):
+    found = model(*stages, **parts)
+    assert found.slides == slides
+    kept = {decision.part: decision.kept for decision in found.decisions}
+    assert kept["slip and work"] == slides
 
 
 class TestNegligibleCoupling:
@@ -76,7 +95,7 @@ class TestNegligibleCoupling:
     def test_left_out_where_it_stays_below_the_tolerance(self, tolerance, friction, kept):
         found = model(PRESS, PULL, bodies=self.STEELS, friction=friction, solver={"tolerance": tolerance})
         assert found.terms.coupled == kept
-        reason = found.decisions[-1].reason
+        reason = next(one.reason for one in found.decisions if one.part == "between pressure and shear")
         assert ("below solver.tolerance" in reason) != kept
         assert "0.002747" in reason
 

@@ -1,0 +1,164 @@
+"""What each kind of scene costs beside the full model: applications, time and memory.
+
+    python benchmarks/scenes.py                     # a table, some minutes on one core
+    python benchmarks/scenes.py --into docs/scenes.md
+
+The full model is `coupling: full` with friction 0.1: everything that a case may need. Both get the same grid and
+increments. Seconds are those of the processor, on 256 x 256 cells; memory is the peak of a process of its own, per cell
+from 512 x 512 to 1024 x 1024, beyond what does not grow with the grid.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import subprocess
+import sys
+import time
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench_path import peak_bytes
+from marked import put_parts_into
+
+import fretsolve
+from fretsolve.scene import Scene, prepare
+
+CASES = Path(__file__).resolve().parent.parent / "cases"
+PAPER = (
+    "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
+)
+NO_POISSON = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0}, {young_modulus: 200 GPa, poisson_ratio: 0}]"
+PRESSED = "load_path=[{P: 400 N, increments: 4}]"
+PULLED = "load_path=[{P: 400 N, increments: 1}, {Qx: 36 N, increments: 4}]"
+TWISTED = "load_path=[{P: 400 N, increments: 1}, {Mz: 5 N*mm, Qx: 0 N, Qy: 0 N, increments: 4}]"
+CYCLED = (
+    "load_path=[{P: 400 N, increments: 1}, {Qx: 20 N, increments: 2},"
+    " {cycle: {times: 3, stages: [{Qx: -20 N, increments: 2}, {Qx: 20 N, increments: 2}]}}]"
+)
+SCENES: dict[str, tuple[str, ...]] = {
+    "frictionless": ("friction=0", PRESSED),
+    "pressed, equal bodies": (PRESSED,),
+    "frictionless, unlike bodies, slip stored": ("friction=0", PAPER, "output.fields=[slip]", PRESSED),
+    "force, Poisson's ratio 0": (NO_POISSON, PULLED),
+    "force, equal bodies": (PULLED,),
+    "torque, equal bodies": (TWISTED,),
+    "cycles at constant P, equal bodies": (CYCLED,),
+    "pressed, unlike bodies": (PAPER, PRESSED),
+    "force, unlike bodies": (PAPER, PULLED),
+    "contact an eighth of the grid, unlike bodies": (PAPER, PULLED, "grid.size=4.8 mm"),
+}
+FULL = ("coupling=full", "friction=0.1")
+POINTS, SMALLER, LARGER = 256, 512, 1024
+FEWEST_INCREMENTS = 3
+"""Increments of which the peak of memory is taken: the first ones need all that there is."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of a run."""
+
+    applications: int
+    seconds: float
+
+
+def scene_of(name: str, full: bool, points: int) -> Scene:
+    """A scene, or the same with the full model."""
+    sets = ("expect=[]", "output.fields=[]", *SCENES[name], *(FULL if full else ()), f"grid.points={points}")
+    return prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", sets))
+
+
+def cost(name: str, full: bool) -> Cost:
+    """Of the whole path, once kernels are compiled and plans are made."""
+    for _ in range(2):
+        scene, began = scene_of(name, full, POINTS), time.process_time()
+        applications = sum(state.summary.operator_applications for state in fretsolve.run(scene))
+        seconds = time.process_time() - began
+    return Cost(applications, seconds)
+
+
+def bytes_per_cell(name: str, full: bool) -> float:
+    """Memory that grows with the grid."""
+    peaks = []
+    for points in (SMALLER, LARGER):
+        words = [sys.executable, __file__, "--memory", name, str(int(full)), str(points)]
+        peaks.append(float(subprocess.run(words, capture_output=True, check=True).stdout))
+    return (peaks[1] - peaks[0]) / (LARGER**2 - SMALLER**2)
+
+
+def print_peak(name: str, full: bool, points: int) -> None:
+    """What `bytes_per_cell` asks its processes for."""
+    deque(itertools.islice(fretsolve.run(scene_of(name, full, points)), FEWEST_INCREMENTS), maxlen=0)
+    print(peak_bytes())
+
+
+def print_scenes() -> None:
+    """The table."""
+    print("| scene | kept | applications | full | seconds | full | bytes per cell | full |")
+    print("| --- " * 8 + "|")
+    for name in SCENES:
+        least, full = cost(name, False), cost(name, True)
+        memory = [f"{bytes_per_cell(name, whole):.0f}" for whole in (False, True)]
+        decisions = scene_of(name, False, 16).model.decisions
+        kept = ", ".join(KEPT[decision.part] for decision in decisions if decision.kept and decision.part in KEPT)
+        print(
+            f"| {name} | {kept} | {least.applications} | {full.applications} | {least.seconds:.2f} |"
+            f" {full.seconds:.2f} | {memory[0]} | {memory[1]} |",
+            flush=True,
+        )
+
+
+def print_windows() -> None:
+    """A contact on grids that it fills to 5/6 and to 5/48, with cells of the same size, and on as many cells filled."""
+    print("| grid | contact fills | points | applications | seconds |")
+    print("| --- " * 5 + "|")
+    for points in WINDOWED:
+        few = points // TIMES
+        for what, side, count in (
+            ("small", SIDE, few),
+            ("large", TIMES * SIDE, points),
+            ("large", SIDE, points),
+        ):
+            sets = (PULLED, "expect=[]", "output.fields=[]", f"grid={{points: {count}, size: {side} mm}}")
+            for _ in range(2):
+                scene, began = prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", sets)), time.process_time()
+                applications = sum(state.summary.operator_applications for state in fretsolve.run(scene))
+                seconds = time.process_time() - began
+            share = "5/6" if side == SIDE else f"5/{6 * TIMES}"
+            print(f"| {what} | {share} | {count} | {applications} | {seconds:.3f} |", flush=True)
+
+
+WINDOWED = (256, 512)
+TIMES, SIDE = 8, 0.72
+
+KEPT = {
+    "normal problem": "p",
+    "tangential problem": "q",
+    "ux from qy, uy from qx": "cross",
+    "between pressure and shear": "coupling",
+    "slip and work": "slip",
+}
+"""Short names of the parts."""
+
+PARTS = {"scenes": print_scenes, "windows": print_windows}
+
+
+def main() -> None:
+    """As the top of this file tells."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--into", type=Path)
+    parser.add_argument("--memory", nargs=3, metavar=("SCENE", "FULL", "POINTS"), help="print the peak of one run")
+    asked = parser.parse_args()
+    if asked.memory:
+        name, full, points = asked.memory
+        print_peak(name, full == "1", int(points))
+    elif asked.into:
+        put_parts_into(asked.into, PARTS)
+    else:
+        for part in PARTS.values():
+            part()
+
+
+if __name__ == "__main__":
+    main()
