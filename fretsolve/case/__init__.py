@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .expectations import HISTORY_DIMENSIONS, Expectation
 from .load_path_spec import CycleSpec, Stage, StageSpec
-from .loading import load_case
+from .loading import CaseText, load_case, read_case
 from .models import (
     Body,
     Case,
@@ -35,6 +35,7 @@ __all__ = [
     "Case",
     "CaseErrors",
     "CaseSource",
+    "CaseText",
     "ConeSurface",
     "CycleSpec",
     "CylinderSurface",
@@ -55,4 +56,5 @@ __all__ = [
     "Surface",
     "case_schema",
     "load_case",
+    "read_case",
 ]

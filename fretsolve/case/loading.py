@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,43 @@ from .schema import case_schema
 from .source import CaseSource, Override, YamlSyntaxError, case_error, parse, read_text
 
 
+@dataclass(frozen=True)
+class CaseText:
+    """A case file, read and parsed once for any number of cases that differ in overrides.
+
+    data: plain values as written; problems: what of the YAML cannot be used.
+    """
+
+    data: Any
+    source: CaseSource
+    problems: tuple[CaseError, ...] = ()
+
+    def case(self, overrides: Sequence[str] = ()) -> Case:
+        """The case with `overrides`, see `load_case`. Raises `CaseError`."""
+        problems, source, data = list(self.problems), self.source, self.data
+        if not problems and not isinstance(data, dict):
+            what = "the file is empty" if data is None else "the file does not hold a mapping"
+            raise source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
+        for override in overrides:
+            try:
+                data, source = _overridden(data, source, override)
+            except CaseError as problem:
+                problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
+        return _validated(data, source, problems)
+
+
+def read_case(path: str | Path) -> CaseText:
+    """Read and parse a case file. Raises `CaseError` if it is no YAML, `FileError` if it can't be read."""
+    path = Path(path)
+    text = read_text(path)
+    try:
+        parsed = parse(text)
+    except YamlSyntaxError as error:
+        raise CaseError(str(error), (), path, error.line) from None
+    problems = tuple(case_error(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws)
+    return CaseText(parsed.value, CaseSource(path, text, parsed.place), problems)
+
+
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """Read and validate a case file.
 
@@ -23,26 +61,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file can't be read.
     """
-    if isinstance(overrides, str):
-        overrides = (overrides,)
-    path = Path(path)
-    text = read_text(path)
-    try:
-        parsed = parse(text)
-    except YamlSyntaxError as error:
-        raise CaseError(str(error), (), path, error.line) from None
-    problems = [case_error(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws]
-    source = CaseSource(path, text, parsed.place)
-    if not problems and not isinstance(parsed.value, dict):
-        what = "the file is empty" if parsed.value is None else "the file does not hold a mapping"
-        raise source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
-    data = parsed.value
-    for override in overrides:
-        try:
-            data, source = _overridden(data, source, override)
-        except CaseError as problem:
-            problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
-    return _validated(data, source, problems)
+    return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
 
 
 def _needed_keys() -> list[str]:

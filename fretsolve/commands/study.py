@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from fretsolve.commands.run import run_header
 from fretsolve.commands.study_progress import study_progress
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.extras import how_to_install
@@ -24,9 +23,7 @@ from fretsolve.study.table import tables
 from fretsolve.study.wording import advice, notes
 
 if TYPE_CHECKING:
-    from fretsolve.history import RunHeader
     from fretsolve.interrupt import StopRequest
-    from fretsolve.scene import Scene
     from fretsolve.study.trial import Trial
     from fretsolve.study.truth import TruthKind
 
@@ -54,7 +51,7 @@ class StudyOrder:
 def study_case(order: StudyOrder, stop: StopRequest) -> int:
     """Make the runs, compare and report. Returns the exit code 0, 3 or 75; raises the errors of the others."""
     plan = make_plan(
-        order.case, order.overrides, order.varied, order.quantities, order.truth, order.folder, _header
+        order.case, order.overrides, order.varied, order.quantities, order.truth, order.folder
     )
     _make_folder(order.folder)
     _introduce(order, plan)
@@ -73,10 +70,6 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
         done = f"stopped with {len(outcomes)} of {len(plan.trials)} runs done"
         print(f"{done}; the same command goes on", file=sys.stderr)
     return EXIT_STOPPED
-
-
-def _header(scene: Scene, overrides: tuple[str, ...]) -> RunHeader:
-    return run_header(scene, 1, overrides)
 
 
 def _make_folder(folder: Path) -> None:

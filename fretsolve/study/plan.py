@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fretsolve.errors import CaseError
 from fretsolve.study.observable import Observable, usual_observables
-from fretsolve.study.trial import MakeHeader, Trial, finest, prepare_trials, stage_count
+from fretsolve.study.trial import Trial, finest, prepare_trials, stage_count
 from fretsolve.study.truth import NOUNS, TruthKind, chosen_observables, known_values
 from fretsolve.study.variation import Variation, crossed, read_variations
 
@@ -48,11 +48,10 @@ def make_plan(
     quantities: Sequence[str],
     kind: TruthKind,
     folder: Path,
-    make_header: MakeHeader,
 ) -> Plan:
     """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
     variations = read_variations(varied)
-    trials = prepare_trials(case, overrides, crossed(variations), folder, make_header)
+    trials = prepare_trials(case, overrides, crossed(variations), folder)
     costliest = finest(trials)
     known = known_values(kind, costliest.scene)
     observables = chosen_observables(quantities, stage_count(trials), costliest.scene, kind, known)

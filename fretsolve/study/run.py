@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fretsolve.components import PAIRS
 from fretsolve.errors import FretsolveError, NoSolutionError
 from fretsolve.history import HistoryWriter, Result, open_result
+from fretsolve.recording import record
 from fretsolve.report import relevant_columns
 from fretsolve.simulation import run
 from fretsolve.study.observable import Observable
@@ -77,18 +78,10 @@ def make_runs(
 def _solve(trial: Trial, stop: StopRequest, show: Show) -> bool:
     """Solve and save what is missing, until the end or a failure (True), or until a signal."""
     with HistoryWriter.open(trial.out, trial.header, resume=True) as writer:
-        increments = trial.scene.load_path.increments
         try:
-            for state in run(trial.scene, writer.last_state, writer.summaries):
-                writer.append(state)
-                show(trial, state.summary)
-                if stop.requested and len(writer.summaries) < increments:
-                    return False
-        except NoSolutionError as error:
-            writer.finish("failed", str(error))
-        else:
-            writer.finish("complete")
-    return True
+            return record(trial.scene, writer, stop, lambda summary, _: show(trial, summary))
+        except NoSolutionError:
+            return True
 
 
 def _warm_up(trial: Trial, missing: Sequence[Trial], warm: set[object], stop: StopRequest) -> None:

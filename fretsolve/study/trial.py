@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case import CaseErrors, HeightsSurface, load_case
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.estimate import estimate, require_memory
+from fretsolve.recording import run_header
 from fretsolve.scene import Scene, prepare
 from fretsolve.study.variation import Combination
 
@@ -26,9 +27,6 @@ IRRELEVANT = ("title", "expect")
 
 DIGITS = 16
 """Hexadecimal digits in the name of a result."""
-
-MakeHeader = Callable[[Scene, tuple[str, ...]], "RunHeader"]
-"""The header of the run of a scene, with the overrides that made it."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Trial:
 
 
 def prepare_trials(
-    path: Path, overrides: Sequence[str], combinations: Sequence[Combination], folder: Path, make_header: MakeHeader
+    path: Path, overrides: Sequence[str], combinations: Sequence[Combination], folder: Path
 ) -> list[Trial]:
     """All runs, in the order of `combinations`. Raises CaseError or FileError for the first that is no valid case."""
     stages = [stage.key for stage in load_case(path, overrides).stages()]
@@ -62,7 +60,7 @@ def prepare_trials(
                 scene.separation()  # reads the maps
         except CaseError as error:
             raise _at_its_setting(error, combination, stages) from None
-        header = make_header(scene, texts)
+        header = run_header(scene, 1, texts)
         trials.append(Trial(combination, scene, header, folder / f"{digest(header)}.h5"))
     return trials
 

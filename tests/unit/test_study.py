@@ -169,7 +169,7 @@ def plan_of(
     kind: TruthKind = "finest",
 ) -> Plan:
     case = write_case(folder, text)
-    return make_plan(case, (), varied, quantities, kind, folder / "case.study", command._header)
+    return make_plan(case, (), varied, quantities, kind, folder / "case.study")
 
 
 def scene_of(folder: Path, text: str = CASE, *overrides: str) -> Any:

@@ -1,0 +1,113 @@
+"""A scene solved into its result file: what the file says about the run, and the loop that fills it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from fretsolve import pointwise
+from fretsolve.case import HeightsSurface
+from fretsolve.error_bars import run_with_error_bars
+from fretsolve.errors import FileError, NoSolutionError
+from fretsolve.history import HistoryWriter, RunHeader
+from fretsolve.simulation import run
+
+if TYPE_CHECKING:
+    from fretsolve.case import Case
+    from fretsolve.scene import Scene
+    from fretsolve.state import State, Summary, SummaryErrors
+
+LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
+
+
+class Stop(Protocol):
+    """Whether somebody has asked to stop after the increment."""
+
+    @property
+    def requested(self) -> bool: ...
+
+
+def record(
+    scene: Scene,
+    writer: HistoryWriter,
+    stop: Stop,
+    show: Callable[[Summary, SummaryErrors | None], None],
+    threads: int = 1,
+    warn: Callable[[str], None] = lambda text: None,
+) -> bool:
+    """Solve and save what is missing and finish the result (True), or stop with what is done saved (False).
+
+    show: called after each saved increment, with its error bars; warn: with what a person should hear of the error bars. Raises
+    NoSolutionError, the result finished as failed, and FileError.
+    """
+    increments = scene.load_path.increments
+    if stop.requested and len(writer.summaries) < increments:
+        return False
+    try:
+        for state, errors in _states(scene, writer, threads, warn):
+            writer.append(state, errors)
+            show(state.summary, errors)
+            if stop.requested and len(writer.summaries) < increments:
+                return False
+    except NoSolutionError as error:
+        writer.finish("failed", str(error))
+        raise
+    writer.finish("complete")
+    return True
+
+
+def _states(
+    scene: Scene, writer: HistoryWriter, threads: int, warn: Callable[[str], None]
+) -> Iterator[tuple[State, SummaryErrors | None]]:
+    """What is missing, with error bars where the case asks for them."""
+    so_far = writer.last_state, writer.summaries
+    if not scene.case.solver.error_estimate:
+        yield from ((state, None) for state in run(scene, *so_far, threads))
+        return
+    yield from run_with_error_bars(scene, *so_far, threads, warn)
+
+
+def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeader:
+    """What the result says about its run. Nothing in it changes from one run of the same case to the next."""
+    case = scene.case
+    provenance = {
+        "threads": threads,
+        "precision": case.solver.precision,
+        "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
+        "overrides": overrides,
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        **{library: version(library) for library in LIBRARIES},
+    }
+    return RunHeader(
+        case_yaml=case.source.text,
+        effective_case=json.dumps(case.effective()),
+        coupling=scene.model.coupling,
+        model=json.dumps([asdict(decision) for decision in scene.model.decisions]),
+        inputs=json.dumps({f"height map {n}": _digest(file) for n, file in enumerate(height_maps(case), start=1)}),
+        provenance=json.dumps(provenance),
+        x=scene.grid.x,
+        y=scene.grid.y,
+        fields=case.output.fields,
+        every=case.output.every,
+        errors=case.solver.error_estimate,
+    )
+
+
+def height_maps(case: Case) -> list[Path]:
+    """The files of the measured maps of a case."""
+    return [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
+
+
+def _digest(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError as error:
+        raise FileError(f"cannot be read: {os.strerror(error.errno) if error.errno else error}", file) from error
