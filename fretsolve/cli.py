@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from fretsolve import __version__
+from fretsolve.cli_sweep import sweep
 from fretsolve.commands.streams import tolerant_streams
 from fretsolve.errors import CaseError, FretsolveError
 from fretsolve.export import FORMATS
@@ -93,7 +94,7 @@ def _available(threads: int) -> int:
     return min(threads, processors)
 
 
-def _set_up_numerics(threads: int = 1) -> None:
+def set_up_numerics(threads: int = 1) -> None:
     """Tell the libraries how many threads to use, before they are loaded.
 
     OpenBLAS has nothing to do here, but would start a thread per core; threads of OpenMP that wait busily lose
@@ -118,7 +119,7 @@ def main(context: click.Context) -> None:
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)
         context.exit(2)
-    _set_up_numerics()
+    set_up_numerics()
 
 
 def _overrides(command: Command) -> Command:
@@ -188,7 +189,7 @@ def run(
     if quiet + verbose + log_json > 1:
         raise click.UsageError("of -q, -v and --log-json only one is possible.")
     threads = _available(threads)
-    _set_up_numerics(threads)
+    set_up_numerics(threads)
     with StopRequest() as stop:
         from fretsolve.commands.run import Order, run_case
 
@@ -412,3 +413,6 @@ def schema(target: Path | None) -> int:
         return write_schema(target)
     print(schema_text())
     return 0
+
+
+main.add_command(sweep)

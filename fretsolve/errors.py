@@ -37,10 +37,12 @@ class CaseError(FretsolveError):
 class NoSolutionError(FretsolveError):
     """The increment has no solution, or none was found (exit code 3).
 
-    `key` is relative to the case (where the offending load stands), once the load path has filled it in.
+    `key` is relative to the case (where the offending load stands), once the load path has filled it in. `kind` names
+    the class in results.
     """
 
     exit_code = 3
+    kind = "no solution"
 
     def __init__(self, message: str, component: str | None = None):
         super().__init__(message)
@@ -57,17 +59,25 @@ class NoSolutionError(FretsolveError):
 class SlidingError(NoSolutionError):
     """The imposed tangential force or torque exceeds what friction can carry."""
 
+    kind = "sliding"
+
 
 class NotConvergedError(NoSolutionError):
     """The certificate was not met within the iteration limit."""
+
+    kind = "not converged"
 
 
 class ContactLostError(NoSolutionError):
     """No pressure field can balance the imposed load (lift-off, tilting over)."""
 
+    kind = "contact lost"
+
 
 class GridEdgeError(NoSolutionError):
     """The contact reaches the edge of the potential contact area."""
+
+    kind = "grid edge"
 
 
 class FileError(FretsolveError):
@@ -82,6 +92,10 @@ class FileError(FretsolveError):
 
     def __str__(self) -> str:
         return located(self.message, (), self.file, None)
+
+
+class BusyError(FileError):
+    """Another run is writing the file."""
 
 
 def dotted(key: KeyPath) -> str:

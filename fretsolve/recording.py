@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -55,9 +56,10 @@ def record(
             writer.append(state, errors)
             show(state.summary, errors)
             if stop.requested and len(writer.summaries) < increments:
+                writer.save()
                 return False
     except NoSolutionError as error:
-        writer.finish("failed", str(error))
+        writer.finish("failed", str(error), error.kind)
         raise
     writer.finish("complete")
     return True
@@ -82,9 +84,7 @@ def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeade
         "precision": case.solver.precision,
         "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
         "overrides": overrides,
-        "platform": platform.platform(),
-        "python": platform.python_version(),
-        **{library: version(library) for library in LIBRARIES},
+        **_environment(),
     }
     return RunHeader(
         case_yaml=case.source.text,
@@ -99,6 +99,12 @@ def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeade
         every=case.output.every,
         errors=case.solver.error_estimate,
     )
+
+
+@functools.cache
+def _environment() -> dict[str, str]:
+    versions = {library: version(library) for library in LIBRARIES}
+    return {"platform": platform.platform(), "python": platform.python_version(), **versions}
 
 
 def height_maps(case: Case) -> list[Path]:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ..errors import CaseError
 from .models import Case
 from .overrides import replaced, split_override
 from .problems import CaseErrors, translated
-from .schema import case_schema
+from .schema import model_schema
 from .source import CaseSource, Override, YamlSyntaxError, case_error, parse, read_text
+
+File = TypeVar("File", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -80,15 +82,23 @@ def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSour
 
 
 def _validated(data: Any, source: CaseSource, problems: list[CaseError]) -> Case:
+    case = validated(Case, data, source, problems)
+    case._source = source
+    return case
+
+
+def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:
+    """`data` from `source` as `model` reads it. Raises `CaseError` for `problems` and for what the model refuses."""
+    problems = list(problems)
     flawed = {problem.key for problem in problems}
+    read = None
     try:
-        case = Case.model_validate(data, context=source.path.parent)
+        read = model.model_validate(data, context=source.path.parent)
     except ValidationError as error:
-        found = translated(error, data, case_schema(), source)
+        found = translated(error, data, model_schema(model), source)
         problems += [problem for problem in found if problem.key not in flawed]
-    if problems:
+    if read is None or problems:
         in_order = sorted(problems, key=lambda problem: problem.line or 0)
         once = list({str(problem): problem for problem in in_order}.values())
         raise once[0] if len(once) == 1 else CaseErrors(once)
-    case._source = source
-    return case
+    return read

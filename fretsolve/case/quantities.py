@@ -172,6 +172,20 @@ def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
     return float(number or 1.0) * (_unit_factor(unit, dimension) if unit else 1.0)
 
 
+def split_quantity(value: object) -> tuple[float, str]:
+    """A number, or text of one and its unit, as number and unit. Raises `QuantityError`."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        number, unit = float(value), ""
+    else:
+        match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+        if match is None or match.group(1) is None:
+            raise QuantityError(f"{shown(value)} is not a number with a unit or without, such as '400 N' or 0.1")
+        number, unit = float(match.group(1)), match.group(2) or ""
+    if not math.isfinite(number):
+        raise QuantityError(f"{shown(value)} is not finite; a number such as 0.1 is needed")
+    return number, unit
+
+
 def shown(value: object) -> str:
     """A value of the case file for a message: on one line, and short however large or nested it is."""
     short = reprlib.Repr()

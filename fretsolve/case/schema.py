@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from pydantic import BaseModel
+
 from .models import Case
 from .quantities import UNIT_NOTE
 
@@ -13,8 +15,13 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def case_schema() -> dict[str, Any]:
     """The schema (draft 2020-12), for editors and for hints in messages."""
-    schema: dict[str, Any] = _tidied(Case.model_json_schema())
-    return {"$schema": DIALECT, "title": "fretsolve case", **schema}
+    return {"$schema": DIALECT, "title": "fretsolve case", **model_schema(Case)}
+
+
+def model_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """The schema of what a file holds that `model` reads."""
+    schema: dict[str, Any] = _tidied(model.model_json_schema())
+    return schema
 
 
 def _told(node: dict[str, Any]) -> dict[str, Any]:

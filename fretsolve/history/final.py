@@ -32,15 +32,16 @@ def write_result(
     header: RunHeader,
     summaries: Sequence[Summary],
     errors: Sequence[SummaryErrors],
-    last_state: State | None,
     sources: Sequence[Path],
-    failure: str | None,
+    unsaved: Sequence[State],
+    last_state: State | None,
+    failure: tuple[str, str] | None,
 ) -> None:
     """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
 
-    summaries: of all increments; errors: their error bars, or none; last_state: that of the last one, None if there is
-    none. failure: why the run failed, None for a complete one; a failed result keeps what a restart needs. Raises
-    OSError, FileError.
+    summaries: of all increments; errors: their error bars, or none; unsaved: the states after those of the parts;
+    last_state: that of the last increment, None if there is none. failure: why the run failed and the kind of that,
+    None for a complete one; a failed result keeps what a restart needs. Raises OSError, FileError.
     """
     steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
     copied = len(steps)
@@ -57,6 +58,10 @@ def write_result(
             describe(dataset, quantity)
             _attach(dataset, *scales)
         copy_fields(sources, steps[:copied], group, kept)
+        for state in unsaved:
+            if header.stores_fields(state.summary.step):
+                for quantity in kept:
+                    group[quantity.name][steps.index(state.summary.step)] = component(state, quantity.name)
         if last_state is not None and copied < len(steps):
             for quantity in kept:
                 group[quantity.name][-1] = component(last_state, quantity.name)
@@ -67,7 +72,7 @@ def write_result(
                     describe(file["restart"][quantity.name], quantity)
 
 
-def attributes(header: RunHeader, status: str, failure: str | None = None) -> dict[str, Any]:
+def attributes(header: RunHeader, status: str, failure: tuple[str, str] | None = None) -> dict[str, Any]:
     """The root attributes of a result."""
     values: dict[str, Any] = {
         "fretsolve_version": header.version,
@@ -80,10 +85,10 @@ def attributes(header: RunHeader, status: str, failure: str | None = None) -> di
         "inputs": header.inputs,
         "provenance": header.provenance,
     }
-    return values if failure is None else {**values, "failure": failure}
+    return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
 
 
-def _write_attributes(file: Any, header: RunHeader, failure: str | None) -> None:
+def _write_attributes(file: Any, header: RunHeader, failure: tuple[str, str] | None) -> None:
     status = "complete" if failure is None else "failed"
     for name, value in attributes(header, status, failure).items():
         file.attrs[name] = value

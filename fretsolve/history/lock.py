@@ -10,7 +10,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from fretsolve.errors import FileError
+from fretsolve.errors import BusyError
 from fretsolve.history import durable
 
 LOCK_NAME = "lock"
@@ -32,7 +32,7 @@ class RunLock:
 
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
-        """Lock `folder`, created if need be. Raises FileError where another run holds it, and OSError."""
+        """Lock `folder`, created if need be. Raises BusyError where another run holds it, and OSError."""
         for attempt in range(ATTEMPTS):
             durable.make_folder(folder)
             lock = cls._try(folder)
@@ -40,7 +40,7 @@ class RunLock:
                 return lock
             if attempt + 1 < ATTEMPTS:
                 time.sleep(PAUSE)
-        raise FileError(f"another run is writing this output{_holder(folder)}", folder)
+        raise BusyError(f"another run is writing this output{_holder(folder)}", folder)
 
     @classmethod
     def _try(cls, folder: Path) -> RunLock | None:

@@ -7,6 +7,7 @@ the run is complete or has failed. Where OUT exists it is the truth and its part
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -43,9 +44,12 @@ class HistoryWriter:
     promises none. notes: what a person should hear of a resume.
     """
 
-    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None):
+    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0):
         self.out = out
         self.header = header
+        self._pause = pause
+        self._saved_at = time.monotonic()
+        self._unsaved: list[tuple[State, SummaryErrors | None]] = []
         self.complete = False
         self.last_state: State | None = None
         self.summaries: list[Summary] = []
@@ -57,10 +61,11 @@ class HistoryWriter:
 
     @classmethod
     def open(
-        cls, out: Path, header: RunHeader, *, resume: bool = False, overwrite: bool = False
+        cls, out: Path, header: RunHeader, *, resume: bool = False, overwrite: bool = False, pause: float = 0.0
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
+        pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
         Raises FileError where `out` or its parts exist and neither option is given, where they belong to
         another run or are damaged, where another run writes them, and where the folder cannot be written.
         """
@@ -70,7 +75,7 @@ class HistoryWriter:
             _require_free(out, allowed=resume or overwrite)
             if resume and out.exists() and _status(out, header) == "complete":
                 return cls._finished(out, header)
-            writer = cls(out, header, RunLock.acquire(parts_folder(out)))
+            writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause)
             try:
                 writer._begin(resume, overwrite)
             except BaseException:
@@ -87,7 +92,7 @@ class HistoryWriter:
         self.stop()
 
     def append(self, state: State, errors: SummaryErrors | None = None) -> None:
-        """Commit an increment: once this returns, no kill and no power cut takes it back.
+        """Commit an increment: once this returns, no kill and no power cut takes it back, unless there is a pause.
 
         errors: its error bars, where the header promises them. Raises FileError where it cannot be written (all
         earlier increments stay), ValueError where `state` does not follow the last one.
@@ -96,23 +101,35 @@ class HistoryWriter:
             raise ValueError("error bars are needed of every increment or of none, as the header has it")
         if state.summary.step != len(self.summaries):
             raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
-        with _reported("cannot save the increment", self._folder, resumable=True):
-            self._parts.append(write_part(self._folder, self.header, state, errors))
-            self.last_state = state
-            self.summaries.append(state.summary)
-            self.errors += [] if errors is None else [errors]
-            single = [part for part in self._parts if part.first == part.last]
-            if len(single) >= MERGE_EVERY:
-                self._merge(single, state)
+        self.last_state = state
+        self.summaries.append(state.summary)
+        self.errors += [] if errors is None else [errors]
+        self._unsaved.append((state, errors))
+        if time.monotonic() - self._saved_at >= self._pause:
+            self.save()
 
-    def finish(self, status: Literal["complete", "failed"], message: str = "") -> None:
-        """Write OUT from the parts and remove these. `message`: why the run failed. Raises FileError."""
-        failure = message if status == "failed" else None
+    def save(self) -> None:
+        """Commit the increments that a pause has left unsaved. Raises FileError as `append` does."""
+        with _reported("cannot save the increment", self._folder, resumable=True):
+            if not (self._folder / HEADER_NAME).exists():
+                self._write_header()
+            while self._unsaved:
+                state, errors = self._unsaved[0]
+                self._parts.append(write_part(self._folder, self.header, state, errors))
+                del self._unsaved[0]
+                single = [part for part in self._parts if part.first == part.last]
+                if len(single) >= MERGE_EVERY:
+                    self._merge(single, state)
+        self._saved_at = time.monotonic()
+
+    def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
+        """Write OUT from the parts and remove these. message, kind: why the run failed. Raises FileError."""
+        failure = (message, kind) if status == "failed" else None
         with _reported("cannot write the result", self.out, resumable=True):
             sources = [part.path for part in self._parts]
-            write_result(
-                self.out, self._folder, self.header, self.summaries, self.errors, self.last_state, sources, failure
-            )
+            unsaved = [state for state, _ in self._unsaved]
+            told = self.summaries, self.errors, sources, unsaved, self.last_state, failure
+            write_result(self.out, self._folder, self.header, *told)
             self._clear()
         self.stop()
 
@@ -155,6 +172,10 @@ class HistoryWriter:
             raise FileError(
                 "a stopped run is there: --resume goes on with it, --overwrite starts anew", self._folder
             )
+        if not self._pause:
+            self._write_header()
+
+    def _write_header(self) -> None:
         durable.write_text(self._folder / HEADER_NAME, self.header.to_json())
 
     def _take_up_failed(self) -> None:
@@ -164,7 +185,7 @@ class HistoryWriter:
         """
         _status(self.out, self.header)
         self._clear()
-        durable.write_text(self._folder / HEADER_NAME, self.header.to_json())
+        self._write_header()
         with open_piece(self.out) as piece:
             self.summaries, self.errors = piece.summaries(), piece.errors()
             if self.summaries:

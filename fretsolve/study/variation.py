@@ -11,6 +11,8 @@ from fretsolve.errors import CaseError, KeyPath, dotted
 EVERY_STAGE = "load_path.*."
 """What a key begins with that stands for that of every stage, those of cycles included."""
 
+STRAY_STAR = "* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else"
+
 _OPENING, _CLOSING, _QUOTES = "[{(", "]})", "'\""
 
 
@@ -96,8 +98,8 @@ def read_variation(text: str) -> Variation:
     key, equals, rest = (part.strip() for part in text.partition("="))
     if not equals or not all(key.split(".")) or not rest:
         raise _refused("KEY=A,B,C is needed, such as grid.points=32,64,128", text)
-    if "*" in key and (not key.startswith(EVERY_STAGE) or key.count("*") > 1 or key == EVERY_STAGE):
-        raise _refused("* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else", text)
+    if has_stray_star(key):
+        raise _refused(STRAY_STAR, text)
     values = tuple(_split(rest))
     if not all(values):
         raise _refused("a value is missing between two commas, or at an end", text)
@@ -105,6 +107,11 @@ def read_variation(text: str) -> Variation:
     if repeated is not None:
         raise _refused(f"the value {repeated} is given twice; once is enough", text)
     return Variation(key, values)
+
+
+def has_stray_star(key: str) -> bool:
+    """Whether a star in `key` stands for something else than every stage."""
+    return "*" in key and (not key.startswith(EVERY_STAGE) or key.count("*") > 1 or key == EVERY_STAGE)
 
 
 def crossed(variations: Sequence[Variation]) -> list[Combination]:

@@ -1,0 +1,138 @@
+"""The command line of sweeps: options only, as in `fretsolve.cli`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+from fretsolve.interrupt import StopRequest
+
+MOST_JOBS = 1024
+
+
+@click.group(invoke_without_command=True)
+@click.pass_context
+def sweep(context: click.Context) -> None:
+    """Run a case over many points of its keys, on this machine or on a cluster; see docs/sweeps.md."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help(), err=True)
+        context.exit(2)
+
+
+def _engine(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    if value in ("local", "slurm") or re.fullmatch(r"dask:\S+", value):
+        return value
+    raise click.BadParameter(f"{value!r} is no engine; local, slurm or dask:ADDRESS is needed")
+
+
+def _indices(context: click.Context, parameter: click.Parameter, value: str) -> list[int]:
+    """Numbers from a text such as ``3,7-9``."""
+    found: list[int] = []
+    for part in value.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
+        if match is None:
+            raise click.BadParameter(f"{value!r} is no list of cases; one such as 3,7-9 is needed")
+        found += range(int(match[1]), int(match[2] or match[1]) + 1)
+    return found
+
+
+_FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+
+
+@sweep.command("run")
+@click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="The folder of manifest and results; by default SWEEP with .sweep.",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    metavar="N",
+    help="Cases at the same time; by default one per core.",
+)
+@click.option(
+    "--on",
+    "engine",
+    callback=_engine,
+    default="local",
+    show_default=True,
+    metavar="ENGINE",
+    help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool) -> int:
+    """Run all cases of SWEEP that have no result yet.
+
+    The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
+    exit code is 0 where every case has a result, also if that is that there is no solution.
+    """
+    with StopRequest("stopping after the increments under way; a second signal stops at once") as stop:
+        from fretsolve.commands.sweep import SweepOrder, run_sweep
+
+        return run_sweep(SweepOrder(file, out, jobs, engine, quiet), stop)
+
+
+@sweep.command()
+@_FOLDER
+@click.option("--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Such as 3,7-9.")
+@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: run again after a signal.")
+def work(folder: Path, indices: list[int], requeued: bool) -> int:
+    """Run some cases of the sweep in DIR one after another; for job scripts of any scheduler."""
+    with StopRequest() as stop:
+        from fretsolve.commands.sweep import work
+
+        return work(folder, indices, stop, requeued=requeued)
+
+
+@sweep.command(hidden=True)
+@_FOLDER
+@click.option("--threads", type=int, default=1)
+def serve(folder: Path, threads: int) -> int:
+    """Work on the cases that another process names on standard input."""
+    from fretsolve.cli import set_up_numerics
+    from fretsolve.sweep.worker import serve
+
+    set_up_numerics(threads)
+    return serve(folder)
+
+
+@sweep.command()
+@_FOLDER
+def status(folder: Path) -> int:
+    """Tell how far the sweep in DIR is, what has failed and why, and what is missing."""
+    from fretsolve.commands.sweep import status
+
+    return status(folder)
+
+
+@sweep.command()
+@_FOLDER
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A name that ends on .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.",
+)
+@click.option(
+    "--quantity",
+    "quantities",
+    multiple=True,
+    metavar="NAME[@STAGE]",
+    help="What to collect at the end of a stage (the last by default); by default what the sweep file names.",
+)
+@click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
+def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool) -> int:
+    """Write one table of the settings and results of the sweep in DIR, with error bars where there are any."""
+    from fretsolve.commands.sweep import collect_sweep
+
+    return collect_sweep(folder, out, quantities, fields=fields)

@@ -1,0 +1,209 @@
+"""``fretsolve sweep``: a case over many points, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.errors import NoSolutionError
+from fretsolve.interrupt import EXIT_STOPPED
+from fretsolve.study.observable import read_observable
+from fretsolve.sweep.cluster import work_on_dask
+from fretsolve.sweep.crew import work_through
+from fretsolve.sweep.files import writer_of
+from fretsolve.sweep.manifest import Manifest, index_list, read_manifest, write_manifest
+from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.slurm import requeue, submit
+from fretsolve.sweep.state import CaseState, counts, missing, state_of, states
+from fretsolve.sweep.table import collect
+
+if TYPE_CHECKING:
+    from fretsolve.interrupt import StopRequest
+    from fretsolve.sweep.manifest import Row
+    from fretsolve.sweep.plan import Plan
+    from fretsolve.sweep.worker import Report
+
+MOST_REASONS = 20
+"""Lines on cases that have no result or no solution."""
+
+CSV_NAME, HDF5_NAME = "table.csv", "table.h5"
+
+SLURM, DASK = "slurm", "dask:"
+
+
+@dataclass(frozen=True)
+class SweepOrder:
+    """What the command line asks for. out: a folder, None for the file's name with .sweep; jobs: None for all cores."""
+
+    sweep: Path
+    out: Path | None
+    jobs: int | None
+    engine: str
+    quiet: bool
+
+    @property
+    def folder(self) -> Path:
+        """Where manifest, results and tables go."""
+        return self.out or self.sweep.with_suffix(".sweep")
+
+
+def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
+    """Check the sweep, write its manifest and run what is missing. Returns the exit code."""
+    plan = make_plan(order.sweep, order.folder)
+    write_manifest(plan.manifest)
+    todo = missing(plan.manifest)
+    _introduce(order, plan, todo)
+    if not todo:
+        return _conclude(order, plan.manifest)
+    if order.engine == SLURM:
+        _say(order, submit(plan.manifest, plan.spec.slurm, todo, order.jobs))
+        return 0
+    _show(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet)
+    return _conclude(order, plan.manifest)
+
+
+def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
+    if order.engine.startswith(DASK):
+        return work_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop)
+    jobs = order.jobs or max(1, processors() // manifest.threads)
+    return work_through(manifest, [row.index for row in todo], jobs, stop)
+
+
+def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
+    """Run those of the cases `indices` that have no result, one after another; for the scripts of any scheduler.
+
+    requeued: have Slurm run this task again where a signal stops it, unless it has saved nothing.
+    """
+    manifest = read_manifest(folder)
+    beyond = [index for index in indices if index >= len(manifest.rows)]
+    chosen = {manifest.rows[index].id: manifest.rows[index] for index in indices if index not in beyond}
+    todo = missing(manifest, list(chosen.values()))
+    before = _progress(manifest, todo)
+    reports = list(_shown(work_through(manifest, [row.index for row in todo], 1, stop), len(todo), manifest))
+    if not stop.requested or not missing(manifest, todo):
+        return worst(reports)
+    if requeued and _progress(manifest, todo) == before:
+        print("not an increment was saved before the signal: not requeued; more time is needed", file=sys.stderr)
+    elif requeued:
+        requeue()
+    return EXIT_STOPPED
+
+
+def _progress(manifest: Manifest, rows: Sequence[Row]) -> list[tuple[bool, int]]:
+    """What is there of each case: its result, or increments of it."""
+    return [(state.has_result, state.increments) for state in (state_of(manifest, row) for row in rows)]
+
+
+def worst(reports: Iterable[Report]) -> int:
+    """The exit code of several cases: 0 where each has a result or is run elsewhere, else that of the worst."""
+    codes = {report.code for report in reports if not report.has_result and not report.busy}
+    return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED) if codes else 0
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def status(folder: Path) -> int:
+    """Print how far a sweep is."""
+    manifest = read_manifest(folder)
+    found = list(states(manifest))
+    print(f"{manifest.title}: {_counted(found)}")
+    _print_reasons(found)
+    left = [one.row.index for one in found if not one.has_result and one.status != "running"]
+    if left:
+        print(f"missing: --array={index_list(left)}")
+    return 0
+
+
+def _counted(found: Sequence[CaseState]) -> str:
+    parts = ", ".join(f"{number} {name}" for name, number in counts(found).items())
+    return f"{len(found)} case{'s' if len(found) > 1 else ''}: {parts}"
+
+
+def _print_reasons(found: Sequence[CaseState]) -> None:
+    told = [one for one in found if one.status in ("error", "no solution")]
+    told.sort(key=lambda one: one.status != "error")
+    for one in told[:MOST_REASONS]:
+        print(f"{one.row.index}: {one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}")
+    if len(told) > MOST_REASONS:
+        print(f"and {len(told) - MOST_REASONS} more such cases; sweep collect has the reasons of all")
+
+
+def _introduce(order: SweepOrder, plan: Plan, todo: Sequence[Row]) -> None:
+    manifest = plan.manifest
+    for text in plan.warnings:
+        print(f"{order.sweep}: warning: {text}", file=sys.stderr)
+    if order.quiet:
+        return
+    count, unique = len(manifest.rows), len(manifest.unique)
+    equal = f", {unique} of them different" if unique < count else ""
+    there = f", {unique - len(todo)} done already" if len(todo) < unique else ""
+    print(manifest.title)
+    print(f"results: {order.folder}")
+    print(f"{count} case{'s' if count > 1 else ''} of {', '.join(manifest.keys)}{equal}{there}", flush=True)
+
+
+def _say(order: SweepOrder, line: str) -> None:
+    if not order.quiet:
+        print(line, flush=True)
+
+
+def _show(reports: Iterable[Report], count: int, manifest: Manifest, *, quiet: bool) -> None:
+    for _ in reports if quiet else _shown(reports, count, manifest):
+        pass
+
+
+def _shown(reports: Iterable[Report], count: int, manifest: Manifest) -> Iterable[Report]:
+    """The same, each printed as a line of ``key=value`` as it comes."""
+    for number, report in enumerate(reports, start=1):
+        words = {
+            "case": report.index,
+            "run": number,
+            "runs": count,
+            "exit_code": report.code,
+            "increments": report.increments,
+            "wall_time": f"{report.seconds:.3g}",
+        }
+        print(" ".join(f"{name}={word}" for name, word in words.items()), flush=True)
+        if report.reason and not report.has_result:
+            print(f"case {report.index}: {manifest.rows[report.index].words}: {report.reason}", file=sys.stderr)
+        yield report
+
+
+def _conclude(order: SweepOrder, manifest: Manifest) -> int:
+    """Say what has come out, by the files. Returns 0 where every case has a result; raises where none is a solution."""
+    found = list(states(manifest))
+    if not order.quiet:
+        print(_counted(found), flush=True)
+        if any(not one.has_result for one in found):
+            print("the same command goes on with what is missing", file=sys.stderr)
+    codes = {one.exit_code or EXIT_STOPPED for one in found if not one.has_result}
+    if codes:
+        return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED)
+    if all(one.status == "no solution" for one in found):
+        raise NoSolutionError(f"none of the cases has a solution: {found[0].reason}")
+    return 0
+
+
+def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool) -> int:
+    """Write the table of what there is by now; by default as CSV and HDF5 in the folder."""
+    manifest = read_manifest(folder)
+    for text in quantities:
+        read_observable(text, sys.maxsize)
+    if out is not None:
+        writers = {out: writer_of(out, fields=fields)}
+    else:
+        tables = folder / CSV_NAME, folder / HDF5_NAME
+        writers = {path: writer_of(path, fields=fields and path.name == HDF5_NAME) for path in tables}
+    table = collect(manifest, quantities)
+    for path, write in writers.items():
+        write(table)
+        print(path)
+    print(_counted(table.states), flush=True)
+    return 0

@@ -1,0 +1,59 @@
+"""What the cases of a sweep share: the case file, read once, and the overrides of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.case import CaseText, HeightsSurface, read_case
+from fretsolve.recording import run_header
+from fretsolve.scene import Scene, prepare
+from fretsolve.study.trial import digest
+
+if TYPE_CHECKING:
+    from fretsolve.errors import KeyPath
+    from fretsolve.history import RunHeader
+    from fretsolve.study.variation import Setting
+
+
+@dataclass(frozen=True)
+class Base:
+    """overrides: of every case, as `--set` takes them; stages: the keys of all stages of the case with them."""
+
+    text: CaseText
+    overrides: tuple[str, ...]
+    stages: tuple[KeyPath, ...]
+    threads: int
+
+    @classmethod
+    def read(cls, path: Path, overrides: Sequence[str], threads: int) -> Base:
+        """Raises CaseError, FileError."""
+        text = read_case(path)
+        stages = tuple(stage.key for stage in text.case(overrides).stages())
+        return cls(text, tuple(overrides), stages, threads)
+
+    def texts(self, settings: Iterable[Setting]) -> tuple[str, ...]:
+        """All overrides of the case at `settings`."""
+        own = [text for setting in settings for text in setting.overrides(self.stages)]
+        return (*self.overrides, *own)
+
+    def scene(self, settings: Iterable[Setting]) -> Scene:
+        """The case at `settings`, made ready. Raises CaseError, FileError."""
+        return prepare(self.text.case(self.texts(settings)))
+
+    def header(self, scene: Scene, settings: Iterable[Setting]) -> RunHeader:
+        """What the result of `scene` says about its run. Raises FileError."""
+        return run_header(scene, self.threads, self.texts(settings))
+
+
+def identity(header: RunHeader) -> str:
+    """The name of a case's result: the same for the same case, whatever sweep it is in."""
+    return digest(header)
+
+
+def read_height_maps(scene: Scene) -> None:
+    """Raise CaseError or FileError where a height map of the case cannot be used."""
+    if any(isinstance(surface, HeightsSurface) for surface in scene.case.surface):
+        scene.separation()

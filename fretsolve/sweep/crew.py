@@ -1,0 +1,124 @@
+"""Worker processes that share out cases among them, and outlive the failure of any of them."""
+
+from __future__ import annotations
+
+import json
+import selectors
+import signal
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from fretsolve.interrupt import EXIT_STOPPED
+from fretsolve.sweep.worker import EXIT_BUG, Report, leave_note
+
+if TYPE_CHECKING:
+    from fretsolve.recording import Stop
+    from fretsolve.sweep.manifest import Manifest
+
+GLANCE = 0.1
+"""Seconds between looks at whether to stop."""
+
+FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU)
+"""Signals that end a process through no fault of its own."""
+
+
+class Worker:
+    """A process of `fretsolve.sweep.worker.serve`, and the case that it works on."""
+
+    def __init__(self, manifest: Manifest):
+        line = [sys.executable, "-m", "fretsolve", "sweep", "serve", str(manifest.folder)]
+        line += ["--threads", str(manifest.threads)]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(line, stdin=pipe, stdout=pipe, text=True, encoding="utf-8")
+        assert self._process.stdout is not None
+        self.reports = self._process.stdout
+        self.index: int | None = None
+
+    def order(self, index: int) -> None:
+        """Have it work on a case."""
+        self.index = index
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):  # it has died: so its reports will say
+            self._process.stdin.write(f"{index}\n")
+            self._process.stdin.flush()
+
+    def dismiss(self) -> None:
+        """Have it stop after the increment."""
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
+
+    def report(self) -> Report | None:
+        """The report that can be read now; None where the process has ended instead."""
+        line = self.reports.readline()
+        return Report(**json.loads(line)) if line.endswith("\n") else None
+
+    def end(self) -> Report | None:
+        """Wait for its end; a report where that came in the middle of a case."""
+        self.dismiss()
+        self.reports.close()
+        code = self._process.wait()
+        if self.index is None:
+            return None
+        if code >= 0:
+            return Report(self.index, code or EXIT_BUG, f"the process ended with exit code {code}")
+        number = signal.Signals(-code)
+        outside = number in FROM_OUTSIDE
+        hint = ", perhaps since the memory did not suffice" if number == signal.SIGKILL else ""
+        return Report(
+            self.index, EXIT_STOPPED if outside else EXIT_BUG, f"the process was ended by {number.name}{hint}"
+        )
+
+
+def work_through(manifest: Manifest, indices: Sequence[int], jobs: int, stop: Stop) -> Iterator[Report]:
+    """Run the cases `indices` with `jobs` at a time; a report as each ends, none of those that `stop` keeps from it.
+
+    A worker that dies costs the case that it was working on; another takes its place.
+    """
+    queue = deque(indices)
+    crew: list[Worker] = []
+    with selectors.DefaultSelector() as selector:
+
+        def hire() -> None:
+            worker = Worker(manifest)
+            selector.register(worker.reports, selectors.EVENT_READ, worker)
+            crew.append(worker)
+            worker.order(queue.popleft())
+
+        def retire(worker: Worker) -> Report | None:
+            crew.remove(worker)
+            selector.unregister(worker.reports)
+            return worker.end()
+
+        try:
+            for _ in range(min(jobs, len(queue))):
+                hire()
+            while crew:
+                if stop.requested:
+                    queue.clear()
+                    for worker in crew:
+                        worker.dismiss()
+                for key, _ in selector.select(GLANCE):
+                    worker = key.data
+                    report = worker.report()
+                    if report is None:
+                        report = retire(worker)
+                        if report is not None:
+                            leave_note(manifest, manifest.rows[report.index], report)
+                            yield report
+                        if queue:
+                            hire()
+                        continue
+                    worker.index = None
+                    yield report
+                    if queue and report.code != EXIT_STOPPED:  # such a one ends
+                        worker.order(queue.popleft())
+                    else:
+                        worker.dismiss()
+        finally:
+            for worker in tuple(crew):
+                retire(worker)

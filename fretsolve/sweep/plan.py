@@ -1,0 +1,146 @@
+"""What a sweep is going to run, settled and checked before anything runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.case import CaseErrors, read_case
+from fretsolve.case.loading import validated
+from fretsolve.case.source import Override
+from fretsolve.errors import CaseError, FileError
+from fretsolve.estimate import estimate, require_memory
+from fretsolve.study.observable import read_observable, usual_observables
+from fretsolve.sweep.base import Base, identity, read_height_maps
+from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.points import Point, Value, common_values, points_of
+from fretsolve.sweep.spec import SweepSpec
+
+if TYPE_CHECKING:
+    from fretsolve.case import CaseSource
+    from fretsolve.scene import Scene
+
+MOST_SHOWN = 10
+"""Problems that are reported one by one."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked sweep. warnings: what a person should hear of its cases, each once."""
+
+    manifest: Manifest
+    spec: SweepSpec
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the check of all cases finds. stages: how many every case has; usual: what is collected by default."""
+
+    rows: tuple[Row, ...]
+    warnings: tuple[str, ...]
+    stages: int
+    usual: tuple[str, ...]
+    memory: float
+
+
+def make_plan(path: Path, folder: Path) -> Plan:
+    """Read the sweep file and check every case. Raises CaseError, FileError."""
+    text = read_case(path)
+    spec = validated(SweepSpec, text.data, text.source, text.problems)
+    common, points = common_values(spec, text.source), points_of(spec, text.source)
+    case = path.parent / spec.case
+    base = _base(case, spec, common, text.source)
+    found = _check(base, points)
+    manifest = Manifest(
+        folder.absolute(),
+        path.absolute(),
+        spec.title or path.stem,
+        case.absolute(),
+        base.overrides,
+        _quantities(spec, text.source, found),
+        spec.threads,
+        found.memory,
+        found.rows,
+    )
+    return Plan(manifest, spec, found.warnings)
+
+
+def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Base:
+    extra = ["solver.error_estimate=true"] if spec.error_bars else []
+    texts: list[tuple[str, Value]] = []
+    try:
+        for of_every_stage in (False, True):  # which the others may change
+            values = [value for value in common if ("*" in value.setting.key) == of_every_stage]
+            stages = Base.read(case, [text for text, _ in texts], spec.threads).stages if of_every_stage else ()
+            texts += [(text, value) for value in values for text in value.setting.overrides(stages)]
+        return Base.read(case, [*(text for text, _ in texts), *extra], spec.threads)
+    except FileError as error:
+        raise source.problem(str(error), ("case",)) from None
+    except CaseError as error:
+        raise _all_of(list(_placed(error, texts))) from None
+
+
+def _check(base: Base, points: Sequence[Point]) -> Findings:
+    """Every case, made ready as if it were run. Raises CaseError for all that are none."""
+    rows: list[Row] = []
+    problems: dict[str, CaseError] = {}
+    warnings: dict[str, None] = {}
+    usual: tuple[str, ...] = ()
+    stages, memory = sys.maxsize, 0.0
+    for index, point in enumerate(points):
+        settings = tuple(value.setting for value in point)
+        try:
+            scene = base.scene(settings)
+            require_memory(scene)
+            read_height_maps(scene)
+        except CaseError as error:
+            texts = [(text, value) for value in point for text in value.setting.overrides(base.stages)]
+            problems |= {str(problem): problem for problem in _placed(error, texts)}
+            continue
+        expected = estimate(scene)
+        rows.append(Row(index, identity(base.header(scene, settings)), settings, expected.seconds))
+        warnings |= dict.fromkeys(scene.model.warnings)
+        stages, memory = min(stages, len(scene.load_path.last_steps)), max(memory, expected.memory)
+        usual = usual or _usual(scene)
+    if problems:
+        raise _all_of(list(problems.values()))
+    return Findings(tuple(rows), tuple(warnings), stages, usual, memory)
+
+
+def _placed(error: CaseError, texts: Sequence[tuple[str, Value]]) -> Iterator[CaseError]:
+    """The problems in `error`, each at the value of the sweep that causes it, else where it arose."""
+    origins = {Override((), text).origin: value for text, value in texts}
+    for problem in error.problems if isinstance(error, CaseErrors) else [error]:
+        value = origins.get(str(problem.file))
+        if value is None:
+            yield problem
+        else:
+            depth = value.setting.key.count(".") + 1
+            yield value.problem(problem.message, problem.key[depth:])
+
+
+def _all_of(problems: Sequence[CaseError]) -> CaseError:
+    if len(problems) == 1:
+        return problems[0]
+    if len(problems) > MOST_SHOWN:
+        more = CaseError(f"and {len(problems) - MOST_SHOWN} more problems", (), problems[-1].file)
+        problems = [*problems[:MOST_SHOWN], more]
+    return CaseErrors(problems)
+
+
+def _usual(scene: Scene) -> tuple[str, ...]:
+    last = len(scene.load_path.last_steps)
+    return tuple(one.name if one.stage == last else str(one) for one in usual_observables(scene))
+
+
+def _quantities(spec: SweepSpec, source: CaseSource, found: Findings) -> tuple[str, ...]:
+    for index, text in enumerate(spec.quantities):
+        try:
+            read_observable(text, found.stages)
+        except CaseError as error:
+            raise source.problem(error.message, ("quantities", index)) from None
+    return spec.quantities or found.usual

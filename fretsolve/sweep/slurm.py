@@ -1,0 +1,138 @@
+"""Slurm as the engine of a sweep: a job array whose tasks run the cases of their share and requeue themselves."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.history import durable
+from fretsolve.sweep.manifest import Manifest, Row, index_list
+
+if TYPE_CHECKING:
+    from fretsolve.sweep.spec import SlurmSpec
+
+FOLDER_NAME, SCRIPT_NAME = "slurm", "job.sh"
+
+MEMORY_MARGIN = 1.25
+"""Memory that a task asks for where the sweep file does not say, over the estimate for the largest case."""
+
+PARENT_BYTES = 150e6
+"""Of the process that watches over the one that solves."""
+
+
+def submit(manifest: Manifest, spec: SlurmSpec, todo: Sequence[Row], at_once: int | None) -> str:
+    """Write the job script and submit an array of the tasks that `todo` needs and that are in no queue.
+
+    Returns what was done, for people. Raises CaseError where Slurm refuses, FileError.
+    """
+    tasks = sorted({row.index // spec.cases_per_task for row in todo})
+    _require_allowed(max(tasks), len(manifest.rows))
+    script = _write_script(manifest, spec)
+    queued = set(_queued(manifest)) & set(tasks)
+    new = [task for task in tasks if task not in queued]
+    if not new:
+        return f"all {len(tasks)} tasks that are missing are in the queue"
+    limit = at_once or spec.at_once
+    array = index_list(new) + (f"%{limit}" if limit else "")
+    job = _slurm(["sbatch", "--parsable", f"--array={array}", str(script)]).strip().partition(";")[0]
+    there = f", {len(queued)} more are in the queue" if queued else ""
+    return f"submitted job {job}: sbatch --array={array} {shlex.quote(str(script))}{there}"
+
+
+def requeue() -> bool:
+    """Have Slurm run the task of this process again; False where it is no task, or where Slurm does not."""
+    array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
+    # The number of a task's own job may be that of the whole array.
+    job = f"{array}_{task}" if array and task else os.environ.get("SLURM_JOB_ID")
+    if job is None:
+        return False
+    try:
+        _slurm(["scontrol", "requeue", job])
+    except CaseError as error:
+        print(error, file=sys.stderr)
+        return False
+    return True
+
+
+def job_name(manifest: Manifest) -> str:
+    """The same for every array of a sweep's folder."""
+    readable = re.sub(r"[^A-Za-z0-9_.-]", "-", manifest.folder.name)
+    return f"{readable}-{hashlib.sha256(str(manifest.folder).encode()).hexdigest()[:8]}"
+
+
+def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
+    """The job script: every option that a task needs, and one command in place of the shell."""
+    folder = manifest.folder
+    memory = spec.memory or f"{math.ceil((MEMORY_MARGIN * manifest.memory + PARENT_BYTES) / 1e6)}M"
+    options = [
+        f"--job-name={job_name(manifest)}",
+        f"--output={folder / FOLDER_NAME / '%A_%a.log'}",
+        "--open-mode=append",
+        "--requeue",
+        "--ntasks=1",
+        f"--cpus-per-task={manifest.threads}",
+        f"--mem={memory}",
+        f"--signal=B:USR1@{spec.warning}",
+        *([f"--time={spec.time}"] if spec.time is not None else []),
+        *spec.options,
+    ]
+    command = shlex.join([sys.executable, "-m", "fretsolve", "sweep", "work", str(folder)])
+    per_task = spec.cases_per_task
+    return "\n".join(
+        [
+            "#!/bin/bash",
+            f"# Runs cases of {folder}; a task that is stopped by a signal requeues itself and goes on.",
+            *(f"#SBATCH {shlex.quote(option)}" for option in options),
+            *spec.setup,
+            f"first=$((SLURM_ARRAY_TASK_ID * {per_task}))",
+            f'exec {command} --cases "$first-$((first + {per_task - 1}))" --requeue',
+            "",
+        ]
+    )
+
+
+def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
+    script = manifest.folder / FOLDER_NAME / SCRIPT_NAME
+    try:
+        script.parent.mkdir(exist_ok=True)
+        durable.remove_temporaries(script.parent)
+        durable.write_text(script, script_text(manifest, spec))
+    except OSError as error:
+        raise FileError(f"cannot be written: {error.strerror or error}", script) from error
+    return script
+
+
+def _require_allowed(last: int, cases: int) -> None:
+    match = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm(["scontrol", "show", "config"]), re.MULTILINE)
+    if match and last >= int(match[1]):
+        least = math.ceil(cases / int(match[1]))
+        raise CaseError(
+            f"slurm.cases_per_task: the array needs tasks up to {last}, this Slurm takes them up to"
+            f" {int(match[1]) - 1} (MaxArraySize); {least} cases per task or more are needed"
+        )
+
+
+def _queued(manifest: Manifest) -> Iterable[int]:
+    """Tasks of the sweep that wait, run or are about to run again."""
+    line = ["squeue", "--noheader", "--array", f"--name={job_name(manifest)}", "--format=%K"]
+    return [int(word) for word in _slurm(line).split() if word.isdecimal()]
+
+
+def _slurm(line: Sequence[str]) -> str:
+    """What a command of Slurm prints. Raises CaseError with its message."""
+    try:
+        done = subprocess.run(line, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise CaseError(f"{line[0]} cannot be called ({error.strerror}); Slurm's commands are needed here") from None
+    if done.returncode:
+        raise CaseError(f"{line[0]}: {' '.join(done.stderr.split()) or f'exit code {done.returncode}'}")
+    return done.stdout

@@ -1,0 +1,82 @@
+"""How far a sweep is, told by its files alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from fretsolve.errors import FileError
+from fretsolve.history.lock import is_locked
+from fretsolve.history.parts import contiguous_parts, parts_folder
+from fretsolve.history.stored import read_attributes
+from fretsolve.sweep.manifest import Manifest, Row
+
+Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
+
+STATUSES: tuple[Status, ...] = ("complete", "no solution", "running", "stopped", "error", "waiting")
+"""complete, no solution: there is a result; stopped: some of its increments are saved; error: it ended without one."""
+
+
+@dataclass(frozen=True)
+class CaseState:
+    """How far a case is. exit_code, reason: of one that has ended; increments: saved of one that is stopped."""
+
+    row: Row
+    status: Status
+    exit_code: int | None = None
+    reason: str = ""
+    increments: int = 0
+
+    @property
+    def has_result(self) -> bool:
+        """Whether there is nothing left to run."""
+        return self.status in ("complete", "no solution")
+
+
+def states(manifest: Manifest) -> Iterator[CaseState]:
+    """The state of every row."""
+    found: dict[str, CaseState] = {}
+    for row in manifest.rows:
+        if row.id not in found:
+            found[row.id] = state_of(manifest, row)
+        known = found[row.id]
+        yield CaseState(row, known.status, known.exit_code, known.reason, known.increments)
+
+
+def state_of(manifest: Manifest, row: Row) -> CaseState:
+    """The state of a case."""
+    out = manifest.result(row)
+    if out.exists():
+        try:
+            attributes = read_attributes(out)
+        except FileError as error:
+            return CaseState(row, "error", error.exit_code, str(error))
+        if attributes["status"] == "complete":
+            return CaseState(row, "complete", 0)
+        return CaseState(row, "no solution", 3, str(attributes.get("failure", "")))
+    folder = parts_folder(out)
+    if is_locked(folder):
+        return CaseState(row, "running")
+    try:
+        note = json.loads(manifest.note(row).read_text(encoding="utf-8"))
+        return CaseState(row, "error", int(note["exit_code"]), str(note["reason"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    try:
+        increments = sum(part.last - part.first + 1 for part in contiguous_parts(folder))
+    except OSError:
+        return CaseState(row, "waiting")
+    return CaseState(row, "stopped", increments=increments)
+
+
+def missing(manifest: Manifest, rows: Iterable[Row] | None = None) -> list[Row]:
+    """The cases without a result, each once; files appear whole, so that their names tell."""
+    return [row for row in (manifest.unique if rows is None else rows) if not manifest.result(row).exists()]
+
+
+def counts(found: Sequence[CaseState]) -> dict[Status, int]:
+    """How many cases are in each of `STATUSES`, those that occur."""
+    numbers = {status: sum(one.status == status for one in found) for status in STATUSES}
+    return {status: number for status, number in numbers.items() if number}

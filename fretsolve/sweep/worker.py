@@ -1,0 +1,157 @@
+"""A process that solves cases of a sweep, one after another, each into its result file.
+
+It speaks with the process that started it by two pipes: an index on a line of standard input is an order, a line of
+JSON on standard output the report on it. The end of standard input asks it to stop after the increment, so that it
+does so as well when whoever started it is gone. A case that fails does not touch the next one; a crash ends this
+process alone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
+from fretsolve.interrupt import EXIT_STOPPED, SIGNALS
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from fretsolve.recording import Stop
+    from fretsolve.sweep.base import Base
+    from fretsolve.sweep.manifest import Manifest, Row
+
+EXIT_BUG = 70
+
+UNSAVED = 2.0
+"""Seconds of work that a kill may cost: a small case is written once, which takes less than saving each increment."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """How the run of a case has ended.
+
+    code: that of `fretsolve run`, 0 or 3 where there is a result now; busy: another run is writing it. reason: one
+    line, empty where there is nothing to say. increments: in the result; seconds: that this run took.
+    """
+
+    index: int
+    code: int
+    reason: str = ""
+    busy: bool = False
+    increments: int = 0
+    seconds: float = 0.0
+
+    @property
+    def has_result(self) -> bool:
+        """Whether the case has its result, be it that there is no solution."""
+        return self.code in (0, NoSolutionError.exit_code)
+
+
+class Orders:
+    """Standard input as the source of orders, whose end or a signal requests a stop."""
+
+    def __init__(self) -> None:
+        self._descriptor = sys.stdin.fileno()
+        self._signalled = False
+        for number in SIGNALS:
+            signal.signal(number, self._note)
+
+    @property
+    def requested(self) -> bool:
+        """Whether to stop: no order comes while one is worked on, so that what can be read is the end."""
+        return self._signalled or bool(select.select([self._descriptor], [], [], 0.0)[0])
+
+    def next(self) -> int | None:
+        """The next order, None at the end."""
+        line = b""
+        while not line.endswith(b"\n"):
+            if self._signalled:
+                return None
+            if not select.select([self._descriptor], [], [], 0.5)[0]:
+                continue
+            byte = os.read(self._descriptor, 1)
+            if not byte:
+                return None
+            line += byte
+        return int(line)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        # That of the terminal is meant for the parent, which closes the pipe once it wants to stop.
+        if number != signal.SIGINT:
+            self._signalled = True
+
+
+def serve(folder: Path) -> int:
+    """Work on orders until they end. Returns the exit code; raises FileError where the manifest cannot be read."""
+    orders = Orders()  # before heavy imports, in which a signal would end the process
+    reports = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever prints must not speak in between
+    from fretsolve.sweep.base import Base
+    from fretsolve.sweep.manifest import read_manifest
+
+    manifest = read_manifest(folder)
+    base = Base.read(manifest.case, manifest.overrides, manifest.threads)
+    while (index := orders.next()) is not None:
+        report = run_case(manifest, base, manifest.rows[index], orders)
+        reports.write(json.dumps(asdict(report)) + "\n")
+        reports.flush()
+        if report.code == EXIT_STOPPED:
+            return EXIT_STOPPED
+    return 0
+
+
+def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
+    """Solve what is missing of a case. Errors are in the report, and in the case's note where there is no result."""
+    began = time.perf_counter()
+    out, increments = manifest.result(row), 0
+    if out.exists():
+        return Report(row.index, 0)
+
+    from fretsolve.history import HistoryWriter
+    from fretsolve.recording import record
+    from fretsolve.sweep.base import identity
+
+    reason, code, busy = "", 0, False
+    try:
+        scene = base.scene(row.settings)
+        header = base.header(scene, row.settings)
+        if identity(header) != row.id:
+            message = "is not as it was when the sweep was begun; give the command sweep run again"
+            raise CaseError(message, (), manifest.case)
+        with HistoryWriter.open(out, header, resume=True, pause=UNSAVED) as writer:
+            try:
+                code = 0 if record(scene, writer, stop, lambda _: None, manifest.threads) else EXIT_STOPPED
+            finally:
+                increments = len(writer.summaries)
+    except BusyError as error:
+        reason, code, busy = str(error), error.exit_code, True
+    except FretsolveError as error:
+        reason, code = " ".join(str(error).splitlines()), error.exit_code
+    except MemoryError:
+        reason, code = "the memory does not suffice; fewer grid.points are needed", CaseError.exit_code
+    except Exception as error:
+        if os.environ.get("FRETSOLVE_DEBUG"):
+            raise
+        reason, code = f"internal error: {type(error).__name__}: {' '.join(str(error).split())}", EXIT_BUG
+    report = Report(row.index, code, reason, busy, increments, time.perf_counter() - began)
+    leave_note(manifest, row, report)
+    return report
+
+
+def leave_note(manifest: Manifest, row: Row, report: Report) -> None:
+    """Say beside the results why a case has none; a full disk keeps nobody from going on."""
+    note = manifest.note(row)
+    with suppress(OSError):
+        if report.has_result or report.code == EXIT_STOPPED:
+            note.unlink(missing_ok=True)
+        elif not report.busy:
+            note.write_text(json.dumps({"exit_code": report.code, "reason": report.reason}), encoding="utf-8")

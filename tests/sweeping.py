@@ -1,0 +1,68 @@
+"""A small sweep and what it should come to, for the tests of its engines."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretsolve import load_case, open_result, run
+from fretsolve.errors import NoSolutionError
+
+CASE = """\
+title: small
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 12}
+friction: 0.1
+load_path:
+  - {P: 400 N, increments: 1}
+  - {Qx: 36 N, increments: 2}
+"""
+
+SWEEP = """\
+title: friction and load
+case: case.yaml
+axes:
+  - friction: [0.08, 0.1, 0.12]
+  - load_path.0.P: {from: 400 N, to: 500 N, count: 2}
+"""
+"""Six cases, of which the first slides."""
+
+
+def write_sweep(folder: Path, sweep: str = SWEEP, case: str = CASE) -> Path:
+    """The sweep file, beside its case."""
+    (folder / "case.yaml").write_text(case, encoding="utf-8")
+    path = folder / "sweep.yaml"
+    path.write_text(sweep, encoding="utf-8")
+    return path
+
+
+def rows_of(folder: Path) -> list[dict[str, Any]]:
+    """The cases of the manifest."""
+    return json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["cases"]
+
+
+def assert_as_serial(folder: Path, case: Path) -> int:
+    """Every case of the sweep in `folder` has the numbers, in every bit, of a run in this process; how many there are."""
+    rows = rows_of(folder)
+    for row in rows:
+        states, failure = [], ""
+        try:
+            for state in run(load_case(case, [f"{key}={value}" for key, value in row["settings"].items()])):
+                states.append(state)
+        except NoSolutionError as error:
+            failure = error.kind
+        with open_result(folder / row["result"]) as result:
+            assert result.status == ("failed" if failure else "complete")
+            assert result.attributes.get("failure_kind", "") == failure
+            assert result.increments == len(states)
+            for name in ("delta_x", "work_total", "stick_radius", "residual_slip"):
+                np.testing.assert_array_equal(result.history[name], [getattr(s.summary, name) for s in states])
+            if states:
+                np.testing.assert_array_equal(result.field("shear"), states[-1].fields.shear)
+    return len(rows)

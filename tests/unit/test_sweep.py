@@ -1,0 +1,352 @@
+"""``fretsolve sweep``: the points of a sweep file, what is wrong with one, and running it on this machine."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import resource
+import signal
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import finish, invoke, start
+from sweeping import CASE, SWEEP, assert_as_serial, rows_of, write_sweep
+
+from fretsolve.case import read_case
+from fretsolve.case.loading import validated
+from fretsolve.errors import CaseError
+from fretsolve.sweep.manifest import index_list, read_manifest
+from fretsolve.sweep.points import points_of, text_of
+from fretsolve.sweep.spec import SweepSpec
+from fretsolve.sweep.table import collect
+
+# Points
+
+
+def settings_of(folder: Path, axes: str) -> list[dict[str, str]]:
+    """The points of `axes`, a YAML list."""
+    text = read_case(write_sweep(folder, f"case: case.yaml\naxes:\n{axes}"))
+    points = points_of(validated(SweepSpec, text.data, text.source), text.source)
+    return [{value.setting.key: value.setting.value for value in point} for point in points]
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("friction: [0.1, 1e-6, .5]", ["0.1", "1e-06", "0.5"]),
+        ("load_path.0.P: [400 N, 1 kN]", ["400 N", "1 kN"]),
+        ("title: ['1', 'a: b', x]", ['"1"', '"a: b"', "x"]),
+        ("grid.points: [[8, 16], 32]", ["[8, 16]", "32"]),
+        ("surface: [{sphere: {radius: 1 mm}}]", ['{"sphere": {"radius": "1 mm"}}']),
+        ("friction: {from: 0.1, to: 0.3, count: 3}", ["0.1", "0.2", "0.3"]),
+        ("load_path.0.P: {from: 1 kN, to: 4 kN, count: 4}", ["1 kN", "2 kN", "3 kN", "4 kN"]),
+        ("load_path.0.P: {from: 1 N, to: 100 N, count: 3, spacing: log}", ["1 N", "10 N", "100 N"]),
+        ("friction: {from: 0.3, to: 0.1, count: 2}", ["0.3", "0.1"]),
+    ],
+)
+def test_values_of_a_key(axis: str, values: list[str], tmp_path: Path) -> None:
+    points = settings_of(tmp_path, f"  - {axis}")
+    assert points == [{axis.partition(":")[0]: value} for value in values]
+
+
+def test_entries_are_crossed_and_keys_of_one_go_together(tmp_path: Path) -> None:
+    points = settings_of(tmp_path, "  - {friction: [0.1, 0.2], title: [a, b]}\n  - grid.points: [8, 16]")
+    assert [tuple(point.values()) for point in points] == [
+        ("0.1", "a", "8"),
+        ("0.1", "a", "16"),
+        ("0.2", "b", "8"),
+        ("0.2", "b", "16"),
+    ]
+
+
+def test_points_of_a_csv_file(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text('friction, load_path.0.P\n0.1,400 N\n\n,"500 N"\n')
+    assert settings_of(tmp_path, "  - csv: points.csv") == [
+        {"friction": "0.1", "load_path.0.P": "400 N"},
+        {"load_path.0.P": "500 N"},
+    ]
+
+
+def test_latin_hypercube_has_one_point_in_each_slice(tmp_path: Path) -> None:
+    axes = """\
+  - latin_hypercube:
+      samples: 20
+      seed: 3
+      over:
+        friction: {from: 0.1, to: 0.5}
+        load_path.0.P: {from: 1 N, to: 1000 N, spacing: log}
+"""
+    points = settings_of(tmp_path, axes)
+    friction = np.array([float(point["friction"]) for point in points])
+    load = np.array([float(point["load_path.0.P"].removesuffix(" N")) for point in points])
+    slices = np.arange(20)
+    np.testing.assert_array_equal(np.sort((friction - 0.1) / 0.4 * 20 // 1), slices)
+    np.testing.assert_array_equal(np.sort(np.log10(load) / 3 * 20 // 1), slices)
+    assert settings_of(tmp_path, axes) == points
+    assert settings_of(tmp_path, axes.replace("seed: 3", "seed: 4")) != points
+
+
+def test_text_is_read_again_as_the_same_value() -> None:
+    for value in ("400 N", "1", "true", "", "a: b", "[", 0.1, 3, True, [1, "x"], {"a": 1}):
+        text = text_of(value)
+        assert read_back(text) == value
+
+
+def read_back(text: str) -> object:
+    from fretsolve.case.source import parse
+
+    return parse(text).value
+
+
+# What is wrong with a sweep file
+
+
+@pytest.mark.parametrize(
+    ("sweep", "message"),
+    [
+        ("", r"sweep.yaml:1: .* is not a mapping; one with the keys title, case, set, axes"),
+        ("case: case.yaml", r"sweep.yaml:1: axes: missing"),
+        ("case: none.yaml\naxes: [friction: [1]]", r"sweep.yaml:1: case: .*none.yaml: can't be read"),
+        ("case: case.yaml\naxis: [friction: [1]]", r"sweep.yaml:2: axis: unknown key 'axis'; did you mean 'axes'"),
+        ("case: case.yaml\naxes: []", r"sweep.yaml:2: axes: \[\] has the wrong number of entries"),
+        ("case: case.yaml\naxes:\n  - friction: 0.1", r"sweep.yaml:3: axes.0.friction: 0.1 is not allowed; a list"),
+        ("case: case.yaml\naxes:\n  - friction: []", r"sweep.yaml:3: axes.0.friction: \[\] has the wrong number"),
+        ("case: case.yaml\naxes:\n  - fricton: [1]", r"sweep.yaml:3: axes.0.fricton: unknown key 'fricton'; did you"),
+        ("case: case.yaml\naxes:\n  - friction:\n    - 0.1\n    - -1", r"sweep.yaml:5: axes.0.friction.1: -1 is out of"),
+        ("case: case.yaml\naxes:\n  - load_path.7.P: [1]", r"sweep.yaml:3: axes.0.load_path.7.P.0: the list has no entry"),
+        ("case: case.yaml\naxes:\n  - bodies.*.young_modulus: [1]", r":3: axes.0.bodies.\*.young_modulus.0: \* stands"),
+        ("case: case.yaml\naxes:\n  - a=b: [1]", r"sweep.yaml:3: axes.0.a=b.0: 'a=b' is no key of a case"),
+        ("case: case.yaml\naxes:\n  - {friction: [1, 2], title: [a]}", r":3: axes.0: keys of one entry .* title has 1"),
+        ("case: case.yaml\naxes:\n  - friction: [1]\n  - friction: [2]", r":4: axes.1: friction is varied by an entry"),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: 1, to: 2}",
+            r"sweep.yaml:3: axes.0.friction.count: missing; needed is how many",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - load_path.0.P: {from: 1 N, to: 2 kN, count: 3}",
+            r":3: axes.0.load_path.0.P: from is in N, to in kN; the same unit",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: 0, to: 1, count: 3, spacing: log}",
+            r":3: axes.0.friction: log spacing needs two ends above 0",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: a, to: 1, count: 3}",
+            r":3: axes.0.friction: 'a' is not a number with a unit or without",
+        ),
+        ("case: case.yaml\naxes:\n  - friction: {from: 1, to: 1, count: 3}", r": from and to are both 1"),
+        ("case: case.yaml\naxes:\n  - csv: none.csv", r"none.csv: can't be read: No such file"),
+        ("case: case.yaml\nset: {friction: -1}\naxes:\n  - title: [a]", r"sweep.yaml:2: set.friction: -1 is out of"),
+        ("case: case.yaml\nquantities: [delta]\naxes:\n  - title: [a]", r":2: quantities.0: 'delta' is not a quantity"),
+        ("case: case.yaml\nquantities: [P@9]\naxes:\n  - title: [a]", r":2: quantities.0: there is no stage '9'"),
+        ("case: case.yaml\nslurm: {options: [main]}\naxes:\n  - title: [a]", r":2: slurm.options.0: 'main' is no option"),
+        (
+            "case: case.yaml\naxes:\n  - grid.points: [8, 1000000]",
+            r":3: axes.0.grid.points.1: 1000000 x 1000000 cells take about .* of memory",
+        ),
+    ],
+)
+def test_mistakes_are_told_with_their_place(sweep: str, message: str, tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, sweep)
+    outcome = invoke("sweep", "run", path)
+    assert outcome.exit_code == (4 if "none.csv" in sweep else 2), outcome.stderr
+    assert re.search(message, outcome.stderr), outcome.stderr
+    assert "Traceback" not in outcome.stderr
+    assert not (tmp_path / "sweep.sweep").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("friction\n", ":3: axes.0.csv: points.csv has no points"),
+        ("friction,friction\n1,2\n", "points.csv:1: 'friction' is no key of a case, or stands twice"),
+        ("friction,title\n0.1\n", "points.csv:2: the line has 1 cells, the heading 2"),
+        ("friction,title\n0.1,a\n-3,b\n", "points.csv:3: friction: -3 is out of range"),
+    ],
+)
+def test_mistakes_in_a_csv_file(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text(text)
+    outcome = invoke("sweep", "run", write_sweep(tmp_path, "case: case.yaml\naxes:\n  - csv: points.csv\n"))
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+
+
+def test_each_mistake_is_told_once_and_not_too_many(tmp_path: Path) -> None:
+    bad = ", ".join(str(-index) for index in range(1, 30))
+    path = write_sweep(tmp_path, f"case: case.yaml\naxes:\n  - friction: [{bad}]\n  - title: [a, b]\n")
+    lines = invoke("sweep", "run", path).stderr.splitlines()
+    assert len(lines) == 11
+    assert lines[-1].endswith("and 19 more problems")
+
+
+# Running
+
+
+def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, SWEEP + "quantities: [delta_x, P@1]\n")
+    folder = tmp_path / "sweep.sweep"
+    code, output, messages = finish("sweep", "run", path, "-j", 2)
+    assert (code, messages) == (0, "")
+    assert "6 cases of friction, load_path.0.P" in output
+    assert output.splitlines()[-1] == "6 cases: 5 complete, 1 no solution"
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+
+    before = {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()}
+    again = invoke("sweep", "run", path)
+    assert again.exit_code == 0
+    assert "6 done already" in again.stdout
+    assert {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()} == before
+
+    told = invoke("sweep", "status", folder).stdout
+    assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=400 N")
+    assert "gross sliding" in told and "--array" not in told
+
+    assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
+    with (folder / "table.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["status"] for row in rows] == ["no solution"] + 5 * ["complete"]
+    assert [row["regime"] for row in rows] == ["gross slip"] + 5 * ["partial slip"]
+    assert [row["load_path.0.P (N)"] for row in rows] == 3 * ["400", "500"]
+    assert rows[0]["delta_x (mm)"] == "" and float(rows[0]["P@1 (N)"]) == pytest.approx(400.0)
+    with h5py.File(folder / "table.h5") as file:
+        displacement = file["values/delta_x"][:]
+        assert file["values/delta_x"].attrs["units"] == "mm"
+        np.testing.assert_array_equal(file["settings/friction"][:], np.repeat([0.08, 0.1, 0.12], 2))
+        assert np.isnan(displacement[0]) and (displacement[1:] > 0.0).all()
+        last = file[f"results/{rows[5]['id']}"]
+        assert last["history/delta_x"][-1] == displacement[5]
+        assert last["fields/pressure"].shape == (3, 12, 12)
+
+
+def test_equal_cases_are_run_once(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\naxes:\n  - title: [a, b, c]\n  - grid.points: [8, '8']\n")
+    code, output, _ = finish("sweep", "run", path, "-j", 1)
+    assert code == 2  # text is no number of points
+    path.write_text("case: case.yaml\naxes:\n  - title: [a, b, c]\n  - grid.points: [8, [8, 8]]\n")
+    code, output, _ = finish("sweep", "run", path, "-j", 1)
+    assert code == 0
+    assert "6 cases of title, grid.points, 1 of them different" in output
+    assert len(list((tmp_path / "sweep.sweep" / "results").iterdir())) == 1
+
+
+def test_error_bars_and_common_settings(tmp_path: Path) -> None:
+    sweep = "case: case.yaml\nset: {load_path.*.increments: 1, grid.points: 16}\nerror_bars: true\naxes:\n  - friction: [0.1]\n"
+    assert finish("sweep", "run", write_sweep(tmp_path, sweep), "-q") == (0, "", "")
+    table = collect(read_manifest(tmp_path / "sweep.sweep"))
+    assert table.increments.tolist() == [2]
+    errors = {column.name: column.values[0] for column in table.errors}
+    assert errors["delta_x error"] > 0.0
+
+
+def test_signal_stops_the_sweep_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, case=CASE.replace("increments: 2", "increments: 60"))
+    folder = tmp_path / "sweep.sweep"
+    with start("sweep", "run", path, "-j", 1) as process:
+        wait_for(lambda: any((folder / "results").glob("*.h5")), process)
+        process.send_signal(signal.SIGTERM)
+        _, messages = process.communicate(timeout=60)
+    assert process.returncode == 75
+    assert "the same command goes on" in messages
+    told = invoke("sweep", "status", folder).stdout
+    assert re.search(r"missing: --array=\S*5", told)
+    assert finish("sweep", "run", path, "-q") == (0, "", "")
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+
+
+def test_killed_worker_costs_its_case_alone(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, case=CASE.replace("increments: 2", "increments: 60"))
+    folder = tmp_path / "sweep.sweep"
+    with start("sweep", "run", path, "-j", 1) as process:
+        wait_for(lambda: any((folder / "results").glob("*.h5")), process)
+        (child,) = children(process.pid)
+        os.kill(child, signal.SIGKILL)
+        _, messages = process.communicate(timeout=120)
+    assert process.returncode == 75
+    assert "was ended by SIGKILL" in messages
+    missing = [row for row in rows_of(folder) if not (folder / row["result"]).exists()]
+    assert len(missing) == 1
+    assert finish("sweep", "run", path, "-q") == (0, "", "")
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+
+
+def test_full_disk_is_the_reason_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    code, output, messages = finish("sweep", "run", path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (9000,)))
+    assert code == 4
+    assert "File too large" in messages and "Traceback" not in messages
+    assert output.splitlines()[-1] == "6 cases: 6 error"
+    assert "error (exit code 4)" in invoke("sweep", "status", tmp_path / "sweep.sweep").stdout
+    assert finish("sweep", "run", path, "-q") == (0, "", "")
+    assert assert_as_serial(tmp_path / "sweep.sweep", tmp_path / "case.yaml") == 6
+    assert not list((tmp_path / "sweep.sweep" / "results").glob("*.note"))
+
+
+def test_work_runs_the_cases_named(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    folder = tmp_path / "sweep.sweep"
+    stopped = start("sweep", "run", path, "-j", 1)
+    wait_for(lambda: (folder / "manifest.json").exists(), stopped)
+    stopped.kill()
+    stopped.communicate()
+    code, output, messages = finish("sweep", "work", folder, "--cases", "4-5,1,99")
+    assert (code, messages) == (0, "")
+    done = [row["index"] for row in rows_of(folder) if (folder / row["result"]).exists()]
+    assert set(done) >= {1, 4, 5}
+    (tmp_path / "case.yaml").write_text(CASE.replace("36 N", "20 N"))
+    code, _, messages = finish("sweep", "work", folder, "--cases", "2-3")
+    assert code == 2
+    assert "is not as it was when the sweep was begun" in messages
+
+
+def test_what_is_no_sweep(tmp_path: Path) -> None:
+    for command in ("status", "collect"):
+        outcome = invoke("sweep", command, tmp_path)
+        assert outcome.exit_code == 4
+        assert "manifest.json: cannot be read: No such file" in outcome.stderr
+    (tmp_path / "manifest.json").write_text("{}")
+    assert "not the manifest of a sweep" in invoke("sweep", "status", tmp_path).stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "x.yaml", "--on", "cloud"), "'cloud' is no engine; local, slurm or dask:ADDRESS is needed"),
+        (("work", ".", "--cases", "3-"), "'3-' is no list of cases"),
+        (("run", "none.yaml"), "none.yaml: can't be read"),
+    ],
+)
+def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> None:
+    outcome = invoke("sweep", *words)
+    assert outcome.exit_code in (2, 4)
+    assert message in outcome.stderr
+
+
+def test_index_list() -> None:
+    assert index_list([]) == ""
+    assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
+
+
+def wait_for(condition, process, seconds: float = 90.0) -> None:  # type: ignore[no-untyped-def]
+    """Until `condition` holds, while `process` runs."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def children(pid: int) -> list[int]:
+    """The processes that `pid` has started."""
+    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
+    text = read_case(write_sweep(tmp_path))
+    point = points_of(validated(SweepSpec, text.data, text.source), text.source)[0]
+    problem = point[0].problem("is wrong", ("inside",))
+    assert isinstance(problem, CaseError)
+    assert str(problem) == f"{tmp_path / 'sweep.yaml'}:4: axes.0.friction.0.inside: is wrong"
