@@ -136,3 +136,32 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
     from fretsolve.commands.sweep import collect_sweep
 
     return collect_sweep(folder, out, quantities, fields=fields)
+
+
+@sweep.command()
+@_FOLDER
+@click.argument("kind", type=click.Choice(["quantity", "running-condition"]), default="quantity", metavar="[KIND]")
+@click.option("--quantity", metavar="NAME[@STAGE]", help="What to draw; by default the first that is collected.")
+@click.option(
+    "--over",
+    multiple=True,
+    metavar="KEY",
+    help="A varied key or a quantity along an axis; twice for a map. By default the first keys of the sweep.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The picture (.png, .pdf, .svg); by default DIR/KIND.png.",
+)
+def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
+    """Draw the sweep in DIR as far as it is.
+
+    KIND is quantity (the default), a quantity over one or two keys, or running-condition, where partial slip and gross
+    slip are, over two. It needs matplotlib: pip install 'fretsolve[plot]'.
+    """
+    from fretsolve.commands.sweep import plot_sweep
+
+    return plot_sweep(folder, kind, quantity, over, out)

@@ -48,7 +48,7 @@ def rows_of(folder: Path) -> list[dict[str, Any]]:
 
 
 def assert_as_serial(folder: Path, case: Path) -> int:
-    """Every case of the sweep in `folder` has the numbers, in every bit, of a run in this process; how many there are."""
+    """Check that every case of a sweep has the very numbers of a run in this process; how many cases there are."""
     rows = rows_of(folder)
     for row in rows:
         states, failure = [], ""

@@ -176,6 +176,8 @@ def _children(node: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str,
     if isinstance(part, str):
         if part in node.get("properties", ()):
             yield node["properties"][part]
+        elif isinstance(node.get("additionalProperties"), dict):
+            yield node["additionalProperties"]
     elif part < len(node.get("prefixItems", ())):
         yield node["prefixItems"][part]
     elif "items" in node:

@@ -39,7 +39,7 @@ class PlotOrder:
 
 def plot_result(order: PlotOrder) -> int:
     """Write the pictures and tell where they lie; the exit code. Raises CaseError, FileError."""
-    _require_matplotlib()
+    require_matplotlib()
     from fretsolve.plots.kinds import Selection, kind_of
 
     selection = Selection(order.steps, order.at, order.fields)
@@ -54,11 +54,12 @@ def plot_result(order: PlotOrder) -> int:
                 content = kind.draw(result, selection, _format(path))
             except PictureError as error:
                 raise CaseError(f"{kind.name}: {error}", (), result.path) from error
-            _write(path, content)
+            write_picture(path, content)
     return 0
 
 
-def _require_matplotlib() -> None:
+def require_matplotlib() -> None:
+    """Raise CaseError where there is none."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -98,6 +99,15 @@ def _make_folder(folder: Path) -> None:
         raise FileError(f"cannot be made a folder: {error.strerror or error}", folder) from error
 
 
+def picture_format(path: Path) -> str:
+    """The format of a still picture by its name. Raises CaseError for a name of none."""
+    from fretsolve.plots.kinds import STILL
+
+    if _format(path) not in STILL:
+        raise CaseError(f"no name for a picture; one that ends on .{', .'.join(STILL)} is needed", (), path)
+    return _format(path)
+
+
 def _format(path: Path) -> str:
     return path.suffix.removeprefix(".").lower()
 
@@ -126,11 +136,11 @@ def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, f
         if entry.reason:
             print(f"left out: {entry.kind.name}: {entry.reason}")
         else:
-            _write(folder / f"{entry.kind.name}.{entry.file_format}", entry.content)
-    _write(folder / "index.html", html_page(result, entries).encode())
+            write_picture(folder / f"{entry.kind.name}.{entry.file_format}", entry.content)
+    write_picture(folder / "index.html", html_page(result, entries).encode())
 
 
-def _write(path: Path, content: bytes) -> None:
+def write_picture(path: Path, content: bytes) -> None:
     """Write a file and say so. Raises FileError."""
     try:
         path.write_bytes(content)

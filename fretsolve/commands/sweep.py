@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import NoSolutionError
+from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
+from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.interrupt import EXIT_STOPPED
+from fretsolve.plots.problem import PictureError
 from fretsolve.study.observable import read_observable
 from fretsolve.sweep.cluster import work_on_dask
 from fretsolve.sweep.crew import work_through
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 MOST_REASONS = 20
 """Lines on cases that have no result or no solution."""
+
+RUNNING_CONDITION = "running-condition"
 
 CSV_NAME, HDF5_NAME = "table.csv", "table.h5"
 
@@ -206,4 +210,37 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
         write(table)
         print(path)
     print(_counted(table.states), flush=True)
+    return 0
+
+
+def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
+    """Draw a quantity over one or two columns of the collected sweep, or the running condition over two."""
+    require_matplotlib()
+    from fretsolve.plots import sweeps
+    from fretsolve.plots.canvas import rendered
+
+    manifest = read_manifest(folder)
+    target = out or folder / f"{kind}.png"
+    file_format = picture_format(target)
+    if quantity is not None:
+        read_observable(quantity, sys.maxsize)
+    name = quantity or manifest.quantities[0]
+    as_quantities = [text for text in over if text not in manifest.keys]
+    for text in as_quantities:
+        read_observable(text, sys.maxsize)
+    table = collect(manifest, (*manifest.quantities, name, *as_quantities))
+    chosen = over or manifest.keys[: 2 if kind == RUNNING_CONDITION else 1]
+    if len(chosen) > 2 or (kind == RUNNING_CONDITION and len(chosen) != 2):
+        count = "two columns" if kind == RUNNING_CONDITION else "one or two columns"
+        raise CaseError(f"--over: {kind} is drawn over {count}, such as {' and '.join(manifest.keys[:2])}")
+    try:
+        if kind == RUNNING_CONDITION:
+            figure = sweeps.running_condition(table, (chosen[0], chosen[1]))
+        elif len(chosen) == 2:
+            figure = sweeps.surface(table, name, (chosen[0], chosen[1]))
+        else:
+            figure = sweeps.curve(table, name, chosen[0])
+    except PictureError as error:
+        raise CaseError(f"{kind}: {error}", (), folder) from error
+    write_picture(target, rendered(figure, file_format))
     return 0

@@ -115,9 +115,9 @@ def read_back(text: str) -> object:
         ("case: case.yaml\naxes: []", r"sweep.yaml:2: axes: \[\] has the wrong number of entries"),
         ("case: case.yaml\naxes:\n  - friction: 0.1", r"sweep.yaml:3: axes.0.friction: 0.1 is not allowed; a list"),
         ("case: case.yaml\naxes:\n  - friction: []", r"sweep.yaml:3: axes.0.friction: \[\] has the wrong number"),
-        ("case: case.yaml\naxes:\n  - fricton: [1]", r"sweep.yaml:3: axes.0.fricton: unknown key 'fricton'; did you"),
-        ("case: case.yaml\naxes:\n  - friction:\n    - 0.1\n    - -1", r"sweep.yaml:5: axes.0.friction.1: -1 is out of"),
-        ("case: case.yaml\naxes:\n  - load_path.7.P: [1]", r"sweep.yaml:3: axes.0.load_path.7.P.0: the list has no entry"),
+        ("case: case.yaml\naxes:\n  - fricton: [1]", r":3: axes.0.fricton.0: unknown key 'fricton'; did you"),
+        ("case: case.yaml\naxes:\n  - friction:\n    - 0.1\n    - -1", r":5: axes.0.friction.1: -1 is out of"),
+        ("case: case.yaml\naxes:\n  - load_path.7.P: [1]", r":3: axes.0.load_path.7.P.0: the list has no entry"),
         ("case: case.yaml\naxes:\n  - bodies.*.young_modulus: [1]", r":3: axes.0.bodies.\*.young_modulus.0: \* stands"),
         ("case: case.yaml\naxes:\n  - a=b: [1]", r"sweep.yaml:3: axes.0.a=b.0: 'a=b' is no key of a case"),
         ("case: case.yaml\naxes:\n  - {friction: [1, 2], title: [a]}", r":3: axes.0: keys of one entry .* title has 1"),
@@ -143,7 +143,7 @@ def read_back(text: str) -> object:
         ("case: case.yaml\nset: {friction: -1}\naxes:\n  - title: [a]", r"sweep.yaml:2: set.friction: -1 is out of"),
         ("case: case.yaml\nquantities: [delta]\naxes:\n  - title: [a]", r":2: quantities.0: 'delta' is not a quantity"),
         ("case: case.yaml\nquantities: [P@9]\naxes:\n  - title: [a]", r":2: quantities.0: there is no stage '9'"),
-        ("case: case.yaml\nslurm: {options: [main]}\naxes:\n  - title: [a]", r":2: slurm.options.0: 'main' is no option"),
+        ("case: case.yaml\nslurm: {options: [main]}\naxes:\n  - title: [a]", r":2: slurm.options.0: 'main' is no"),
         (
             "case: case.yaml\naxes:\n  - grid.points: [8, 1000000]",
             r":3: axes.0.grid.points.1: 1000000 x 1000000 cells take about .* of memory",
@@ -202,8 +202,9 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()} == before
 
     told = invoke("sweep", "status", folder).stdout
-    assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=400 N")
-    assert "gross sliding" in told and "--array" not in told
+    assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=4")
+    assert "gross sliding" in told
+    assert "--array" not in told
 
     assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
     with (folder / "table.csv").open(newline="") as file:
@@ -234,7 +235,12 @@ def test_equal_cases_are_run_once(tmp_path: Path) -> None:
 
 
 def test_error_bars_and_common_settings(tmp_path: Path) -> None:
-    sweep = "case: case.yaml\nset: {load_path.*.increments: 1, grid.points: 16}\nerror_bars: true\naxes:\n  - friction: [0.1]\n"
+    sweep = """\
+case: case.yaml
+set: {load_path.*.increments: 1, grid.points: 16}
+error_bars: true
+axes: [friction: [0.1]]
+"""
     assert finish("sweep", "run", write_sweep(tmp_path, sweep), "-q") == (0, "", "")
     table = collect(read_manifest(tmp_path / "sweep.sweep"))
     assert table.increments.tolist() == [2]
@@ -261,7 +267,7 @@ def test_killed_worker_costs_its_case_alone(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, case=CASE.replace("increments: 2", "increments: 60"))
     folder = tmp_path / "sweep.sweep"
     with start("sweep", "run", path, "-j", 1) as process:
-        wait_for(lambda: any((folder / "results").glob("*.h5")), process)
+        wait_for(lambda: begun(folder), process)
         (child,) = children(process.pid)
         os.kill(child, signal.SIGKILL)
         _, messages = process.communicate(timeout=120)
@@ -275,14 +281,19 @@ def test_killed_worker_costs_its_case_alone(tmp_path: Path) -> None:
 
 def test_full_disk_is_the_reason_and_the_same_command_goes_on(tmp_path: Path) -> None:
     path = write_sweep(tmp_path)
-    code, output, messages = finish("sweep", "run", path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (9000,)))
+    code, output, messages = finish("sweep", "run", path, preexec_fn=limit_file_size)
     assert code == 4
-    assert "File too large" in messages and "Traceback" not in messages
+    assert "File too large" in messages
+    assert "Traceback" not in messages
     assert output.splitlines()[-1] == "6 cases: 6 error"
     assert "error (exit code 4)" in invoke("sweep", "status", tmp_path / "sweep.sweep").stdout
     assert finish("sweep", "run", path, "-q") == (0, "", "")
     assert assert_as_serial(tmp_path / "sweep.sweep", tmp_path / "case.yaml") == 6
     assert not list((tmp_path / "sweep.sweep" / "results").glob("*.note"))
+
+
+def limit_file_size() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
 
 
 def test_work_runs_the_cases_named(tmp_path: Path) -> None:
@@ -292,7 +303,7 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     wait_for(lambda: (folder / "manifest.json").exists(), stopped)
     stopped.kill()
     stopped.communicate()
-    code, output, messages = finish("sweep", "work", folder, "--cases", "4-5,1,99")
+    code, _, messages = finish("sweep", "work", folder, "--cases", "4-5,1,99")
     assert (code, messages) == (0, "")
     done = [row["index"] for row in rows_of(folder) if (folder / row["result"]).exists()]
     assert set(done) >= {1, 4, 5}
@@ -328,6 +339,13 @@ def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> N
 def test_index_list() -> None:
     assert index_list([]) == ""
     assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
+
+
+def begun(folder: Path) -> bool:
+    """Whether a case other than the first is being solved."""
+    names = {path.name for path in (folder / "results").glob("*")}
+    results = [f"{row['id']}.h5" for row in rows_of(folder)[1:]] if names else []
+    return any(f"{name}.parts" in names and name not in names for name in results)
 
 
 def wait_for(condition, process, seconds: float = 90.0) -> None:  # type: ignore[no-untyped-def]

@@ -1,0 +1,181 @@
+"""``fretsolve sweep run --on slurm`` on a real Slurm: whatever befalls its tasks, the same command completes the sweep.
+
+``FRETSOLVE_SWEEP_CASES=40`` runs more cases, and lets a task meet its time limit as well.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from one_node_slurm import running_slurm, why_not
+from sweeping import CASE, assert_as_serial, rows_of, write_sweep
+
+import fretsolve
+from fretsolve.sweep.manifest import read_manifest
+from fretsolve.sweep.slurm import job_name
+
+CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "12"))
+INCREMENTS = 40
+SWEEP = f"""\
+case: case.yaml
+axes:
+  - friction: {{from: 0.1, to: 0.2, count: {CASES // 4}}}
+  - load_path.0.P: [390 N, 400 N, 410 N, 420 N]
+"""
+TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
+PATIENCE = 240.0
+
+pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
+
+
+@pytest.fixture(scope="module")
+def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """The environment in which the commands of a running Slurm are found."""
+    folder = tmp_path_factory.mktemp("slurm")
+    for parent in (folder, folder.parent, folder.parent.parent):
+        parent.chmod(0o755)  # munge's user must get there
+    package = str(Path(fretsolve.__file__).parents[1])
+    with running_slurm(folder) as environment:
+        yield environment | {"PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A folder on a file system of its own, of 1 MiB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    line = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    if subprocess.run(line, capture_output=True, check=False).returncode != 0:
+        pytest.skip("this machine lets no tmpfs be mounted")
+    yield folder
+    subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def call(slurm: dict[str, str], *words: object) -> str:
+    """What a command prints that must succeed."""
+    done = subprocess.run([str(word) for word in words], env=slurm, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def sweep(slurm: dict[str, str], *words: object) -> str:
+    return call(slurm, sys.executable, "-m", "fretsolve", "sweep", *words)
+
+
+def running(slurm: dict[str, str], folder: Path) -> list[str]:
+    """Tasks of the sweep that run, such as ``3_1``."""
+    line = ("squeue", "--noheader", "--array", "--state=R", f"--name={job_name(read_manifest(folder))}")
+    return call(slurm, *line, "--format=%F_%K").split()
+
+
+def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> None:
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+def wait_until_empty(slurm: dict[str, str], folder: Path) -> None:
+    """Until no task waits, runs or is about to run again."""
+    line = ("squeue", "--noheader", f"--name={job_name(read_manifest(folder))}")
+    wait_for(lambda: not call(slurm, *line).strip())
+
+
+def increments_saved(folder: Path) -> int:
+    return len(list((folder / "results").glob("*.h5.parts/*.h5")))
+
+
+def test_tasks_cancelled_killed_signalled_and_out_of_disk(
+    slurm: dict[str, str], tmp_path: Path, small_disk: Path
+) -> None:
+    case = CASE.replace("increments: 2", f"increments: {INCREMENTS}")
+    path = write_sweep(tmp_path, SWEEP + TASKS, case)
+    folder = small_disk / "sweep"
+    results = folder / "results"
+
+    assert "submitted job" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    assert "in the queue" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    wait_for(lambda: list(results.glob("*.note")))  # the disk is full
+    wait_until_empty(slurm, folder)
+    told = sweep(slurm, "status", folder)
+    assert "No space left on device" in told
+    assert "missing: --array=" in told
+
+    subprocess.run(["mount", "-o", "remount,size=64m", str(small_disk)], check=True)
+    for results_file in results.glob("*.h5"):
+        results_file.unlink()
+    sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    wait_for(lambda: list(results.glob("*.h5")))
+    cancelled = running(slurm, folder)[0]
+    call(slurm, "scancel", cancelled)
+    wait_for(lambda: cancelled not in running(slurm, folder))
+    wait_for(lambda: running(slurm, folder))
+    victim = workers_of(folder)[0]
+    os.kill(victim, signal.SIGKILL)
+    before = len(list(results.glob("*.h5")))
+    wait_for(lambda: len(list(results.glob("*.h5"))) > before or not running(slurm, folder))
+    signalled = running(slurm, folder)
+    for task in signalled:
+        subprocess.run(["scancel", "--batch", "--signal=USR1", task], env=slurm, check=False, capture_output=True)
+    wait_until_empty(slurm, folder)
+
+    for _ in range(3):
+        if "missing" not in sweep(slurm, "status", folder):
+            break
+        sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+        wait_until_empty(slurm, folder)
+    assert f"{CASES} cases: {CASES} complete" in sweep(slurm, "run", path, "-o", folder)
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == CASES
+    log = "".join(file.read_text() for file in (folder / "slurm").glob("*.log"))
+    assert "Traceback" not in log
+    assert "was ended by SIGKILL" in log
+    if signalled:
+        assert "SIGUSR1" in log
+
+
+def workers_of(folder: Path) -> list[int]:
+    """The processes that solve cases of the sweep."""
+    found = []
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = file.read_text().split("\0")
+        except OSError:
+            continue
+        if "serve" in words and str(folder) in words:
+            found.append(int(file.parent.name))
+    return found
+
+
+@pytest.mark.skipif(CASES < 40, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
+def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -> None:
+    limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 45}\naxes: [friction: [0.1]]\n"
+    case = CASE.replace("increments: 2", "increments: 400").replace("points: 12", "points: 96")
+    path = write_sweep(tmp_path, f"case: case.yaml\n{limit}", case)
+    folder = tmp_path / "sweep.sweep"
+    sweep(slurm, "run", path, "--on", "slurm")
+    wait_until_empty(slurm, folder)
+    (log,) = (folder / "slurm").glob("*.log")
+    assert "SIGUSR1" in log.read_text()
+    assert "1 complete" in sweep(slurm, "status", folder)
+    assert len(rows_of(folder)) == 1
+
+
+def test_too_many_tasks_are_refused(slurm: dict[str, str], tmp_path: Path) -> None:
+    many = "case: case.yaml\naxes: [friction: {from: 0.1, to: 0.2, count: 1002}]\n"
+    path = write_sweep(tmp_path, many)
+    done = subprocess.run(
+        [sys.executable, "-m", "fretsolve", "sweep", "run", path, "--on", "slurm"],
+        env=slurm,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "slurm.cases_per_task: the array needs tasks up to 1001, this Slurm takes them up to 1000" in done.stderr
