@@ -162,6 +162,8 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     type=click.IntRange(1, MOST_THREADS),
     default=1,
     show_default=True,
+    envvar="SLURM_CPUS_PER_TASK",
+    show_envvar=True,
     help="Threads of the Fourier transforms.",
 )
 @_quiet

@@ -45,8 +45,8 @@ def record(
 ) -> bool:
     """Solve and save what is missing and finish the result (True), or stop with what is done saved (False).
 
-    show: called after each saved increment, with its error bars; warn: with what a person should hear of the error bars. Raises
-    NoSolutionError, the result finished as failed, and FileError.
+    show: called after each saved increment, with its error bars; warn: with what a person should hear of these.
+    Raises NoSolutionError, the result finished as failed, and FileError.
     """
     increments = scene.load_path.increments
     if stop.requested and len(writer.summaries) < increments:

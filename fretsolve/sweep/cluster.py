@@ -61,14 +61,17 @@ def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: St
                 return
             shares = [[row.index for row in share] for share in _shares(left, threads)]
             futures = client.map(run_share, shares, folder=str(manifest.folder), halt=halt.name, pure=False)
-            yield from _reports(client, futures, halt, stop)
+            yield from _reports(futures, halt, stop)
 
 
 def run_share(indices: Sequence[int], folder: str, halt: str) -> list[dict[str, Any]]:
     """What a Dask task does: the cases `indices`, one after another, unless the event `halt` is set."""
+    stop = _Halt(halt)
+    if stop.requested:
+        return []
     manifest = read_manifest(Path(folder))
     rows = missing(manifest, [manifest.rows[index] for index in indices])
-    return [asdict(report) for report in work_through(manifest, [row.index for row in rows], 1, _Halt(halt))]
+    return [asdict(report) for report in work_through(manifest, [row.index for row in rows], 1, stop)]
 
 
 class _Halt:
@@ -78,7 +81,7 @@ class _Halt:
         from distributed import Event
 
         self._event = Event(name)
-        self._looked, self._found = 0.0, False
+        self._looked, self._found = -math.inf, False
 
     @property
     def requested(self) -> bool:
@@ -97,14 +100,14 @@ def _shares(rows: Sequence[Row], threads: int) -> list[Sequence[Row]]:
     return [rows[first : first + size] for first in range(0, len(rows), size)]
 
 
-def _reports(client: Any, futures: Sequence[Any], halt: Any, stop: Stop) -> Iterator[Report]:
+def _reports(futures: Sequence[Any], halt: Any, stop: Stop) -> Iterator[Report]:
     from distributed import wait
 
-    left = set(futures)
+    left, halted = set(futures), False
     while left:
-        if stop.requested and not halt.is_set():
-            halt.set()
-            client.cancel([future for future in left if future.status == "pending"])
+        if stop.requested and not halted:
+            halt.set()  # so that the shares under way stop, and those to come do not begin
+            halted = True
         with suppress(TimeoutError):
             wait(left, timeout=GLANCE, return_when="FIRST_COMPLETED")
         for future in [future for future in left if future.status != "pending"]:
@@ -113,11 +116,3 @@ def _reports(client: Any, futures: Sequence[Any], halt: Any, stop: Stop) -> Iter
                 yield from (Report(**values) for values in future.result())
             elif future.status == "error" and isinstance(future.exception(), FretsolveError):
                 raise future.exception()
-        if stop.requested and halt.is_set() and not any(_is_running(client, left)):
-            return
-
-
-def _is_running(client: Any, futures: set[Any]) -> Iterator[bool]:
-    """Whether workers still work on some of the futures."""
-    keys = {future.key for future in futures}
-    yield from (bool(keys & set(running)) for running in client.processing().values())

@@ -129,7 +129,7 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
             raise CaseError(message, (), manifest.case)
         with HistoryWriter.open(out, header, resume=True, pause=UNSAVED) as writer:
             try:
-                code = 0 if record(scene, writer, stop, lambda _: None, manifest.threads) else EXIT_STOPPED
+                code = 0 if record(scene, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
             finally:
                 increments = len(writer.summaries)
     except BusyError as error:
