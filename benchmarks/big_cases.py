@@ -1,0 +1,131 @@
+"""Big cases: memory and time predicted and measured, the gain of threads, and what writing results costs.
+
+    python benchmarks/big_cases.py memory 64 256 1024 2048     # each grid in a process of its own
+    python benchmarks/big_cases.py memory 4096                 # mode I.2 on 24 GiB; leave the machine alone for it
+    python benchmarks/big_cases.py threads 256 1024 --threads 1 2
+    python benchmarks/big_cases.py writing 256 1024
+
+Mode I.2 (``cases/mode1_similar.yaml``) on a square of 0.9 mm: pressed, then sheared to 0.9 mu P at once. Memory is the
+largest resident set of ``fretsolve run``; times are those of the processor where one thread is used, else wall-clock.
+`writing` is the share of a run's time in which the solver waits for an increment to be saved, each with the fields
+that a case stores by default.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import fretsolve
+from fretsolve.estimate import estimate
+from fretsolve.history import HistoryWriter
+from fretsolve.recording import run_header
+from fretsolve.scene import Scene, prepare
+
+ROOT = Path(__file__).resolve().parent.parent
+CASE = ROOT / "cases" / "mode1_similar.yaml"
+PATH = "load_path=[{P: 400 N, increments: 1}, {Qx: 36 N, increments: 1}]"
+
+
+def overrides(points: int) -> list[str]:
+    """What of the case is changed."""
+    return ["expect=[]", f"grid.points={points}", "grid.size=0.9", PATH]
+
+
+def scene_of(points: int) -> Scene:
+    """The case on `points` by `points` cells."""
+    return prepare(fretsolve.load_case(CASE, overrides(points)))
+
+
+def run(points: int, threads: int) -> tuple[float, float, float]:
+    """Largest resident set (bytes), processor and wall-clock seconds of ``fretsolve run``."""
+    words = [word for text in overrides(points) for word in ("--set", text)]
+    with tempfile.TemporaryDirectory() as folder:
+        line = [sys.executable, "-m", "fretsolve", "run", str(CASE), "-q", "--threads", str(threads)]
+        line += ["-o", f"{folder}/out.h5", *words]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+        began = time.perf_counter()
+        child = subprocess.Popen(line, env=environment)
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode:
+            raise SystemExit(f"{points} points: exit code {child.returncode}")
+    kilobytes = 1 if sys.platform == "darwin" else 1024
+    return used.ru_maxrss * kilobytes, used.ru_utime + used.ru_stime, time.perf_counter() - began
+
+
+def print_memory(sizes: list[int]) -> None:
+    """Predicted and measured memory and time; the second run of each grid is measured, with FFTW's plans known."""
+    print("| points | memory predicted, MB | measured | deviation | time predicted, s | measured | deviation |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for points in sizes:
+        expected = estimate(scene_of(points))
+        run(points, 1)
+        memory, seconds, _ = run(points, 1)
+        print(
+            f"| {points} | {expected.memory / 1e6:.0f} | {memory / 1e6:.0f} | {expected.memory / memory - 1:+.0%}"
+            f" | {expected.seconds:.2g} | {seconds:.2g} | {expected.seconds / seconds - 1:+.0%} |",
+            flush=True,
+        )
+
+
+def print_threads(sizes: list[int], counts: list[int]) -> None:
+    """Wall-clock time of a run by threads."""
+    print("| points | threads | wall clock, s | speed-up |")
+    print("| --- | --- | --- | --- |")
+    for points in sizes:
+        first = 0.0
+        for threads in counts:
+            run(points, threads)
+            seconds = run(points, threads)[2]
+            first = first or seconds
+            print(f"| {points} | {threads} | {seconds:.2f} | {first / seconds:.2f} |", flush=True)
+
+
+def print_writing(sizes: list[int]) -> None:
+    """Processor time in which increments are saved, beside that in which they are solved."""
+    print("| points | solving an increment, s | saving it, s | share of saving |")
+    print("| --- | --- | --- | --- |")
+    for points in sizes:
+        scene = scene_of(points)
+        with tempfile.TemporaryDirectory() as folder:
+            header = run_header(scene, 1, ())
+            for _ in fretsolve.run(scene):
+                pass
+            solving = saving = 0.0
+            with HistoryWriter.open(Path(folder) / "out.h5", header) as writer:
+                began = time.process_time()
+                for state in fretsolve.run(scene):
+                    solved = time.process_time()
+                    writer.append(state)
+                    saved = time.process_time()
+                    solving, saving = solving + solved - began, saving + saved - solved
+                    began = saved
+                writer.finish("complete")
+                saving += time.process_time() - began
+        count = scene.load_path.increments
+        share = saving / (solving + saving)
+        print(f"| {points} | {solving / count:.3f} | {saving / count:.3f} | {share:.0%} |", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["memory", "threads", "writing"])
+    parser.add_argument("points", nargs="+", type=int)
+    parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
+    options = parser.parse_args()
+    if options.what == "memory":
+        print_memory(options.points)
+    elif options.what == "threads":
+        print_threads(options.points, options.threads)
+    else:
+        print_writing(options.points)
+
+
+if __name__ == "__main__":
+    main()
