@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 ROUNDS = 3
 """How often what is missing is given out: a worker that is killed may take others' shares with it."""
 
-SHARES_PER_THREAD = 4
+SHARES_PER_THREAD = 3
 SHARE_SECONDS = 20.0
 """A share takes at most so long by the estimate, unless it is one case: its process takes a second to start."""
 

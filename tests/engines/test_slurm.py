@@ -1,6 +1,6 @@
 """``fretsolve sweep run --on slurm`` on a real Slurm: whatever befalls its tasks, the same command completes the sweep.
 
-``FRETSOLVE_SWEEP_CASES=40`` runs more cases, and lets a task meet its time limit as well.
+``FRETSOLVE_SWEEP_CASES=40`` runs more cases, and lets the disk be full and a task meet its time limit as well.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import fretsolve
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.slurm import job_name
 
-CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "12"))
+CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 INCREMENTS = 40
 SWEEP = f"""\
 case: case.yaml
@@ -30,7 +30,8 @@ axes:
   - load_path.0.P: [390 N, 400 N, 410 N, 420 N]
 """
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
-PATIENCE = 240.0
+PATIENCE = 300.0
+WHOLE = CASES >= 40
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 
@@ -48,12 +49,13 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A folder on a file system of its own, of 1 MiB."""
+    """A folder on a file system of its own of 1 MiB, for the whole of the test."""
     folder = tmp_path / "disk"
     folder.mkdir()
-    line = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
-    if subprocess.run(line, capture_output=True, check=False).returncode != 0:
-        pytest.skip("this machine lets no tmpfs be mounted")
+    if not WHOLE:
+        yield folder
+        return
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)], check=True)
     yield folder
     subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
@@ -92,9 +94,7 @@ def increments_saved(folder: Path) -> int:
     return len(list((folder / "results").glob("*.h5.parts/*.h5")))
 
 
-def test_tasks_cancelled_killed_signalled_and_out_of_disk(
-    slurm: dict[str, str], tmp_path: Path, small_disk: Path
-) -> None:
+def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: Path, small_disk: Path) -> None:
     case = CASE.replace("increments: 2", f"increments: {INCREMENTS}")
     path = write_sweep(tmp_path, SWEEP + TASKS, case)
     folder = small_disk / "sweep"
@@ -102,16 +102,9 @@ def test_tasks_cancelled_killed_signalled_and_out_of_disk(
 
     assert "submitted job" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
     assert "in the queue" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
-    wait_for(lambda: list(results.glob("*.note")))  # the disk is full
-    wait_until_empty(slurm, folder)
-    told = sweep(slurm, "status", folder)
-    assert "No space left on device" in told
-    assert "missing: --array=" in told
-
-    subprocess.run(["mount", "-o", "remount,size=64m", str(small_disk)], check=True)
-    for results_file in results.glob("*.h5"):
-        results_file.unlink()
-    sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    if WHOLE:
+        let_the_disk_be_full(slurm, folder)
+        sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
     wait_for(lambda: list(results.glob("*.h5")))
     cancelled = running(slurm, folder)[0]
     call(slurm, "scancel", cancelled)
@@ -140,6 +133,16 @@ def test_tasks_cancelled_killed_signalled_and_out_of_disk(
         assert "SIGUSR1" in log
 
 
+def let_the_disk_be_full(slurm: dict[str, str], folder: Path) -> None:
+    """Wait until all tasks have ended on it, and make room."""
+    wait_for(lambda: list((folder / "results").glob("*.note")))
+    wait_until_empty(slurm, folder)
+    told = sweep(slurm, "status", folder)
+    assert "No space left on device" in told
+    assert "missing: --array=" in told
+    subprocess.run(["mount", "-o", "remount,size=64m", str(folder.parent)], check=True)
+
+
 def workers_of(folder: Path) -> list[int]:
     """The processes that solve cases of the sweep."""
     found = []
@@ -153,7 +156,7 @@ def workers_of(folder: Path) -> list[int]:
     return found
 
 
-@pytest.mark.skipif(CASES < 40, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
+@pytest.mark.skipif(not WHOLE, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
 def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -> None:
     limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 45}\naxes: [friction: [0.1]]\n"
     case = CASE.replace("increments: 2", "increments: 400").replace("points: 12", "points: 96")
