@@ -20,10 +20,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pyfftw
 from numpy.typing import NDArray
 from scipy.fft import dct, dst, next_fast_len
 
+from fretsolve.fftw import pyfftw
 from fretsolve.pointwise import spectral
 from fretsolve.wisdom import plan, planner_effort
 

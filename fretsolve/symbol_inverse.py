@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import pyfftw
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
 from fretsolve.convolution import CACHE_BYTES
+from fretsolve.fftw import pyfftw
 from fretsolve.materials import Compliances
 from fretsolve.pointwise import spectral
 from fretsolve.wisdom import plan, planner_effort

@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import pyfftw
+from fretsolve.fftw import pyfftw
 
 MEASURED_POINTS = 300 * 300
 """Padded sizes up to this many points are planned by FFTW's estimate: measuring takes 0.4 s and gains a tenth."""
