@@ -266,7 +266,7 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     assert told.endswith("missing: --array=0-5\n")
 
     with start("sweep", "run", path, "-j", 1) as process:
-        wait_for(lambda: begun(folder), process)
+        wait_for(lambda: children(process.pid), process)
         (child,) = children(process.pid)
         os.kill(child, signal.SIGKILL)
         wait_for(lambda: children(process.pid) not in ([], [child]), process)
@@ -334,13 +334,6 @@ def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> N
 def test_index_list() -> None:
     assert index_list([]) == ""
     assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
-
-
-def begun(folder: Path) -> bool:
-    """Whether a case other than the first is being solved."""
-    names = {path.name for path in (folder / "results").glob("*")}
-    results = [f"{row['id']}.h5" for row in rows_of(folder)[1:]] if names else []
-    return any(f"{name}.parts" in names and name not in names for name in results)
 
 
 def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], seconds: float = PATIENCE) -> None:
