@@ -62,12 +62,12 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     todo = missing(plan.manifest)
     _introduce(order, plan, todo)
     if not todo:
-        return _conclude(order, plan.manifest)
+        return _conclude(order, plan.manifest, stop)
     if order.engine == SLURM:
         _say(order, submit(plan.manifest, plan.spec.slurm, todo, order.jobs))
         return 0
     _show(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet)
-    return _conclude(order, plan.manifest)
+    return _conclude(order, plan.manifest, stop)
 
 
 def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
@@ -180,7 +180,7 @@ def _shown(reports: Iterable[Report], count: int, manifest: Manifest) -> Iterabl
         yield report
 
 
-def _conclude(order: SweepOrder, manifest: Manifest) -> int:
+def _conclude(order: SweepOrder, manifest: Manifest, stop: StopRequest) -> int:
     """Say what has come out, by the files. Returns 0 where every case has a result; raises where none is a solution."""
     found = list(states(manifest))
     if not order.quiet:
@@ -188,6 +188,8 @@ def _conclude(order: SweepOrder, manifest: Manifest) -> int:
         if any(not one.has_result for one in found):
             print("the same command goes on with what is missing", file=sys.stderr)
     codes = {one.exit_code or EXIT_STOPPED for one in found if not one.has_result}
+    if codes and stop.requested:
+        return EXIT_STOPPED
     if codes:
         return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED)
     if all(one.status == "no solution" for one in found):

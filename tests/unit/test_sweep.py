@@ -10,6 +10,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -266,10 +267,10 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     assert told.endswith("missing: --array=0-5\n")
 
     with start("sweep", "run", path, "-j", 1) as process:
-        wait_for(lambda: children(process.pid), process)
-        (child,) = children(process.pid)
+        wait_for(lambda: workers(process.pid), process)
+        (child,) = workers(process.pid)
         os.kill(child, signal.SIGKILL)
-        wait_for(lambda: children(process.pid) not in ([], [child]), process)
+        wait_for(lambda: workers(process.pid) not in ([], [child]), process)
         before = len(missing_of(folder))
         wait_for(lambda: len(missing_of(folder)) < before, process)
         process.send_signal(signal.SIGTERM)
@@ -345,9 +346,12 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], se
         time.sleep(0.01)
 
 
-def children(pid: int) -> list[int]:
-    """The processes that `pid` has started."""
-    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+def workers(pid: int) -> list[int]:
+    """The processes that solve cases for `pid`."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    with suppress(OSError):
+        return [int(word) for word in found if "\0serve\0" in Path(f"/proc/{word}/cmdline").read_text()]
+    return []
 
 
 def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
