@@ -40,11 +40,6 @@ SEEN = 0.02
 
 CURVE_POINTS = 400
 
-GROWN = 0.01
-"""An increment in which the contact grows by this part of its largest area leaves a tooth in the slip."""
-
-TEETH = "teeth in the slip: cells that join a growing contact have not slipped in the increments before"
-
 COMPONENTS: tuple[dict[str, Any], ...] = (
     {"linewidth": 1.4},
     {"linewidth": 0.8, "markersize": 3.0},
@@ -118,16 +113,9 @@ def profiles(
         for panel in panels:
             for handle in panel.draw():
                 handles.setdefault(str(handle.get_label()), handle)
-        drawn.heading(result, TEETH if "slip" in names and _has_teeth(result, chosen) else "")
+        drawn.heading(result)
         drawn.legend([*handles.values(), *_component_key(panels)], columns=2)
     return drawn.figure
-
-
-def _has_teeth(result: Result, steps: Sequence[int]) -> bool:
-    """Whether the contact grew while it slipped, up to the last of `steps`."""
-    last = max(steps)
-    area, work = result.history["contact_area"][: last + 1], result.history["work"][1 : last + 1]
-    return bool(np.any((np.diff(area) > GROWN * area.max()) & (work > 0.0)))
 
 
 def _lines(result: Result, at: tuple[float, float]) -> tuple[Line, Line]:

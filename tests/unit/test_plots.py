@@ -299,13 +299,6 @@ def test_turning_points_that_are_remembered() -> None:
     assert remembered([]) == (0.0,)
 
 
-def test_profiles_tell_why_the_slip_has_teeth(results: dict[str, Result]) -> None:
-    told = "teeth in the slip"
-    assert told in plots.profiles(results["fretting"]).get_suptitle()
-    assert told not in plots.profiles(results["fretting"], steps=[0]).get_suptitle()
-    assert told not in plots.profiles(results["mindlin"]).get_suptitle()
-
-
 def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -> None:
     figure = plots.profiles(results["fretting"], at=(0.1, 0.05))
     titles = [axes.get_title() for axes in panels(figure)[:2]]
