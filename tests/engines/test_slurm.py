@@ -16,9 +16,11 @@ from pathlib import Path
 
 import pytest
 from one_node_slurm import running_slurm, why_not
+from pages import ROOT, blocks
 from sweeping import CASE, assert_as_serial, rows_of, write_sweep
 
 import fretsolve
+from fretsolve import open_result
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.slurm import job_name
 
@@ -173,6 +175,31 @@ def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -
     assert "SIGUSR1" in log.read_text()
     assert "1 complete" in sweep(slurm, "status", folder)
     assert len(rows_of(folder)) == 1
+
+
+@pytest.mark.skipif(not WHOLE, reason="FRETSOLVE_SWEEP_CASES=40 runs it")
+def test_page_on_clusters_does_what_it_says(slurm: dict[str, str], tmp_path: Path) -> None:
+    page = {block.file: block.text for block in blocks(ROOT / "docs" / "howto" / "clusters.md") if block.file}
+    script = next(block.text for block in blocks(ROOT / "docs" / "howto" / "clusters.md") if "# job.sh" in block.text)
+    (tmp_path / "press.yaml").write_text(CASE.replace("increments: 2", "increments: 200").replace(": 12", ": 48"))
+    (tmp_path / "slurm_sweep.yaml").write_text(page["slurm_sweep.yaml"])
+    (tmp_path / "job.sh").write_text(script)
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "fretsolve").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fretsolve "$@"\n')
+    (programs / "fretsolve").chmod(0o755)
+    here = {**slurm, "PATH": f"{programs}:{slurm['PATH']}"}
+    line = ["sbatch", "--parsable", f"--chdir={tmp_path}", f"--output={tmp_path}/log", str(tmp_path / "job.sh")]
+    job = call(here, *line).strip()
+    wait_for(lambda: list(tmp_path.glob("press.h5.parts/0*.h5")))
+    call(here, "scancel", "--signal=USR1", job)
+    wait_for(lambda: not call(here, "squeue", "--noheader", f"--jobs={job}").strip())
+    assert "--resume" in (tmp_path / "log").read_text()
+    told = call(here, "scontrol", "show", "job", job)
+    assert "Restarts=1" in told
+    assert "JobState=COMPLETED" in told
+    with open_result(tmp_path / "press.h5") as result:
+        assert (result.status, result.increments) == ("complete", 201)
 
 
 def test_too_many_tasks_are_refused(slurm: dict[str, str], tmp_path: Path) -> None:
