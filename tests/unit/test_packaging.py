@@ -32,7 +32,7 @@ def test_package_is_typed() -> None:
 
 
 def test_oldest_dependencies_are_those_that_are_tested() -> None:
-    pinned = dict(re.findall(r"^([\w-]+)==([\d.]+)$", (ROOT / ".ci" / "oldest.txt").read_text(), re.MULTILINE))
+    pinned = dict(re.findall(r"^([\w-]+)==([\d.]+)", (ROOT / ".ci" / "oldest.txt").read_text(), re.MULTILINE))
     extras = PROJECT["optional-dependencies"]
     allowed = lower_bounds([*PROJECT["dependencies"], *extras["plot"], *extras["fast"], *extras["xarray"]])
     assert allowed.keys() <= pinned.keys()
