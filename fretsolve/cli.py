@@ -364,7 +364,9 @@ def plot(
     help="An increment, instead of all with fields; may be repeated.",
 )
 def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...]) -> int:
-    """Write the result OUT, which may still be growing, for other tools.
+    """Write the result OUT for ParaView, spreadsheets or NumPy.
+
+    It may still be growing.
 
     \b
     vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,

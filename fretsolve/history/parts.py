@@ -250,7 +250,7 @@ def _reason(error: Exception, what: str) -> str:
     if "truncated file" in message:
         return "the file is truncated: it was not copied or written to its end"
     if "file signature not found" in message:
-        return "not an HDF5 file"
+        return "not an HDF5 file, so no result of a run"
     if "filter returned failure" in message or "checksum" in message:
         return f"{what or 'the file'} is damaged: the checksum does not match"
     return f"cannot read {what or 'the file'}: {message}"
