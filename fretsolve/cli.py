@@ -60,7 +60,8 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         sys.stdout.flush()
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "fretsolve"
-        message, code = f"{place}: {error.format_message()} (see {place} --help)", error.exit_code
+        what = " ".join(error.format_message().split())
+        message, code = f"{place}: {what} (see {place} --help)", error.exit_code
     except click.Abort:
         _end_by(signal.SIGINT)
         message, code = "interrupted", 128 + signal.SIGINT

@@ -18,6 +18,7 @@ USAGE = {
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
     ("run", "case.yaml", "--set"): "requires an argument",
     ("check",): "Missing argument",
+    ("export", "out.h5"): "Missing option '--to'. Choose from: vtk, xdmf, csv, npz",
     ("validate",): "Missing argument",
 }
 
