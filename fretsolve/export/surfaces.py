@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case import ElasticBody
+from fretsolve.convolution import RowSpace
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import FretsolveError
 from fretsolve.materials import compliances
@@ -97,8 +98,11 @@ def _operators(case: Case, result: Result) -> list[ElasticOperator | None]:
     shape = len(result.x), len(result.y)
     spacing = float(result.x[1] - result.x[0]), float(result.y[1] - result.y[0])
     first, second = (body if isinstance(body, ElasticBody) else None for body in case.bodies)
-    pairs = ((first, None), (None, second))
-    return [ElasticOperator(shape, spacing, compliances(*pair), terms) if any(pair) else None for pair in pairs]
+    space = RowSpace()  # they take turns
+    return [
+        ElasticOperator(shape, spacing, compliances(*pair), terms, space=space) if any(pair) else None
+        for pair in ((first, None), (None, second))
+    ]
 
 
 def _elastic(operator: ElasticOperator | None, pressure: FloatArray, shear: FloatArray) -> FloatArray:

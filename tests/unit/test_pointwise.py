@@ -13,9 +13,10 @@ import pytest
 
 from fretsolve.pointwise import cg_plain, friction_plain, spectral_plain
 
-pytest.importorskip("numba")
+numba = pytest.importorskip("numba")
 
 from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
+from fretsolve.pointwise.compiling import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
 CG = ["finish_search", "turn", "finish_image", "advance", "restrict", "weigh_moments", "remove"]
@@ -167,3 +168,13 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     assert refused == plain
     assert abs(compiled[1] - plain[1]) <= 2
     np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)
+
+
+def test_clock_of_the_compiler():
+    before = compile_seconds()
+    doubled = numba.njit(lambda value: 2 * value)
+    assert doubled(1.0) == 2.0
+    after = compile_seconds()
+    assert after > before
+    assert doubled(2.0) == 4.0
+    assert compile_seconds() == after

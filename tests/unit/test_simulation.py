@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from dataclasses import asdict, fields
 from itertools import pairwise
 from pathlib import Path
@@ -157,3 +158,9 @@ load_path:
         text = self.TEXT.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 1 um}")
         path, error = self.located(tmp_path, text.replace("points: 16", "points: 16, size: 1 um"), CaseError)
         assert str(error).startswith(f"{path}:4: surface")
+
+
+def test_time_to_compile_is_no_part_of_an_increments(monkeypatch):
+    monkeypatch.setattr("fretsolve.simulation.compile_seconds", time.perf_counter)  # as if all of it were that
+    case = build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0, "increments": 2}])
+    assert all(abs(state.summary.wall_time) < 1e-2 for state in run(case))
