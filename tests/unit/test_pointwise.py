@@ -13,7 +13,7 @@ import pytest
 
 from fretsolve.pointwise import cg_plain, friction_plain, spectral_plain
 
-numba = pytest.importorskip("numba")
+pytest.importorskip("numba")
 
 from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
 from fretsolve.pointwise.compiling import compile_seconds
@@ -171,6 +171,8 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
 
 
 def test_clock_of_the_compiler():
+    import numba
+
     before = compile_seconds()
     doubled = numba.njit(lambda value: 2 * value)
     assert doubled(1.0) == 2.0
