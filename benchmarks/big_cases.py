@@ -8,8 +8,7 @@
 Mode I.2 (``cases/mode1_similar.yaml``) on a square of 0.9 mm: pressed, then sheared to 0.9 mu P at once. Memory is the
 largest resident set of ``fretsolve run``; times are those of the processor where one thread is used, without those of
 the start, else wall-clock.
-`writing` is the share of a run's time in which the solver waits for an increment to be saved, each with the fields
-that a case stores by default.
+`writing` is what saving the increments, with the fields that a case stores by default, takes of the solver's thread.
 """
 
 from __future__ import annotations
@@ -20,12 +19,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 
 import fretsolve
 from fretsolve.estimate import estimate
 from fretsolve.history import HistoryWriter
-from fretsolve.recording import run_header
+from fretsolve.recording import record, run_header
 from fretsolve.scene import Scene, prepare
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -94,29 +95,38 @@ def print_threads(sizes: list[int], counts: list[int]) -> None:
 
 
 def print_writing(sizes: list[int]) -> None:
-    """Processor time in which increments are saved, beside that in which they are solved."""
-    print("| points | solving an increment, s | saving it, s | share of saving |")
-    print("| --- | --- | --- | --- |")
+    """Processor time of the solver's thread: solving alone, and with saving before or beside the next increment."""
+    print("| points | solving, s | and saving in turn | share of saving | and saving beside it | share of saving |")
+    print("| --- | --- | --- | --- | --- | --- |")
     for points in sizes:
         scene = scene_of(points)
-        with tempfile.TemporaryDirectory() as folder:
-            header = run_header(scene, 1, ())
-            for _ in fretsolve.run(scene):
-                pass
-            solving = saving = 0.0
-            with HistoryWriter.open(Path(folder) / "out.h5", header) as writer:
-                began = time.process_time()
-                for state in fretsolve.run(scene):
-                    solved = time.process_time()
-                    writer.append(state)
-                    saved = time.process_time()
-                    solving, saving = solving + solved - began, saving + saved - solved
-                    began = saved
-                writer.finish("complete")
-                saving += time.process_time() - began
-        count = scene.load_path.increments
-        share = saving / (solving + saving)
-        print(f"| {points} | {solving / count:.3f} | {saving / count:.3f} | {share:.0%} |", flush=True)
+        solving = _seconds(lambda scene=scene: deque(fretsolve.run(scene), maxlen=0))
+        in_turn, beside = (_seconds(lambda scene=scene, how=how: _recorded(scene, how)) for how in (False, True))
+        shares = f"{1 - solving / in_turn:.0%} | {beside:.3f} | {1 - solving / beside:.0%}"
+        print(f"| {points} | {solving:.3f} | {in_turn:.3f} | {shares} |", flush=True)
+
+
+def _recorded(scene: Scene, beside: bool) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        header = run_header(scene, 1, ())
+        with HistoryWriter.open(Path(folder) / "out.h5", header) as writer:
+            record(scene, writer, Never(), lambda *_: None, beside=beside)
+
+
+def _seconds(job: Callable[[], object]) -> float:
+    """The least of three times of this thread, after one that is not counted."""
+    times = []
+    for _ in range(4):
+        began = time.thread_time()
+        job()
+        times.append(time.thread_time() - began)
+    return min(times[1:])
+
+
+class Never:
+    """Does not ask to stop."""
+
+    requested = False
 
 
 def main() -> None:

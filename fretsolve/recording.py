@@ -8,6 +8,7 @@ import json
 import os
 import platform
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
 
 
+Show = Callable[["Summary", "SummaryErrors | None"], None]
+
+
 class Stop(Protocol):
     """Whether somebody has asked to stop after the increment."""
 
@@ -39,37 +43,72 @@ def record(
     scene: Scene,
     writer: HistoryWriter,
     stop: Stop,
-    show: Callable[[Summary, SummaryErrors | None], None],
+    show: Show,
     threads: int = 1,
     warn: Callable[[str], None] = lambda text: None,
+    *,
+    beside: bool = False,
 ) -> bool:
     """Solve and save what is missing and finish the result (True), or stop with what is done saved (False).
 
     show: called after each saved increment, with its error bars; warn: with what a person should hear of these.
-    Raises NoSolutionError, the result finished as failed, and FileError.
+    beside: save each increment in a thread of its own while the next one is solved. Raises NoSolutionError, the result
+    finished as failed, and FileError.
     """
     increments = scene.load_path.increments
     if stop.requested and len(writer.summaries) < increments:
         return False
-    try:
-        for state, errors in _states(scene, writer, threads, warn):
-            writer.append(state, errors)
-            show(state.summary, errors)
-            if stop.requested and len(writer.summaries) < increments:
-                writer.save()
-                return False
-    except NoSolutionError as error:
-        writer.finish("failed", str(error), error.kind)
-        raise
+    with ThreadPoolExecutor(1, "saving") as thread:
+        saver = _Saver(writer, show, thread if beside else None)
+        try:
+            for state, errors in _states(scene, writer, threads, warn):
+                saver.save(state, errors)
+                if stop.requested and state.summary.step + 1 < increments:
+                    saver.wait()
+                    writer.save()
+                    return False
+        except NoSolutionError as error:
+            saver.wait()
+            writer.finish("failed", str(error), error.kind)
+            raise
+        saver.wait()
     writer.finish("complete")
     return True
+
+
+class _Saver:
+    """Saves increments one after another, in `thread` if there is one, and shows each once it is saved."""
+
+    def __init__(self, writer: HistoryWriter, show: Show, thread: Executor | None):
+        self._writer = writer
+        self._show = show
+        self._thread = thread
+        self._last: Future[None] | None = None
+
+    def save(self, state: State, errors: SummaryErrors | None) -> None:
+        """Begin to save an increment once the one before is saved. Raises FileError, of either."""
+        self.wait()
+        if self._thread is None:
+            self._commit(state, errors)
+        else:
+            self._last = self._thread.submit(self._commit, state, errors)
+
+    def wait(self) -> None:
+        """Until all is saved. Raises FileError."""
+        last, self._last = self._last, None
+        if last is not None:
+            last.result()
+
+    def _commit(self, state: State, errors: SummaryErrors | None) -> None:
+        self._writer.append(state, errors)
+        self._show(state.summary, errors)
 
 
 def _states(
     scene: Scene, writer: HistoryWriter, threads: int, warn: Callable[[str], None]
 ) -> Iterator[tuple[State, SummaryErrors | None]]:
     """What is missing, with error bars where the case asks for them."""
-    so_far = writer.last_state, writer.summaries
+    so_far = writer.last_state, tuple(writer.summaries)  # the writer adds to its own while this goes on
     if not scene.case.solver.error_estimate:
         yield from ((state, None) for state in run(scene, *so_far, threads))
         return

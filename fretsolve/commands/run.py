@@ -77,4 +77,4 @@ def _keep_inputs(out: Path, case: Case) -> None:
 
 def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest, tell: Quiet) -> bool:
     with tell.progress(len(writer.summaries)) as display:
-        return record(scene, writer, stop, display.show, order.threads, tell.warn)
+        return record(scene, writer, stop, display.show, order.threads, tell.warn, beside=True)
