@@ -10,6 +10,7 @@ import click
 from fretsolve.interrupt import StopRequest
 
 MOST_JOBS = 1024
+MOST_CASES = 1_000_000
 
 
 @click.group(invoke_without_command=True)
@@ -34,7 +35,10 @@ def _indices(context: click.Context, parameter: click.Parameter, value: str) -> 
         match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
         if match is None:
             raise click.BadParameter(f"{value!r} is no list of cases; one such as 3,7-9 is needed")
-        found += range(int(match[1]), int(match[2] or match[1]) + 1)
+        first, last = int(match[1]), int(match[2] or match[1])
+        if not 0 <= last - first < MOST_CASES:
+            raise click.BadParameter(f"{part.strip()!r} is no range of cases; one such as 7-9 is needed")
+        found += range(first, last + 1)
     return found
 
 

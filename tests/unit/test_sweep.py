@@ -323,6 +323,8 @@ def test_what_is_no_sweep(tmp_path: Path) -> None:
     [
         (("run", "x.yaml", "--on", "cloud"), "'cloud' is no engine; local, slurm or dask:ADDRESS is needed"),
         (("work", ".", "--cases", "3-"), "'3-' is no list of cases"),
+        (("work", ".", "--cases", "9-3"), "'9-3' is no range of cases"),
+        (("work", ".", "--cases", "0-999999999"), "'0-999999999' is no range of cases"),
         (("run", "none.yaml"), "none.yaml: can't be read"),
     ],
 )
