@@ -131,7 +131,8 @@ def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: P
 
 def a_task_at_work(slurm: dict[str, str], path: Path, folder: Path) -> str:
     """A task that runs and has a process that solves; the sweep is submitted again where there is none."""
-    sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    if not running(slurm, folder):
+        sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
     wait_for(lambda: running(slurm, folder) and workers_of(folder))
     return running(slurm, folder)[0]
 
