@@ -37,7 +37,7 @@ bodies:
   - {young_modulus: 200 GPa, poisson_ratio: 0.06}
   - {young_modulus: 200 GPa, poisson_ratio: 0.42}
 surface: {sphere: {radius: 10 mm}}
-grid: {points: 20}
+grid: {points: 25}
 friction: 0.1
 load_path:
   - {P: 400 N, increments: 10}
