@@ -225,9 +225,9 @@ def by_case(rows: Sequence[Row]) -> Iterator[str]:
     yield from (row.line() for row in rows)
 
 
-def put_into(file: Path, lines: Sequence[str]) -> None:
-    """Replace what stands between the marks."""
-    marks = r"(<!-- figures: calibration -->\n).*?(<!-- end of figures -->)"
+def put_into(file: Path, lines: Sequence[str], name: str = "calibration") -> None:
+    """Replace what stands between the marks of that name."""
+    marks = rf"(<!-- figures: {name} -->\n).*?(<!-- end of figures -->)"
     text = "\n" + "\n".join(lines) + "\n\n"
     file.write_text(re.sub(marks, lambda match: match[1] + text + match[2], file.read_text(), flags=re.DOTALL))
 

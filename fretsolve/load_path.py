@@ -71,16 +71,18 @@ class _PlannedStage:
 class LoadPath:
     """The stages of a case with the increments of each settled.
 
-    matters: whether the slip depends on them in any stage.
+    refinement: factor on the number of automatic ones where the slip depends on them; matters: whether it does in any
+    stage; slip_width: the largest that Cattaneo and Mindlin let expect, over the contact radius; 0 where they do not.
     """
 
-    def __init__(self, stages: Sequence[Stage], model: Model):
+    def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
         self._model = model
         self._planned: list[_PlannedStage] = []
         courses = Courses(model.friction)
         before, first = dict(INITIAL), 0
         moved: set[str] = set()
         self.matters = False
+        self.slip_width = 0.0
         for stage in stages:
             after = _after(before, stage)
             # Shear stays behind where it has once been, so the load that is taken off again does not count.
@@ -88,7 +90,9 @@ class LoadPath:
             matters = depends_on_path(stage, moved, model)
             self.matters = self.matters or matters
             course = courses.following(before, after)
-            count = stage.increments or automatic_increments(matters, bool(moved), model, course)
+            count = stage.increments or automatic_increments(matters, bool(moved), model, course.motion * refinement)
+            if model.sheared:
+                self.slip_width = max(self.slip_width, course.slip_width)
             spacing = stage.spacing or ("graded" if matters and not stage.increments else "equal")
             steps = course if spacing == "graded" else None
             self._planned.append(_PlannedStage(stage, first, count, before, after, steps))
@@ -139,15 +143,15 @@ class LoadPath:
         return Increment(step, planned.stage, _balance(values, PAIRS[:3]), _balance(values, PAIRS[3:]))
 
 
-def automatic_increments(matters: bool, moved: bool, model: Model, course: Course) -> int:
+def automatic_increments(matters: bool, moved: bool, model: Model, motion: float) -> int:
     """As many increments as the stage needs; one where one is exact: where nothing can slip.
 
     matters: whether the slip depends on how the stage's end is reached; moved: whether there has been a tangential
-    load; course: how far the edges move.
+    load; motion: of the edges, times what is asked for beyond the usual.
     """
     if not matters:
         return DRAWN_INCREMENTS if model.sheared and moved else 1
-    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_MOTION * course.motion - ROUNDING))
+    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_MOTION * motion - ROUNDING))
 
 
 def depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:

@@ -123,6 +123,7 @@ def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeade
         "precision": case.solver.precision,
         "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
         "overrides": overrides,
+        **({} if case.solver.accuracy is None else {"picked_by_accuracy": scene.picked}),
         **_environment(),
     }
     return RunHeader(

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from fretsolve.accuracy import verdict
 from fretsolve.history import Result
 from fretsolve.state import ERROR_SUFFIX
 
@@ -134,6 +135,8 @@ def totals(result: Result) -> list[str]:
         applications += float(history["companion_applications"].sum())
         seconds += companions
         lines.append(f"error bars: companion runs took {100.0 * companions / seconds:.0f} % of the run")
+    reached = verdict(result.effective_case.get("solver", {}), history)
+    lines += [] if reached is None else [str(reached)]
     return [
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated work {history['work_total'][-1]:.6g} {result.units('work_total')}",

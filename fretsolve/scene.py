@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fretsolve.accuracy import picks, points_for, refinement, settled
 from fretsolve.errors import CaseError
 from fretsolve.grid import Grid
 from fretsolve.load_path import LoadPath
@@ -21,12 +22,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scene:
-    """A case made ready: the model it needs, its grid and its load path."""
+    """A case made ready: the model it needs, its grid and its load path.
+
+    case: with all that its accuracy has picked; picked: that in words.
+    """
 
     case: Case
     model: Model
     grid: Grid
     load_path: LoadPath
+    picked: tuple[str, ...] = ()
 
     def separation(self) -> NDArray[np.float64]:
         """Undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
@@ -44,14 +49,29 @@ class Scene:
 
 
 def prepare(case: Case) -> Scene:
-    """Model, grid (sized by the loads where the case says `auto`) and load path of `case`.
+    """Model, grid (sized by the loads where the case says `auto`) and load path of `case`, and what its accuracy picks.
 
     Raises CaseError or FileError where the surfaces cannot be had or no size holds the contact.
     """
+    asked, case = case, settled(case)
     model = derive_model(case)
-    load_path = LoadPath(case.stages(), model)
+    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy))
     size = case.grid.size or _automatic_size(case, model, load_path)
-    return Scene(case, model, Grid.from_size(case.grid.points, size, case.grid.center), load_path)
+    points = case.grid.points or _points(case, model, load_path, size)
+    case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
+    grid = Grid.from_size(points, size, case.grid.center)
+    return Scene(case, model, grid, load_path, picks(asked, points, load_path))
+
+
+def _points(case: Case, model: Model, load_path: LoadPath, size: tuple[float, float]) -> tuple[int, int]:
+    """Those that the accuracy needs, by the contact's share of the area; all of it where that cannot be told."""
+    assert case.solver.accuracy is not None
+    try:
+        holds_contact = size if case.grid.size is None else _automatic_size(case, model, load_path)
+    except CaseError:
+        holds_contact = size
+    extent = holds_contact[0] / MARGIN, holds_contact[1] / MARGIN
+    return points_for(case.solver.accuracy, size, extent, 0.0 if model.interacting else load_path.slip_width)
 
 
 def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:

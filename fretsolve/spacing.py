@@ -49,20 +49,22 @@ class Course:
     """How the edges move through a stage.
 
     motion: in all, 1 where a contact or a stick zone arises from nothing or vanishes; reached: what the steps are equal
-    parts of, up to each of the samples, (SAMPLES,).
+    parts of, up to each of the samples, (SAMPLES,); slip_width: of the slip annulus that a tangential force makes, over
+    the contact radius, 0 where it is not known.
     """
 
     motion: float
     reached: NDArray[np.float64]
+    slip_width: float
 
     @classmethod
-    def of(cls, moved: NDArray[np.float64]) -> Course:
+    def of(cls, moved: NDArray[np.float64], slip_width: float = 0.0) -> Course:
         """From the edges' motion between samples, (SAMPLES - 1,)."""
         shares = _samples()
         motion = np.concatenate([[0.0], np.cumsum(moved)])
         left = (1.0 + NEAREST) / (1.0 - shares + NEAREST)
         end = np.log(left) / np.log((1.0 + NEAREST) / NEAREST)
-        return cls(float(motion[-1]), motion + EVEN * shares + END * end)
+        return cls(float(motion[-1]), motion + EVEN * shares + END * end, slip_width)
 
     def share(self, part: float) -> float:
         """The share of the stage at which `part` of the motion is done."""
@@ -97,12 +99,10 @@ class Courses:
         self._branch = _next_branch(self._branch, before, after)
         key = self._branch, tuple(before.items()), tuple(after.items())
         if key not in self._found:
-            moved = self._moved(before, after)
-            self._found[key] = Course.of(UNKNOWN * np.diff(_samples()) if moved is None else moved)
+            self._found[key] = self._course(before, after) or Course.of(UNKNOWN * np.diff(_samples()))
         return self._found[key]
 
-    def _moved(self, before: Loads, after: Loads) -> NDArray[np.float64] | None:
-        """Motion of the edges between samples, (SAMPLES - 1,)."""
+    def _course(self, before: Loads, after: Loads) -> Course | None:
         if before.get("P") == 0.0 and "delta_z" in after:
             before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
         if before.keys() != after.keys():
@@ -120,9 +120,10 @@ class Courses:
         radius = np.maximum(load / load.max(), 0.0) ** (1.0 / 3.0 if pressed == "P" else 0.5)
         radius = np.maximum(radius, LEAST_RADIUS)
         motion: NDArray[np.float64] = np.abs(np.diff(radius))
-        if pressed == "P" and self._branch is not None:
-            motion += np.abs(np.diff(radius * self._stick_ratio(self._branch, before, after, load)))
-        return motion
+        if pressed == "delta_z" or self._branch is None:
+            return Course.of(motion)
+        ratio = self._stick_ratio(self._branch, before, after, load)
+        return Course.of(motion + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
 
     def _stick_ratio(
         self, branch: _Branch, before: Loads, after: Loads, load: NDArray[np.float64]

@@ -67,7 +67,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
 
 
 def _needed_keys() -> list[str]:
-    return [name for name, field in Case.model_fields.items() if field.is_required()]
+    return [name for name, field in Case.model_fields.items() if field.is_required() or name == "grid"]
 
 
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, field_validator, model_validator
+from pydantic import Field, PrivateAttr, StrictBool, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema, core_schema
 
+from .accuracy_spec import Accuracy
 from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
 from .expectations import Expectation
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
@@ -74,8 +75,10 @@ Body = Annotated[ElasticBody | RigidBody, _FromFile()]
 class GridSpec(CaseModel):
     """The potential contact area and its cells."""
 
-    points: Annotated[tuple[Count, Count], Repeated(2)] = Field(
-        description="cells per side, or [nx, ny], such as 128", examples=[128, [128, 96]]
+    points: Annotated[tuple[Count, Count] | None, Repeated(2)] = Field(
+        default=None,
+        description="cells per side, or [nx, ny], such as 128; or solver.accuracy, which picks them",
+        examples=[128, [128, 96]],
     )
     size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), Auto("10 mm")] = Field(
         default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
@@ -105,6 +108,13 @@ class FrictionSpec(CaseModel):
 
 class SolverSpec(CaseModel):
     """When the solver is content, and when it gives up."""
+
+    accuracy: Annotated[float | None, Accuracy()] = Field(
+        default=None,
+        description="of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %): picks points,"
+        " automatic increments, tolerance, as far as they are not given, and error bars, which tell whether it is met",
+        examples=["1 %"],
+    )
 
     tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
         default=1e-6, description="bound on the residuals of the contact conditions", examples=[1e-6]
@@ -144,7 +154,9 @@ class Case(CaseModel):
         description="undeformed separation: one surface, or a list of surfaces that add up",
         examples=[{"sphere": {"radius": "10 mm"}}],
     )
-    grid: GridSpec = Field(description="grid of the potential contact area", examples=[{"points": 128}])
+    grid: GridSpec = Field(
+        default=GridSpec(), description="grid of the potential contact area", examples=[{"points": 128}]
+    )
     friction: FrictionSpec = Field(
         default=FrictionSpec(coefficient=0.0), description="coefficient of friction", examples=[0.1]
     )
@@ -202,7 +214,13 @@ class Case(CaseModel):
 
     @model_validator(mode="after")
     def _enough_points(self) -> Self:
-        if self.solver.error_estimate and min(self.grid.points) < FEWEST_POINTS:
+        if self.grid.points is None:
+            if self.solver.accuracy is None:
+                lacking = ("grid", "points") if "grid" in self.model_fields_set else ("grid",)
+                raise ValidationError.from_exception_data("case", [{"type": "missing", "loc": lacking, "input": None}])
+            return self
+        implied = self.solver.accuracy is not None and "error_estimate" not in self.solver.model_fields_set
+        if (self.solver.error_estimate or implied) and min(self.grid.points) < FEWEST_POINTS:
             nx, ny = self.grid.points
             message = f"{nx} x {ny} are too few for an error estimate; {FEWEST_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])

@@ -65,6 +65,8 @@ def _tidied(node: Any) -> Any:
         del tidy["default"]
         if {"const": "auto"} in tidy.get("anyOf", ()):
             tidy["default"] = "auto"
+    if isinstance(tidy.get("default"), dict):
+        tidy["default"] = {name: value for name, value in tidy["default"].items() if value is not None}
     if "anyOf" in tidy:
         return _without_null(tidy)
     return tidy

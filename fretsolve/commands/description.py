@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from fretsolve.accuracy import percent
 from fretsolve.case import HISTORY_DIMENSIONS
 from fretsolve.estimate import estimate
 
@@ -49,6 +50,14 @@ def grid_line(scene: Scene) -> str:
         f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
         f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
     )
+
+
+def accuracy_lines(scene: Scene) -> list[str]:
+    """What the accuracy that is asked for has picked, none where it is not."""
+    if scene.case.solver.accuracy is None:
+        return []
+    picked = ", ".join(scene.picked) or "nothing, as all is given"
+    return [f"accuracy {percent(scene.case.solver.accuracy)} picks {picked}"]
 
 
 def stage_lines(scene: Scene) -> Iterator[str]:

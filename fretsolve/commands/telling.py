@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from collections.abc import Mapping
@@ -10,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fretsolve import __version__, pointwise
-from fretsolve.commands.description import grid_line, model_lines, stage_lines, warn
+from fretsolve.accuracy import verdict
+from fretsolve.commands.description import accuracy_lines, grid_line, model_lines, stage_lines, warn
 from fretsolve.commands.doubts import doubts
 from fretsolve.commands.progress import Bar, Details, JsonLines, Lines, Silence, event
 from fretsolve.history import open_result
@@ -68,6 +70,8 @@ class Words(Quiet):
         for line in model_lines(scene.model):
             print(line)
         print(f"grid: {grid_line(scene)}")
+        for line in accuracy_lines(scene):
+            print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
         count = scene.load_path.increments
         print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
@@ -93,6 +97,9 @@ class Words(Quiet):
         with open_result(self.order.output) as result:
             if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
                 print_report(result, heading=False)
+            reached = verdict(result.effective_case.get("solver", {}), result.history)
+            if reached is not None and not reached.met:
+                self.warn(str(reached))
             compiling = pointwise.compile_seconds()
             if compiling:
                 print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
@@ -136,6 +143,7 @@ class Events(Quiet):
             points=list(grid.shape),
             size=list(grid.size),
             coupling=scene.model.coupling,
+            **({} if scene.case.solver.accuracy is None else {"accuracy_picks": list(scene.picked)}),
             model=[asdict(decision) for decision in scene.model.decisions],
         )
         for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *doubts(scene), *writer.notes):
@@ -165,7 +173,11 @@ class Events(Quiet):
 
 
 def _outcome(result: Result, out: Path) -> Mapping[str, Any]:
-    known = {"status": result.status, "result": str(out), "increments": result.increments}
+    known: dict[str, Any] = {"status": result.status, "result": str(out), "increments": result.increments}
+    reached = verdict(result.effective_case.get("solver", {}), result.history)
+    if reached is not None:
+        worst = None if math.isnan(reached.worst) else reached.worst
+        known["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
     failure = {"message": str(result.attributes["failure"])} if "failure" in result.attributes else {}
     return {**known, **failure, "compile_time": pointwise.compile_seconds()}
 

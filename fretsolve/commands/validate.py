@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from fretsolve.case import HeightsSurface, load_case
-from fretsolve.commands.description import grid_line, model_table, stage_lines, warn
+from fretsolve.commands.description import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.commands.doubts import doubts
 from fretsolve.commands.hertz import hertz_contact, hertz_contacts
 from fretsolve.commands.outlook import sliding_displacement, smallest_stick
@@ -53,6 +53,7 @@ def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
     yield f"Dundurs' constant {scene.model.compliances.dundurs_constant:.4g}"
     yield "\n# grid"
     yield grid_line(scene)
+    yield from accuracy_lines(scene)
     yield f"\n# load path of {scene.load_path.increments} increments"
     yield from stage_lines(scene)
     if hertz is not None:

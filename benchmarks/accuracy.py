@@ -1,0 +1,179 @@
+"""Whether an accuracy that is asked for is met: by the run's own error bars, and in truth; and what it costs.
+
+    python benchmarks/accuracy.py               # all cases, draft and standard, about ten minutes on one core
+    python benchmarks/accuracy.py Mindlin II    # those whose names begin so
+    python benchmarks/accuracy.py --into docs/accuracy.md
+
+The cases are those of the error bars (`calibration_cases`), without their points and increments, which the accuracy
+picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
+the points of the draft, 96 to 160, and automatic increments taken eight times. The cost is cells times increments,
+with the companion runs, against 128 x 128 cells with 10 increments per stage, 40 where the slip depends on the path,
+which is what a careful hand would take.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from calibrate_error_bars import put_into
+from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
+
+import fretsolve
+from fretsolve.accuracy import QUANTITIES, Verdict, percent, scales, verdict
+from fretsolve.case import Case
+from fretsolve.error_bars import run_with_error_bars
+from fretsolve.scene import Scene, prepare
+from fretsolve.state import Summary, SummaryErrors
+
+LEVELS = ("draft", "standard")
+FINEST_POINTS, FINER_POINTS, MOST_POINTS, FINER_INCREMENTS = 96, 3, 160, 8
+HAND_POINTS, HAND_INCREMENTS, HAND_PATH_INCREMENTS = 128, 10, 40
+COMPANIONS = 1.25
+"""Cost of a run with its companions."""
+
+SINGULAR = ("cone", "punch, sharp edge")
+"""Beginnings of the names of cases whose largest pressure is infinite."""
+
+LEFT_OUT = ("Hertz, 45", "Hertz, 96", "Hertz, 52", "I.3, 10", "I.3, 20", "I.3, 8", "punch, rounded")
+"""Cases that differ from others by points or increments alone, and one whose edge needs hundreds of points."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case run with an accuracy. error: the worst true one in parts of its scale; cost: against a hand's settings."""
+
+    case: str
+    level: str
+    points: tuple[int, int]
+    increments: int
+    verdict: Verdict
+    error: float
+    worst: str
+    cost: float
+
+    def line(self) -> str:
+        """As a row of the table."""
+        said = f"{percent(self.verdict.worst)} ({self.verdict.quantity})"
+        nx, ny = self.points
+        return (
+            f"| {self.case} | {self.level} | {nx} x {ny} | {self.increments} | {said} |"
+            f" {'yes' if self.verdict.met else 'no'} | {percent(self.error)} ({self.worst}) |"
+            f" {'yes' if self.error <= self.verdict.accuracy else 'NO'} | {self.cost:.2g} |"
+        )
+
+
+def case_of(case: CalibrationCase, **parts: Any) -> Case:
+    """The case without its points and increments."""
+    whole = {"bodies": SIMILAR, "surface": SPHERE, "friction": 0.1, **case.parts}
+    grid = {name: value for name, value in whole["grid"].items() if name != "points"} | parts.pop("grid", {})
+    path = [{name: value for name, value in stage.items() if name != "increments"} for stage in whole["load_path"]]
+    return Case.model_validate({**whole, "grid": grid, "load_path": path, **parts})
+
+
+Ends = list[Mapping[str, float]]
+
+
+def true_ends(case: CalibrationCase) -> Ends:
+    """Values at the ends of the stages."""
+    draft = prepare(case_of(case, solver={"accuracy": "draft"}))
+    if case.exact is not None:
+        known = case.exact(draft.model.compliances)
+        return [known.get(stage, {}) for stage in range(1, len(draft.load_path.counts) + 1)]
+    points = [min(MOST_POINTS, max(FINEST_POINTS, FINER_POINTS * count)) for count in draft.grid.shape]
+    fine = prepare(case_of(case, grid={"points": points}, solver={"tolerance": 1e-5}))
+    if fine.load_path.matters:
+        counts = [FINER_INCREMENTS * count if count > 1 else 1 for count in fine.load_path.counts]
+        fine = replace(fine, load_path=fine.load_path.with_counts(counts))
+    rows = [state.summary for state in fretsolve.run(fine)]
+    return [{name: float(getattr(rows[step], name)) for name in QUANTITIES} for step in fine.load_path.last_steps]
+
+
+def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
+    """Run a case with an accuracy and compare."""
+    scene = prepare(case_of(case, solver={"accuracy": level}))
+    rows = list(run_with_error_bars(scene))
+    history = history_of(rows)
+    reached = verdict(scene.case.solver, history)
+    assert reached is not None
+    ends = np.array(scene.load_path.last_steps)
+    error, worst = 0.0, "-"
+    for name, scale in scales(history, ends).items():
+        if scale == 0.0 or (name == "max_pressure" and case.name.startswith(SINGULAR)):
+            continue
+        for end, exact in zip(ends, truth, strict=True):
+            if name in exact and abs(history[name][end] - exact[name]) > error * scale:
+                error, worst = abs(history[name][end] - exact[name]) / scale, name
+    return Row(
+        case.name, level, scene.grid.shape, scene.load_path.increments, reached, float(error), worst, cost(scene)
+    )
+
+
+def history_of(rows: Sequence[tuple[Summary, SummaryErrors]] | Any) -> dict[str, Any]:
+    """The columns of a run."""
+    columns = [vars(state.summary) | vars(errors) for state, errors in rows]
+    return {name: np.array([column[name] for column in columns]) for name in columns[0]}
+
+
+def cost(scene: Scene) -> float:
+    """Cells times increments, against what a hand would take."""
+    usual = HAND_PATH_INCREMENTS if scene.load_path.matters else HAND_INCREMENTS
+    hand = [1 if count == 1 else usual for count in scene.load_path.counts]
+    return COMPANIONS * math.prod(scene.grid.shape) * scene.load_path.increments / (HAND_POINTS**2 * sum(hand))
+
+
+def report(names: Sequence[str], levels: Sequence[str] = LEVELS) -> Iterator[str]:
+    """Shares, then a row per run."""
+    chosen = [case for case in (*CASES, *HELD_OUT) if not case.name.startswith(LEFT_OUT)]
+    chosen = [case for case in chosen if not names or case.name.startswith(tuple(names))]
+    rows: list[Row] = []
+    for case in chosen:
+        truth = true_ends(case)
+        rows += [measured(case, level, truth) for level in levels]
+    yield "| | " + " | ".join(levels) + " |"
+    yield "| --- " * (1 + len(levels)) + "|"
+    groups = [[row for row in rows if row.level == level] for level in levels]
+    for label, share in {
+        "cases": lambda part: str(len(part)),
+        "met by its own error bars": lambda part: of(sum(row.verdict.met for row in part), len(part)),
+        "met in truth": lambda part: of(sum(row.error <= row.verdict.accuracy for row in part), len(part)),
+        "said to be met, but not so": lambda part: str(
+            sum(row.verdict.met and row.error > row.verdict.accuracy for row in part)
+        ),
+        "median of the worst error bar": lambda part: percent(statistics.median(row.verdict.worst for row in part)),
+        "median of the worst true error": lambda part: percent(statistics.median(row.error for row in part)),
+        "median of the cost against a hand's settings": lambda part: f"{statistics.median(r.cost for r in part):.2g}",
+    }.items():
+        yield f"| {label} | " + " | ".join(share(part) for part in groups) + " |"
+    yield ""
+    yield "| case | accuracy | points | increments | worst error bar | met | worst true error | met in truth | cost |"
+    yield "| --- " * 9 + "|"
+    yield from (row.line() for row in rows)
+
+
+def of(part: int, whole: int) -> str:
+    """How many of them."""
+    return f"{part} of {whole} ({100.0 * part / whole:.0f} %)"
+
+
+def main() -> None:
+    """Read the arguments and print, or put the report into a file."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
+    parser.add_argument("--into", type=Path, help="a Markdown file with marks")
+    options = parser.parse_args()
+    lines = list(report(options.names))
+    if options.into is None:
+        print("\n".join(lines))
+    else:
+        put_into(options.into, lines, "accuracy")
+
+
+if __name__ == "__main__":
+    main()
