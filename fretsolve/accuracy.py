@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fretsolve.case import Case, SolverSpec
     from fretsolve.load_path import LoadPath
 
-CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.02, 1.4
+CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Error bars of the cells, where the contact is this many cells across: at most about this, of the stick radius, and
 how they fall with the number of cells. docs/error_bars.md has them."""
 
