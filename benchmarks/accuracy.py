@@ -6,7 +6,7 @@
 
 The cases are those of the error bars (`calibration_cases`), without their points and increments, which the accuracy
 picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
-the points of the draft, 96 to 160, and automatic increments taken eight times. The cost is cells times increments,
+the points of the draft, 96 to 128, and automatic increments taken eight times. The cost is cells times increments,
 with the companion runs, against 128 x 128 cells with 10 increments per stage, 40 where the slip depends on the path,
 which is what a careful hand would take.
 """
@@ -33,7 +33,7 @@ from fretsolve.scene import Scene, prepare
 from fretsolve.state import Summary, SummaryErrors
 
 LEVELS = ("draft", "standard")
-FINEST_POINTS, FINER_POINTS, MOST_POINTS, FINER_INCREMENTS = 96, 3, 160, 8
+FINEST_POINTS, FINER_POINTS, MOST_POINTS, FINER_INCREMENTS = 96, 3, 128, 8
 HAND_POINTS, HAND_INCREMENTS, HAND_PATH_INCREMENTS = 128, 10, 40
 COMPANIONS = 1.25
 """Cost of a run with its companions."""
@@ -128,17 +128,19 @@ def cost(scene: Scene) -> float:
     return COMPANIONS * math.prod(scene.grid.shape) * scene.load_path.increments / (HAND_POINTS**2 * sum(hand))
 
 
-def report(names: Sequence[str], levels: Sequence[str] = LEVELS) -> Iterator[str]:
+def rows_of(names: Sequence[str]) -> Iterator[Row]:
+    """All runs of the cases whose names begin so."""
+    for case in (*CASES, *HELD_OUT):
+        if not case.name.startswith(LEFT_OUT) and (not names or case.name.startswith(tuple(names))):
+            truth = true_ends(case)
+            yield from (measured(case, level, truth) for level in LEVELS)
+
+
+def report(rows: Sequence[Row]) -> Iterator[str]:
     """Shares, then a row per run."""
-    chosen = [case for case in (*CASES, *HELD_OUT) if not case.name.startswith(LEFT_OUT)]
-    chosen = [case for case in chosen if not names or case.name.startswith(tuple(names))]
-    rows: list[Row] = []
-    for case in chosen:
-        truth = true_ends(case)
-        rows += [measured(case, level, truth) for level in levels]
-    yield "| | " + " | ".join(levels) + " |"
-    yield "| --- " * (1 + len(levels)) + "|"
-    groups = [[row for row in rows if row.level == level] for level in levels]
+    yield "| | " + " | ".join(LEVELS) + " |"
+    yield "| --- " * (1 + len(LEVELS)) + "|"
+    groups = [[row for row in rows if row.level == level] for level in LEVELS]
     for label, share in {
         "cases": lambda part: str(len(part)),
         "met by its own error bars": lambda part: of(sum(row.verdict.met for row in part), len(part)),
@@ -168,7 +170,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
     parser.add_argument("--into", type=Path, help="a Markdown file with marks")
     options = parser.parse_args()
-    lines = list(report(options.names))
+    lines = list(report(list(rows_of(options.names))))
     if options.into is None:
         print("\n".join(lines))
     else:

@@ -100,7 +100,7 @@ def with_equal_steps(parts: dict[str, Any], counts: Sequence[int]) -> dict[str, 
 
 def report(names: Sequence[str]) -> Iterator[str]:
     """A table, with a row per case."""
-    yield "| case | increments | error of |" + " | ".join(QUANTITIES) + " |"
+    yield "| case | increments | error of | " + " | ".join(QUANTITIES) + " |"
     yield "| --- " * (3 + len(QUANTITIES)) + "|"
     for name, parts in CASES.items():
         if names and not name.startswith(tuple(names)):

@@ -41,10 +41,10 @@ their number. Those of displacements begin at a third of it and fall with an ord
 
 FEWEST_REFINED = 0.5
 
-TOLERANCE = 1e-3
-"""Of the iteration, in parts of the accuracy: none of the error is its."""
+TOLERANCE = 1e-4
+"""Of the iteration, in parts of the accuracy: no part of the error is its, and the slip of small last steps is seen."""
 
-TIGHTEST, LOOSEST = 1e-8, 1e-4
+TIGHTEST, LOOSEST = 1e-8, 1e-5
 
 FORCES = ("P", "Qx", "Qy")
 LEAST_MOTION = 1e-3

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 COARSER = 2
 """Cells of the run along a side of one of its companions' cells."""
 
-LOOSER, LOOSEST = 100.0, 1e-4
+LOOSER, LOOSEST = 10.0, 1e-4
 """A companion's tolerance in units of the run's, and its limit. That shifts values by some 1e-6 of theirs, well below
 what the companions are to tell, and saves a quarter of their work."""
 

@@ -29,8 +29,8 @@ DRAWN_INCREMENTS = 10
 
 INCREMENTS_PER_MOTION = 25
 """Of an automatic stage in which the slip depends on the path, for a contact or stick zone that arises or vanishes
-(`spacing.Course.motion`). Then work and displacements are within about a per cent of what more increments give;
-docs/increments.md has them."""
+(`spacing.Course.motion`). Then displacements are within about half a per cent of what more increments give, and work
+within one to three, as docs/verification.md has them."""
 
 ROUNDING = 1e-9
 
