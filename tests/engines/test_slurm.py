@@ -162,8 +162,8 @@ def workers_of(folder: Path) -> list[int]:
 
 @pytest.mark.skipif(not WHOLE, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
 def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -> None:
-    limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 45}\naxes: [friction: [0.1]]\n"
-    case = CASE.replace("increments: 2", "increments: 400").replace("points: 12", "points: 96")
+    limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 35}\naxes: [friction: [0.1]]\n"
+    case = CASE.replace("increments: 2", "increments: 1500").replace("points: 12", "points: 96")
     path = write_sweep(tmp_path, f"case: case.yaml\n{limit}", case)
     folder = tmp_path / "sweep.sweep"
     sweep(slurm, "run", path, "--on", "slurm")
