@@ -25,7 +25,8 @@ from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.slurm import job_name
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
-INCREMENTS = 100
+WHOLE = CASES >= 40
+INCREMENTS = 30 if WHOLE else 100
 SWEEP = f"""\
 case: case.yaml
 axes:
@@ -34,7 +35,6 @@ axes:
 """
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
 PATIENCE = 300.0
-WHOLE = CASES >= 40
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 
