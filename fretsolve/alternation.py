@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fretsolve.certificate import LEAST_MOTION, ON_THE_CIRCLE
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.feasibility import sliding_error
+from fretsolve.joint import Estimate, Problem, solve_jointly
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
@@ -51,7 +52,11 @@ FEWEST_PLAIN = 1
 
 CUT = 0.999
 
+ENOUGH_ALTERNATIONS = 30
+"""Passes after which pressure and shear are solved together (`fretsolve.joint`) ..."""
+
 MOST_ALTERNATIONS = 200
+"""... or, where that fails as well, passes after which the increment is given up."""
 
 ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"
 
@@ -76,7 +81,7 @@ class Iterate:
     """What the passes change: tractions, rigid displacements and the counts.
 
     approach: length that the gap is measured against (mm); change: what the last pass's shear did to the gap, over
-    the approach.
+    the approach; jointly: the increment was solved for both together.
     """
 
     pressure: FloatArray
@@ -87,6 +92,7 @@ class Iterate:
     iterations_normal: int = 0
     iterations_tangential: int = 0
     alternations: int = 0
+    jointly: bool = False
 
 
 class Alternation:
@@ -111,6 +117,8 @@ class Alternation:
 
         `work` is changed in place. Raises SlidingError or NotConvergedError.
         """
+        if work.jointly and self._solve_jointly(increment, start, work, target):
+            return
         self._mixing = None
         if self.model.sheared:
             self._mark_slipping(work)
@@ -129,11 +137,59 @@ class Alternation:
                 self._mixing = Mixing()
             if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
+            if work.alternations == ENOUGH_ALTERNATIONS and self._solve_jointly(increment, start, work, target):
+                return
             if work.alternations >= MOST_ALTERNATIONS:
-                raise NotConvergedError(
-                    f"pressure and shear still change each other after {work.alternations} alternations, by"
-                    f" {work.change:.2g} of the normal displacement; take more increments, or less friction"
-                )
+                raise NotConvergedError(self._unsettled(work))
+
+    def _unsettled(self, work: Iterate) -> str:
+        friction, beta = self.model.friction, abs(self.model.compliances.dundurs_constant)
+        return (
+            f"pressure and shear still change each other after {work.alternations} alternations, by {work.change:.2g}"
+            f" of the normal displacement, and are not found together either: the coupling is strong, friction times"
+            f" Dundurs' constant is {friction:g} x {beta:.2g}; take more increments, or less friction"
+        )
+
+    def _solve_jointly(self, increment: Increment, start: Start, work: Iterate, target: float) -> bool:
+        """Solve for pressure and shear together; whether that succeeded, else `work` stays as it is."""
+        problem, first = self._joint_problem(increment, start), self._joint_start(increment, start)
+        found = solve_jointly(self.level.operator, self.level.grid, problem, first, target)
+        if found is None:
+            return False
+        work.pressure[:], work.shear[:] = found.pressure, found.shear
+        work.rigid[:3], work.rigid[3:] = found.rigid[:3], start.rigid[3:] + found.rigid[3:]
+        work.iterations_normal += found.iterations
+        work.iterations_tangential += found.iterations
+        work.alternations += 1
+        work.jointly = True
+        return True
+
+    def _joint_problem(self, increment: Increment, start: Start) -> Problem:
+        elastic = float(np.abs(start.displacement).max())
+        least = least_slip(elastic, float(np.abs(start.rigid[3:5]).max()), self._tolerance)
+        return Problem(
+            separation=self._undeformed,
+            known=start.displacement,
+            before=start.rigid[:3],
+            friction=self.model.friction,
+            normal=increment.normal,
+            tangential=increment.tangential.relative_to(start.rigid[3:]),
+            motion=max(LEAST_MOTION * elastic, least),
+            least_slip=least,
+        )
+
+    def _joint_start(self, increment: Increment, start: Start) -> Estimate:
+        """The increment's start, or without contact there the frictionless contact at its end."""
+        pressure, rigid = start.pressure.copy(), np.concatenate([start.rigid[:3], np.zeros(3)])
+        if not pressure.any():
+            found = self.level.normal.solve(
+                self._undeformed, increment.normal, pressure, FIRST_TOLERANCE, self.max_iterations, rigid[:3]
+            )
+            rigid[:3] = found.rigid
+        shear = start.shear.copy()
+        bound = self.model.friction * (1.0 - ON_THE_CIRCLE) * pressure
+        slipping = (np.hypot(shear[0], shear[1]) >= bound) & shear.any(axis=0)
+        return Estimate(pressure, shear, slipping, np.zeros_like(shear), rigid)
 
     def _mark_slipping(self, work: Iterate) -> None:
         bound = np.multiply(work.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)

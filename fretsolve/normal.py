@@ -264,9 +264,9 @@ class NormalSolver:
         beyond = any(True for _ in self._loaded_sides(balance, self._contact))
         if not beyond and not is_singular(self._gram, balance.forced_index):
             return
-        wider = _grown(self._contact)
+        wider = grown(self._contact)
         while not wider.all() and any(True for _ in self._loaded_sides(balance, wider & ~self._no_material)):
-            wider = _grown(wider)
+            wider = grown(wider)
         fresh = wider & ~self._contact & ~self._no_material
         pressure[fresh] = float(np.mean(pressure, where=self._contact))
         self._contact |= fresh
@@ -285,12 +285,12 @@ class NormalSolver:
         np.maximum(pressure, 0.0, out=pressure)
 
 
-def _grown(contact: BoolArray) -> BoolArray:
+def grown(contact: BoolArray) -> BoolArray:
     """`contact` and the cells beside it."""
-    grown = contact.copy()
+    wider = contact.copy()
     for axis in (0, 1):
-        along = np.moveaxis(grown, axis, 0)
+        along = np.moveaxis(wider, axis, 0)
         before = along.copy()
         along[1:] |= before[:-1]
         along[:-1] |= before[1:]
-    return grown
+    return wider

@@ -69,7 +69,7 @@ DUNDURS = Family(
             {
                 "bodies": FLAT_RIGID,
                 "friction": mu,
-                "grid": {"points": 32, "size": 1.1},
+                "grid": {"points": 32, "size": 1.5 if mu == 10.0 else 1.1},
                 "load_path": [{"P": LOAD, "increments": 5}, {"Qx": 0.5 * mu * LOAD, "increments": 5}],
             },
             mirrored,

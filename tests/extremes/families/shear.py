@@ -138,7 +138,7 @@ DRAGGED = Family(
             {
                 "bodies": bodies,
                 "friction": mu,
-                "grid": {"points": 40, "size": 1.2},
+                "grid": {"points": 40, "size": 3.0 if bodies == FLAT_RIGID and mu == 10.0 else 1.2},
                 "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": motion, "increments": 2}],
             },
             of_sliding,

@@ -1,0 +1,41 @@
+"""GMRES (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) for equations that are not symmetric."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.floating]
+
+
+def gmres(
+    apply: Callable[[FloatArray, FloatArray], None], right: FloatArray, target: float, most: int
+) -> tuple[FloatArray, int]:
+    """x with ``|right - A x| <= target`` and the number of iterations made, at most `most`.
+
+    apply: ``apply(v, out)`` writes A v; right: of any shape, which v, out and x have.
+    """
+    length = float(np.linalg.norm(right))
+    if length <= target or most < 1:
+        return np.zeros_like(right), 0
+    basis = np.empty((most + 1, *right.shape))  # pages that are not reached cost nothing
+    hessenberg = np.zeros((most + 1, most))
+    np.divide(right, length, out=basis[0])
+    wanted = np.zeros(most + 1)
+    wanted[0] = length
+    for k in range(most):
+        image = basis[k + 1]
+        apply(basis[k], image)
+        for earlier in range(k + 1):
+            hessenberg[earlier, k] = np.vdot(basis[earlier], image)
+            image -= hessenberg[earlier, k] * basis[earlier]
+        hessenberg[k + 1, k] = grown = float(np.linalg.norm(image))
+        system = hessenberg[: k + 2, : k + 1]
+        shares = np.linalg.lstsq(system, wanted[: k + 2], rcond=None)[0]
+        left = float(np.linalg.norm(system @ shares - wanted[: k + 2]))
+        if left <= target or grown <= 1e-14 * length:
+            break
+        image /= grown
+    return np.tensordot(shares, basis[: k + 1], axes=1), k + 1
