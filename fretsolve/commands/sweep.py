@@ -13,7 +13,7 @@ from fretsolve.commands.plot import picture_format, require_matplotlib, write_pi
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.plots.problem import PictureError
-from fretsolve.study.observable import read_observable
+from fretsolve.study.observable import NAMES, read_observable
 from fretsolve.sweep.cluster import work_on_dask
 from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.files import writer_of
@@ -229,7 +229,8 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
     name = quantity or manifest.quantities[0]
     as_quantities = [text for text in over if text not in manifest.keys]
     for text in as_quantities:
-        read_observable(text, sys.maxsize)
+        if text.partition("@")[0] not in NAMES:
+            raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
     table = collect(manifest, (*manifest.quantities, name, *as_quantities))
     chosen = over or manifest.keys[: 2 if kind == RUNNING_CONDITION else 1]
     if len(chosen) > 2 or (kind == RUNNING_CONDITION and len(chosen) != 2):

@@ -213,6 +213,12 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "gross sliding" in told
     assert "--array" not in told
 
+    outcome = invoke("sweep", "plot", folder, "--over", "title")
+    assert outcome.exit_code == 2
+    assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in outcome.stderr
+    outcome = invoke("sweep", "collect", folder, "-o", folder / "table.xls")
+    assert outcome.exit_code == 2
+    assert "a name that ends on .csv, .h5 or .parquet is needed" in outcome.stderr
     assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
     with (folder / "table.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
