@@ -63,9 +63,9 @@ class Solvers:
         if solver == "normal":
             return self.solve_normal(np.zeros_like(self.pressure))
         balance = Balance((True, True, False), (36.0, 0.0, 0.0))
-        nothing = np.zeros((2, *self.pressure.shape))
+        elastic_slip, shear = (np.zeros((2, *self.pressure.shape)) for _ in range(2))
         self.tangential.slipping[:] = False
-        result = self.tangential.solve(nothing, balance, 0.1 * self.pressure, nothing.copy(), 1e-6, 2000, 0.0)
+        result = self.tangential.solve(elastic_slip, balance, 0.1 * self.pressure, shear, 1e-6, 2000, 0.0)
         assert result.converged
         return result.iterations
 

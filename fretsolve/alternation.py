@@ -23,6 +23,7 @@ from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector
 from fretsolve.rounding import ROUNDING, least_slip
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
+from fretsolve.tangential import Accuracy
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
@@ -80,13 +81,15 @@ class Start:
 class Iterate:
     """What the passes change: tractions, rigid displacements and the counts.
 
-    approach: length that the gap is measured against (mm); change: what the last pass's shear did to the gap, over
-    the approach; jointly: the increment was solved for both together.
+    at_start: the tractions still are those that the increment starts from; approach: length that the gap is measured
+    against (mm); change: what the last pass's shear did to the gap, over the approach; jointly: the increment was
+    solved for both together.
     """
 
     pressure: FloatArray
     shear: FloatArray
     rigid: Vector
+    at_start: bool = True
     approach: float = 0.0
     change: float = FIRST_TOLERANCE
     iterations_normal: int = 0
@@ -108,9 +111,12 @@ class Alternation:
         self._separation = np.array(separation) if self._coupled else separation
         self._tangential_modes = TangentialModes(level.grid)
         self._mixing: Mixing | None = None
+        shape = level.grid.shape
         if model.sheared:
-            self._known = np.zeros((2, *level.grid.shape))
-            self._bound = np.zeros(level.grid.shape)
+            self._elastic_slip = np.zeros((2, *shape))
+            self._bound = np.zeros(shape)
+        if self._coupled:
+            self._uz, self._pressure, self._shear = np.zeros((1, *shape)), np.zeros(shape), np.zeros((2, *shape))
 
     def run(self, increment: Increment, start: Start, work: Iterate, target: float) -> None:
         """Pass until pressure and shear change each other by less than `target` and both are solved to it.
@@ -119,18 +125,20 @@ class Alternation:
         """
         if work.jointly and self._solve_jointly(increment, start, work, target):
             return
-        self._mixing = None
+        self._mixing, self._target, self._slip_scale, passes = None, target, 0.0, 0
         if self.model.sheared:
             self._mark_slipping(work)
         if self._coupled:
-            self._couple_normal(work)
+            self._couple_normal(work, first=True)
             work.change = FIRST_TOLERANCE
         while True:
             tolerance = max(target, PASS_REDUCTION * work.change) if self._coupled else target
             settled = not self._coupled or work.change < SETTLED
-            self._normal_pass(increment, start, work, tolerance)
-            tolerance = self._tangential_pass(increment, start, work, tolerance, settled)
+            self._normal_pass(increment, start, work, tolerance, passes == 0)
+            tolerance = self._tangential_pass(increment, start, work, tolerance, settled, passes == 0)
+            passes += 1
             work.alternations += 1
+            work.at_start = False
             before = work.change
             work.change = self._couple_normal(work) if self._coupled else 0.0
             if self._mixing is None and work.alternations > FEWEST_PLAIN and work.change > SLOW * before:
@@ -195,11 +203,20 @@ class Alternation:
         bound = np.multiply(work.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)
         np.greater_equal(np.hypot(work.shear[0], work.shear[1]), bound, out=self.level.tangential.slipping)
 
-    def _normal_pass(self, increment: Increment, start: Start, work: Iterate, tolerance: float) -> None:
+    def _normal_pass(
+        self, increment: Increment, start: Start, work: Iterate, tolerance: float, first: bool
+    ) -> None:
         if not self._coupled and work.alternations == 0 and start.normal == increment.normal:
             return
         result = self.level.normal.solve(
-            self._separation, increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
+            self._separation,
+            increment.normal,
+            work.pressure,
+            tolerance,
+            self.max_iterations,
+            work.rigid[:3],
+            self._target,
+            0.0 if first else work.approach,
         )
         work.iterations_normal += result.iterations
         work.rigid[:3] = result.rigid
@@ -217,7 +234,7 @@ class Alternation:
             )
 
     def _tangential_pass(
-        self, increment: Increment, start: Start, work: Iterate, tolerance: float, settled: bool
+        self, increment: Increment, start: Start, work: Iterate, tolerance: float, settled: bool, first: bool
     ) -> float:
         """Returns the tolerance that was met."""
         if not self.model.sheared:
@@ -228,11 +245,6 @@ class Alternation:
             return tolerance
         np.multiply(work.pressure, self.model.friction, out=self._bound)
         balance = self._carried(increment, start, settled)
-        if self.model.terms.coupled:
-            self.level.operator.tangential_from_pressure(work.pressure, self._known)
-            np.subtract(start.displacement, self._known, out=self._known)
-        else:
-            self._known[:] = start.displacement
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.level.grid.size) / 2
         elastic = float(np.abs(start.displacement).max())
@@ -245,11 +257,23 @@ class Alternation:
             moved = np.abs(work.rigid[3:] - start.rigid[3:]) * (1.0, 1.0, reach)
             disturbed = work.change * work.approach / max(largest, float(moved.max()), TINY)
             tolerance = max(tolerance, min(SHEAR_REDUCTION * disturbed, FIRST_TOLERANCE))
+        if first:
+            self._begin_slip(start, work)
+        elif self._coupled:
+            self._follow_pressure(work)
         if work.alternations == 0 and unlike_the_last:
-            self.level.estimate_tangential(self._known, balance, self._bound, work.shear, largest)
+            self.level.estimate_tangential(self._elastic_slip, balance, self._bound, work.shear, largest)
         result = self.level.tangential.solve(
-            self._known, balance, self._bound, work.shear, tolerance, self.max_iterations, largest, least
+            self._elastic_slip,
+            balance,
+            self._bound,
+            work.shear,
+            tolerance,
+            self.max_iterations,
+            largest,
+            Accuracy(self._target, self._slip_scale, least, elastic),
         )
+        self._slip_scale = result.least_scale
         work.iterations_tangential += result.iterations
         work.rigid[3:] = start.rigid[3:] + result.rigid
         if not result.converged:
@@ -258,6 +282,33 @@ class Alternation:
                 f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
             )
         return tolerance
+
+    def _begin_slip(self, start: Start, work: Iterate) -> None:
+        """The elastic slip at the tractions of `work`; none as long as nothing has changed."""
+        slip, operator = self._elastic_slip, self.level.operator
+        if self._coupled:
+            np.copyto(self._pressure, start.pressure)
+        if work.at_start:
+            slip[:] = 0.0
+            if self._coupled:
+                self._follow_pressure(work)
+            return
+        operator.tangential(work.shear, slip)
+        np.subtract(start.displacement, slip, out=slip)
+        if self.model.terms.coupled:
+            room = self.level.tangential.room.double
+            operator.tangential_from_pressure(work.pressure, room)
+            slip -= room
+            np.copyto(self._pressure, work.pressure)
+
+    def _follow_pressure(self, work: Iterate) -> None:
+        """Bring the elastic slip up to the pressure."""
+        room = self.level.tangential.room
+        np.subtract(work.pressure, self._pressure, out=room.double[0])
+        np.copyto(self._pressure, work.pressure)
+        self.level.operator.following_tangential_from_pressure.follow(
+            self._elastic_slip, room, self._target * self._slip_scale, -1.0
+        )
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
         """Whether nothing is there that could cause shear: no load, no motion, no pressure that moves the surfaces."""
@@ -285,19 +336,30 @@ class Alternation:
             raise sliding_error(imposed, 0.0, 0.0)
         work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
 
-    def _couple_normal(self, work: Iterate) -> float:
+    def _couple_normal(self, work: Iterate, first: bool = False) -> float:
         """Separation as the shear deforms it; its largest change in the contact over the approach."""
-        uz, separation = self._bound, self._separation
-        self.level.operator.normal_from_shear(work.shear, uz)
-        np.add(self._undeformed, uz, out=uz)
+        self._follow_shear(work, first)
+        image, separation = self._bound, self._separation
+        np.add(self._undeformed, self._uz[0], out=image)
         contact = work.pressure > 0.0
         if not contact.any():
             contact = np.isfinite(separation)  # delta_z then is where the surfaces touch
-        change = float(np.max(np.abs(np.subtract(uz, separation, where=contact, out=np.zeros_like(uz)))))
+        change = float(np.max(np.abs(np.subtract(image, separation, where=contact, out=np.zeros_like(image)))))
         if self._mixing is not None:
-            material = np.isfinite(uz)
-            uz[material] = self._mixing.next(
-                separation[material], uz[material], contact[material].astype(np.float64)
+            material = np.isfinite(image)
+            image[material] = self._mixing.next(
+                separation[material], image[material], contact[material].astype(np.float64)
             )
-        separation[:] = uz
+        separation[:] = image
         return change / (work.approach or 1.0)
+
+    def _follow_shear(self, work: Iterate, first: bool) -> None:
+        """Bring the normal displacement that the shear causes up to the shear."""
+        operator = self.level.operator
+        if first:
+            operator.normal_from_shear(work.shear, self._uz[0])
+        else:
+            room = self.level.tangential.room
+            np.subtract(work.shear, self._shear, out=room.double)
+            operator.following_normal_from_shear.follow(self._uz, room, self._target * work.approach)
+        np.copyto(self._shear, work.shear)

@@ -194,8 +194,8 @@ class PaddedConvolution:
         kernels: m x n; fields: n arrays ``(nx, my//2 + 1)``; displacements: m such arrays to be overwritten,
         which may be the same ones; turned_*: index of a spectrum that counts times i (top of this file).
         """
-        blocks = self._column_blocks(1 if len(fields) == len(displacements) == 1 else len(fields) + len(displacements))
-        inputs, outputs = blocks[: len(fields)], blocks[-len(displacements) :]
+        blocks = self._column_blocks(max(len(fields), len(displacements)))
+        inputs, outputs = blocks[: len(fields)], blocks[: len(displacements)]
         nx = self.shape[0]
         for start in range(0, self.columns, self._block_columns):
             stop = min(start + self._block_columns, self.columns)
@@ -217,24 +217,41 @@ class PaddedConvolution:
     def _multiply(
         self, kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], start: int
     ) -> None:
-        """``results = kernels @ fields`` for a block of columns from `start` on; symmetric where it is two by two."""
+        """``results = kernels @ fields`` for a block of columns from `start` on, the results in the fields' arrays;
+        symmetric where there are as many of them."""
         width = fields[0].shape[1]
         columns = slice(start, start + width)
         if len(fields) == len(results) == 1:
             spectral.multiply(kernels[0][0].values[:, columns], kernels[0][0].odd_x, fields[0], results[0])
             return
         room = self._products[0][:, :width], self._products[1][:, :width]
+        values = [[kernel.values[:, columns] for kernel in row] for row in kernels]
         if len(fields) == len(results) == 2:
-            (along_x, mixed), (_, along_y) = kernels
-            values = along_x.values[:, columns], along_y.values[:, columns], mixed.values[:, columns]
-            spectral.multiply_pair(values, mixed.odd_x, (fields[0], fields[1]), (results[0], results[1]), room)
-            return
-        for row, result in zip(kernels, results, strict=True):
-            for index, (kernel, field) in enumerate(zip(row, fields, strict=True)):
-                product = room[0] if index else result
-                spectral.multiply(kernel.values[:, columns], kernel.odd_x, field, product)
-                if index:
-                    result += product
+            (along_x, mixed), (_, along_y) = values
+            pair = (fields[0], fields[1])
+            spectral.multiply_pair((along_x, along_y, mixed), kernels[0][1].odd_x, pair, pair, room)
+        elif len(fields) == len(results) == 3:
+            (zz, zx, zy), (_, xx, xy), (_, _, yy) = values
+            odd = (kernels[0][1].odd_x, kernels[0][2].odd_x, kernels[1][2].odd_x)
+            spectral.multiply_coupled((zz, xx, yy), (zx, zy, xy), odd, (fields[0], fields[1], fields[2]))
+        else:
+            self._multiply_one_by_one(kernels, values, fields, results, room[0])
+
+    @staticmethod
+    def _multiply_one_by_one(
+        kernels: KernelMatrix,
+        values: list[list[FloatArray]],
+        fields: Sequence[ComplexArray],
+        results: Sequence[ComplexArray],
+        room: ComplexArray,
+    ) -> None:
+        """The same for one field or one result; the first result, which overwrites the first field, comes last."""
+        for index in reversed(range(len(results))):
+            result = results[index]
+            spectral.multiply(values[index][0], kernels[index][0].odd_x, fields[0], result)
+            for kernel, value, field in zip(kernels[index][1:], values[index][1:], fields[1:], strict=True):
+                spectral.multiply(value, kernel.odd_x, field, room)
+                result += room
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Spectrum of the influence function given at offsets 0..nx-1, 0..ny-1 in cells, ``(nx, ny)``."""

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from fretsolve import influence
 from fretsolve.convolution import KernelMatrix, PaddedConvolution, RowSpace
+from fretsolve.following import Follower
 from fretsolve.influence_spectra import Influence, InfluenceSpectra, ScaledSpectra, Spectra
 from fretsolve.materials import Compliances
-from fretsolve.projected_cg import Operators
+from fretsolve.projected_cg import Apply, Operators
 from fretsolve.symbol_inverse import SymbolInverse
 from fretsolve.terms import Terms
 
@@ -151,6 +152,40 @@ class ElasticOperator:
         fields = (pressure, shear[0], shear[1])
         self._convolve(kernels, fields, (uz, displacement[0], displacement[1]), 0, 0)
 
+    @property
+    def following_normal(self) -> Follower:
+        """Adds to uz (1, nx, ny) what a change of the pressure does."""
+        return Follower(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), self.inner.unit, 1, 1)
+
+    @property
+    def following_tangential(self) -> Follower:
+        """Adds to the tangential displacement (2, nx, ny) what a change of the shear does."""
+        return Follower(self.inner.elastic.tangential, self.tangential, self.inner.unit, 2, 2)
+
+    @property
+    def following_tangential_from_pressure(self) -> Follower:
+        """Adds to the tangential displacement (2, nx, ny) what a change of the pressure does; `terms` must couple."""
+        single, double = self.inner.elastic.tangential_from_pressure, self.tangential_from_pressure
+        return Follower(
+            lambda pressure, moved: single(pressure[0], moved),
+            lambda pressure, moved: double(pressure[0], moved),
+            self.inner.unit,
+            1,
+            2,
+        )
+
+    @property
+    def following_normal_from_shear(self) -> Follower:
+        """Adds to uz (1, nx, ny) what a change of the shear does; `terms` must couple."""
+        single, double = self.inner.elastic.normal_from_shear, self.normal_from_shear
+        return Follower(
+            lambda shear, uz: single(shear, uz[0]),
+            lambda shear, uz: double(shear, uz[0]),
+            self.inner.unit,
+            2,
+            1,
+        )
+
     def _convolve(
         self,
         kernels: KernelMatrix,
@@ -185,9 +220,14 @@ class InnerOperators:
     @property
     def normal(self) -> Operators:
         """For pressures (1, nx, ny)."""
-        return Operators(lambda pressure, uz: self.elastic.normal(pressure[0], uz[0]), self.inverse.normal)
+        return Operators(_on_planes(self.elastic.normal), self.inverse.normal)
 
     @property
     def tangential(self) -> Operators:
         """For shears (2, nx, ny)."""
         return Operators(self.elastic.tangential, self.inverse.tangential)
+
+
+def _on_planes(apply: Apply) -> Apply:
+    """`apply` of planes (nx, ny) on fields (1, nx, ny)."""
+    return lambda field, image: apply(field[0], image[0])

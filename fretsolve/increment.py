@@ -92,6 +92,7 @@ class IncrementSolver:
         work = Iterate(start.pressure.copy(), self._own(start.shear), start.rigid.copy())
         if start.normal != increment.normal:
             self._estimate(increment, work)
+            work.at_start = False
         target = MARGIN * self.tolerance
         expected = work.pressure > 0.0
         free = FREE_CELLS

@@ -105,26 +105,23 @@ class Level:
         pressure[np.isinf(separation)] = 0.0
 
     def estimate_tangential(
-        self, known: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray, motion: float
+        self, elastic_slip: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray, motion: float
     ) -> None:
-        """Improve the estimate `shear` (2, nx, ny), and its slip zone, in place by a coarser solution."""
+        """Improve the estimate `shear` (2, nx, ny), its slip zone and elastic slip, in place by a coarser solution."""
         if self.coarser is None:
             return
         transfer, coarser = self._coarsening, self.coarser
         before = transfer.restrict(shear)
-        coarse_bound = transfer.restrict(bound)
-        coarse_known = transfer.restrict(known)
-        if shear.any():
-            displacement, coarse_displacement = np.empty_like(shear), np.empty_like(before)
-            self.operator.tangential(shear, displacement)
-            coarser.operator.tangential(before, coarse_displacement)
-            coarse_known -= transfer.restrict(displacement) - coarse_displacement
+        coarse_bound, coarse_slip = transfer.restrict(bound), transfer.restrict(elastic_slip)
         after = before.copy()
-        solver = self.coarser.tangential
+        solver = coarser.tangential
         solver.slipping[:] = np.hypot(before[0], before[1]) >= NEAR_THE_BOUND * coarse_bound
-        coarser.estimate_tangential(coarse_known, balance, coarse_bound, after, motion)
-        solver.solve(coarse_known, balance, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
-        shear += transfer.prolong(after - before)
+        coarser.estimate_tangential(coarse_slip, balance, coarse_bound, after, motion)
+        solver.solve(coarse_slip, balance, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
+        change = transfer.prolong(after - before)
+        shear += change
+        self.operator.tangential(change, change)
+        elastic_slip -= change
         near = np.hypot(shear[0], shear[1]) >= NEAR_THE_BOUND * bound
         np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
 

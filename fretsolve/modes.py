@@ -26,6 +26,9 @@ SINGULAR = 1e-12
 NEARLY_SINGULAR = 1e-6
 """Eigenvalue below which the amplitude of a combination of modes says little."""
 
+WELL_APART = 1e-3
+"""Part of a mode's own weight that is left to it beside the other modes, from which on they count as independent."""
+
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -74,7 +77,11 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
     if len(forced) == 1:
         (mode,) = forced
         amplitudes[mode] = right[mode] / gram[mode, mode] if gram[mode, mode] > 0.0 else 0.0
-    elif forced:
+        return amplitudes
+    eliminated = _eliminated(gram, right, forced)
+    if eliminated is not None:
+        amplitudes[forced] = eliminated
+    else:
         block = gram[forced][:, forced]
         scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
         scale[scale == 0.0] = 1.0
@@ -86,9 +93,28 @@ def solve_modes(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> 
     return amplitudes
 
 
+def _eliminated(gram: NDArray[np.float64], right: Vector, forced: list[int]) -> list[float] | None:
+    """Amplitudes of the forced modes by elimination; None where the modes are anywhere near dependent.
+
+    By hand, since calls of LAPACK would take longer than a pass over a small grid.
+    """
+    rows = [[*row, value] for row, value in zip(gram[forced][:, forced].tolist(), right[forced].tolist(), strict=True)]
+    for k, pivot in enumerate(rows):
+        if not pivot[k] > WELL_APART * gram[forced[k], forced[k]]:
+            return None
+        for row in rows[k + 1 :]:
+            share = row[k] / pivot[k]
+            row[k:] = [value - share * above for value, above in zip(row[k:], pivot[k:], strict=True)]
+    amplitudes = [0.0] * len(rows)
+    for k in reversed(range(len(rows))):
+        known = sum(a * b for a, b in zip(rows[k][k + 1 : -1], amplitudes[k + 1 :], strict=True))
+        amplitudes[k] = (rows[k][-1] - known) / rows[k][k]
+    return amplitudes
+
+
 def is_singular(gram: NDArray[np.float64], forced: list[int]) -> bool:
     """Whether some combination of the forced modes has next to no weight in their Gram matrix (3 x 3)."""
-    if not forced:
+    if not forced or _eliminated(gram, np.zeros(3), forced) is not None:
         return False
     block = gram[forced][:, forced]
     scale = np.sqrt(np.maximum(block.diagonal(), TINY))

@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
+from fretsolve.following import Room
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, is_singular, solve_modes
+from fretsolve.pointwise import cg
 from fretsolve.projected_cg import ProjectedCG, Space
 from fretsolve.rounding import ROUNDING
 
@@ -63,10 +65,12 @@ class NormalSolver:
         self.modes = NormalModes(grid)
         shape = grid.shape
         if space is None:
-            planes = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-            space = Space(planes, ProjectedCG(1, shape, operator.inner.dtype))
+            space = Space(np.zeros((2, *shape)), ProjectedCG(1, shape, operator.inner.dtype))
         self._cg = space.cg
-        self._uz, self._gap, self._scratch = space.planes
+        self._gap, self._scratch = space.planes
+        self._room = Room(space.planes[:1], space.cg.spare)
+        self._uz = np.zeros((1, *shape))
+        self._follower = operator.following_normal
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(shape, dtype=bool)
         self._gram = np.zeros((3, 3))
@@ -79,16 +83,25 @@ class NormalSolver:
         tolerance: float,
         max_iterations: int,
         rigid: Vector,
+        last_tolerance: float | None = None,
+        approach: float = 0.0,
     ) -> NormalResult:
         """Solve in place for `pressure` (nx, ny), which holds the first estimate.
 
         separation: (nx, ny), mm; balance: of (P|delta_z, Mx|phi_x, My|phi_y); tolerance: on the residual;
         max_iterations: of CG; rigid: estimate of the rigid displacements, used while there is no contact.
+        approach: `scale` of the last solve, where the first estimate is its pressure and uz goes on from there;
+        last_tolerance: of the solves that go on so from this one, for which the rounding of uz must be small enough.
         """
         iterations, passes, rigid = 0, 0, rigid.copy()
         least, since, caution = np.inf, 0, 0.0
+        last_tolerance = last_tolerance or tolerance
+        np.copyto(self._gap, pressure)
         self._start_zone(separation, balance, pressure)
-        self.operator.normal(pressure, self._uz)
+        if approach:
+            self._follow(pressure, last_tolerance * approach)
+        else:
+            self.operator.normal(pressure, self._uz[0])
         while True:
             rigid = self._rigid_displacement(separation, balance, rigid)
             residual, scale = self._update_gap_and_zone(separation, rigid, tolerance, caution)
@@ -102,15 +115,22 @@ class NormalSolver:
                 return NormalResult(rigid, iterations, residual, scale, True)
             if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
                 return NormalResult(rigid, iterations, residual, scale, False)
+            largest = self._take_residual()
+            np.copyto(self._gap, pressure)
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
-                iterations += self._reduce_gap(balance, pressure, target, max_iterations - iterations)
+                iterations += self._reduce_gap(balance, pressure, largest, target, max_iterations - iterations)
                 self._release_tension(balance, pressure)
             else:
                 self._widen(balance, pressure)
             self._restore_balance(balance, pressure)
-            self.operator.normal(pressure, self._uz)
+            self._follow(pressure, last_tolerance * scale)
             passes += 1
+
+    def _follow(self, pressure: FloatArray, bearable: float) -> None:
+        """Bring uz from the pressure in `_gap` up to `pressure`."""
+        np.subtract(pressure, self._gap, out=self._gap)
+        self._follower.follow(self._uz, self._room, bearable)
 
     def _start_zone(self, separation: FloatArray, balance: Balance, pressure: FloatArray) -> None:
         """Contact where the estimate presses; everywhere at an even pressure if a load finds none."""
@@ -149,7 +169,7 @@ class NormalSolver:
         imposed = balance.imposed_displacement
         forced = balance.forced_index
         gap, contact = self._gap, self._contact
-        np.add(separation, self._uz, out=gap)
+        np.add(separation, self._uz[0], out=gap)
         if not contact.any():
             open_rigid = np.where(balance.forced, rigid, imposed)
             open_rigid[0] = 0.0
@@ -173,9 +193,9 @@ class NormalSolver:
         """
         gap, contact = self._gap, self._contact
         self.modes.displacement(rigid, self._scratch)
-        np.add(separation, self._uz, out=gap)
+        np.add(separation, self._uz[0], out=gap)
         np.subtract(gap, self._scratch, out=gap)
-        scale = self.modes.approach(self._uz, contact, rigid)
+        scale = self.modes.approach(self._uz[0], contact, rigid)
         in_contact = float(np.max(np.abs(gap, out=self._scratch), where=contact, initial=0.0))
         penetration = -float(np.min(gap, where=~contact, initial=0.0))
         if penetration > threshold * scale:
@@ -205,17 +225,23 @@ class NormalSolver:
         reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
         return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
 
-    def _reduce_gap(self, balance: Balance, pressure: FloatArray, reduction: float, limit: int) -> int:
-        """Correct the pressure on the contact zone until the gap's largest value is down by `reduction`."""
-        cg, contact, unit = self._cg, self._contact, self.operator.inner.unit
-        largest = float(np.max(np.abs(self._gap, out=self._scratch), where=contact, initial=0.0))
-        cg.residual[:] = 0.0
-        np.divide(self._gap, -largest or 1.0, out=cg.residual[0], where=contact, casting="same_kind")
-        np.copyto(cg.weight, contact)
+    def _take_residual(self) -> float:
+        """Give conjugate gradients the gap in contact over its largest value, which is returned (mm)."""
+        contact, residual = self._contact, self._cg.residual
+        largest = float(np.max(np.abs(self._gap, out=self._scratch), where=contact, initial=0.0)) or 1.0
+        residual[:] = 0.0
+        np.divide(self._gap, -largest, out=residual[0], where=contact, casting="same_kind")
+        return largest
+
+    def _reduce_gap(
+        self, balance: Balance, pressure: FloatArray, largest: float, reduction: float, limit: int
+    ) -> int:
+        """Correct the pressure on the contact zone until the gap's largest value (mm) is down by `reduction`."""
+        np.copyto(self._cg.weight, self._contact)
         tilts = self._tilts_about_the_contact() if balance.forced[0] else np.eye(3)
-        cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
-        iterations = cg.solve(self.operator.inner.normal, reduction, 0.0, limit)
-        pressure += np.multiply(cg.solution[0], largest / unit, out=self._scratch, dtype=np.float64)
+        self._cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
+        iterations = self._cg.solve(self.operator.inner.normal, reduction, 0.0, limit)
+        cg.add(pressure[None], self._cg.solution, largest / self.operator.inner.unit)
         return iterations
 
     def _tilts_about_the_contact(self) -> FloatArray:

@@ -76,6 +76,11 @@ class ProjectedCG:
         self._constraints, self._moments = self._room, np.zeros(0)
         self._inverse_gram: FloatArray = np.zeros((0, 0))
 
+    @property
+    def spare(self) -> tuple[FloatArray, FloatArray]:
+        """Two arrays (c, nx, ny) that are free between solves."""
+        return self._direction, self._image
+
     def constrain(self, motions: Sequence[int], motion: Callable[[int, FloatArray], None]) -> None:
         """Keep the solution orthogonal to rigid motions; ``motion(mode, out)`` writes one of them (c, nx, ny)."""
         if len(self._room) < len(motions):
@@ -169,7 +174,7 @@ class ProjectedCG:
 
 @dataclass(frozen=True)
 class Space:
-    """What a solver of one component works in: planes (nx, ny) in double precision, and conjugate gradients."""
+    """What a solver of one component works in: planes (2, nx, ny) in double precision, and conjugate gradients."""
 
-    planes: tuple[FloatArray, FloatArray, FloatArray]
+    planes: FloatArray
     cg: ProjectedCG

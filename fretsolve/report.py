@@ -23,7 +23,7 @@ WIDTH = 120
 
 NARROWEST = 60
 
-NOTHING = 1e-9
+NOTHING = 1e-8
 """Below this share of its group's scale a value is round-off: it is printed as 0, a column of it left out."""
 
 UNLIKE_THE_OTHER = 1e3

@@ -1,11 +1,12 @@
 """The tangential contact problem: shear, stick and slip at a given pressure [2.3].
 
-    s = c + rigid motion - B q,   |q| <= bound,   s = 0 where |q| < bound,   q = bound s/|s| where s != 0,
+    s = e + rigid motion,   |q| <= bound,   s = 0 where |q| < bound,   q = bound s/|s| where s != 0,
 
-s the slip increment of body 1 relative to body 2, B the tangential elastic operator, `bound` = mu p, and c what is
-known beforehand: the elastic displacement at the increment's start less what the pressure causes now. The
-rigid motion is (delta_x - phi_z y, delta_y + phi_z x) over the increment; each of its three parts is imposed
-or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solution is unique.
+s the slip increment of body 1 relative to body 2, `bound` = mu p, and e the elastic slip: by how much the tangential
+elastic displacement has become less since the increment's start. It follows the shear; a change dq adds -B dq to it,
+B the tangential elastic operator. The rigid motion is (delta_x - phi_z y, delta_y + phi_z x) over the increment;
+each of its three parts is imposed or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solution
+is unique.
 
 A semismooth Newton method with conjugate gradients inside. At fixed zones, with n = q/|q| and lam = s.n on the
 slip zone, the Newton equation is T (B + lam/bound) T dq = T s, T taking the part tangential to the friction
@@ -22,9 +23,10 @@ from numpy.typing import NDArray
 
 from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
+from fretsolve.following import Room
 from fretsolve.grid import Grid
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector, is_singular, solve_modes
-from fretsolve.pointwise import friction
+from fretsolve.pointwise import cg, friction
 from fretsolve.projected_cg import ProjectedCG, Space
 from fretsolve.rounding import ROUNDING
 
@@ -44,12 +46,28 @@ PATIENCE = 5
 @dataclass(frozen=True)
 class TangentialResult:
     """rigid: increments of (delta_x, delta_y, phi_z); residual: largest violation of the slip law over its scale;
-    converged: to the tolerance, or to rounding."""
+    least_scale: the smaller one of the lengths that this is (mm); converged: to the tolerance, or to rounding."""
 
     rigid: Vector
     iterations: int
     residual: float
+    least_scale: float
     converged: bool
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What a solve is told of the increment that it is a part of.
+
+    last_tolerance: of the solves that go on from its elastic slip, for which the rounding must be small enough;
+    least_scale: that of the last result (mm), 0 before the first; least_slip: that slips count by at least (mm);
+    displacement: the largest one that the elastic slip is the change of (mm).
+    """
+
+    last_tolerance: float
+    least_scale: float = 0.0
+    least_slip: float = 0.0
+    displacement: float = 0.0
 
 
 class TangentialSolver:
@@ -59,10 +77,10 @@ class TangentialSolver:
         self.operator = operator
         self.modes = TangentialModes(grid)
         vector, shape = (2, *grid.shape), grid.shape
-        self.displacement = np.zeros(vector)
         self._slip, self._normal = (np.zeros(vector) for _ in range(2))
         self._cg = ProjectedCG(2, shape, operator.inner.dtype)
         self._contact = self._cg.zone
+        self._follower = operator.following_tangential
         self.slipping: BoolArray = np.zeros(shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
@@ -71,46 +89,55 @@ class TangentialSolver:
     def space(self) -> Space:
         """Arrays that hold nothing between solves."""
         shape, dtype = self._contact.shape, self.operator.inner.dtype
-        return Space(
-            (self._slip[0], self._slip[1], self._normal[0]), ProjectedCG(1, shape, dtype, lender=self._cg)
-        )
+        return Space(self._slip, ProjectedCG(1, shape, dtype, lender=self._cg))
+
+    @property
+    def room(self) -> Room:
+        """The same for the change of a traction."""
+        return Room(self._slip, self._cg.spare)
 
     def solve(
         self,
-        known: FloatArray,
+        elastic_slip: FloatArray,
         balance: Balance,
         bound: FloatArray,
         shear: FloatArray,
         tolerance: float,
         max_iterations: int,
         motion: float,
-        least_slip: float = 0.0,
+        accuracy: Accuracy | None = None,
     ) -> TangentialResult:
         """Solve in place for `shear` (2, nx, ny), which holds the first estimate; `slipping` tells its slip zone.
 
-        known: c above, (2, nx, ny), mm; balance: of (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments;
-        bound: friction coefficient times pressure, (nx, ny), MPa; tolerance: on the residual;
-        max_iterations: of CG; motion: largest rigid displacement increment known so far (mm), which scales
-        the residual together with those found; least_slip: that slips count by at least (mm).
-        On return `displacement` holds B q and `slipping` the slip zone.
+        elastic_slip: e above at the first estimate, (2, nx, ny), mm, changed in place with the shear; balance: of
+        (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; bound: friction coefficient times pressure,
+        (nx, ny), MPa; tolerance: on the residual; max_iterations: of CG; motion: largest rigid displacement increment
+        known so far (mm), which scales the residual together with those found. On return `slipping` tells the slip
+        zone.
         """
+        accuracy = accuracy or Accuracy(tolerance)
         iterations, passes = 0, 0
         least, since, unborne = np.inf, 0, 0
+        np.copyto(self._slip, shear)
         self._start_zones(balance, bound, shear)
-        self.operator.tangential(shear, self.displacement)
+        self._follow(elastic_slip, shear, accuracy.last_tolerance * accuracy.least_scale, 0.0)
         while True:
-            rigid = self._update_slip_and_zones(known, balance, bound, shear)
-            residual, largest, scale = self._violation(rigid, motion, least_slip)
+            rigid = self._update_slip_and_zones(elastic_slip, balance, bound)
+            residual, largest, scale = self._violation(rigid, motion, accuracy.least_slip)
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
             excess = self._excess(bound, shear)
             unsettled = max(self._unbalance(balance, bound, shear), excess)
             if residual <= tolerance and unsettled <= tolerance:
-                return TangentialResult(rigid, iterations, residual, True)
-            if since >= PATIENCE and unsettled <= tolerance and largest <= self._rounding(known, rigid):
-                return TangentialResult(rigid, iterations, residual, True)
+                return TangentialResult(rigid, iterations, residual, scale, True)
+            rounding = self._rounding(elastic_slip, rigid, accuracy.displacement) if since >= PATIENCE else 0.0
+            if largest <= rounding and unsettled <= tolerance:
+                return TangentialResult(rigid, iterations, residual, scale, True)
             if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
-                return TangentialResult(rigid, iterations, residual, False)
+                return TangentialResult(rigid, iterations, residual, scale, False)
             unborne = 0 if residual > tolerance else unborne + 1
+            largest = largest or 1.0
+            friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
+            np.copyto(self._slip, shear)
             if residual > tolerance:
                 floor = 0.3 * tolerance * scale
                 iterations += self._newton_step(balance, shear, largest, floor, max_iterations - iterations)
@@ -119,7 +146,7 @@ class TangentialSolver:
             elif residual > tolerance or excess > tolerance:
                 friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
             self._restore_balance(balance, self._cg.weight, shear)
-            self.operator.tangential(shear, self.displacement)
+            self._follow(elastic_slip, shear, accuracy.last_tolerance * scale, largest)
             passes += 1
 
     def _release(self) -> None:
@@ -127,6 +154,11 @@ class TangentialSolver:
         self.slipping[:] = False
         self._normal[:] = 0.0
         np.copyto(self._cg.weight, self._contact)
+
+    def _follow(self, elastic_slip: FloatArray, shear: FloatArray, bearable: float, expected: float) -> None:
+        """Bring the elastic slip from the shear in `_slip` up to `shear`."""
+        np.subtract(shear, self._slip, out=self._slip)
+        self._follower.follow(elastic_slip, self.room, bearable, -1.0, expected)
 
     def _start_zones(self, balance: Balance, bound: FloatArray, shear: FloatArray) -> None:
         """Contact is where friction can carry shear. What is missing of the load goes where it can be borne."""
@@ -157,16 +189,14 @@ class TangentialSolver:
         self.slipping[cells] = True
 
     def _update_slip_and_zones(
-        self, known: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray
+        self, elastic_slip: FloatArray, balance: Balance, bound: FloatArray
     ) -> Vector:
         """Slip with the forced rigid motion by weighted least squares; slipping cells moved backwards stick [44]."""
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = balance.imposed_displacement
         released = True
         while released:
-            friction.take_slip(
-                self._slip, known, self.displacement, imposed, x, y, self._normal, weight, self._sums
-            )
+            friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight, self._sums)
             friction.gram(weight, self._normal, x, y, self._gram)
             undetermined = is_singular(self._gram, balance.forced_index)
             forced = -solve_modes(self._gram, self._sums, balance.forced_index)
@@ -188,11 +218,11 @@ class TangentialSolver:
             released = undetermined and int(np.count_nonzero(self.slipping)) < before
         return imposed + forced
 
-    def _rounding(self, known: FloatArray, rigid: Vector) -> float:
+    def _rounding(self, elastic_slip: FloatArray, rigid: Vector, displacement: float) -> float:
         """What is lost of slips in rounding (mm)."""
         farthest = max(float(np.abs(self.modes.x).max()), float(np.abs(self.modes.y).max()))
         dx, dy, turn = np.abs(rigid)
-        return ROUNDING * float(max(np.abs(known).max(), np.abs(self.displacement).max(), dx, dy, turn * farthest))
+        return ROUNDING * float(max(displacement, np.abs(elastic_slip).max(), dx, dy, turn * farthest))
 
     def _violation(self, rigid: Vector, motion: float, least_slip: float) -> tuple[float, float, float]:
         """Largest |slip| in the stick zone over the motion, or part of it across the shear over the largest slip.
@@ -221,15 +251,12 @@ class TangentialSolver:
         self, balance: Balance, shear: FloatArray, largest: float, floor: float, limit: int
     ) -> int:
         """Correct the shear by the Newton equation at fixed zones, its residual reduced from `largest`, or to `floor`
-        (mm)."""
-        cg, unit = self._cg, self.operator.inner.unit
-        largest = largest or 1.0
-        friction.scale_tangential(self._slip, self._normal, 1.0 / largest, cg.residual)
-        np.copyto(cg.normal, self._normal, casting="same_kind")
-        motions = self._turn_about_the_contact(balance)
-        cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
-        iterations = cg.solve(self.operator.inner.tangential, REDUCTION, floor / largest, limit)
-        shear += np.multiply(cg.solution, largest / unit, out=self._slip, dtype=np.float64)
+        (mm); conjugate gradients have the residual over `largest`."""
+        inner, motions = self.operator.inner, self._turn_about_the_contact(balance)
+        np.copyto(self._cg.normal, self._normal, casting="same_kind")
+        self._cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
+        iterations = self._cg.solve(inner.tangential, REDUCTION, floor / largest, limit)
+        cg.add(shear, self._cg.solution, largest / inner.unit)
         return iterations
 
     def _turn_about_the_contact(self, balance: Balance) -> FloatArray:

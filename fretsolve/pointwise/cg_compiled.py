@@ -185,3 +185,25 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
                 if squared > largest or squared != squared:
                     largest = squared
     return math.sqrt(largest)
+
+
+@kernel
+def add(field: Any, change: Any, factor: float) -> None:
+    components, nx, ny = field.shape
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                field[part, i, j] += factor * change[part, i, j]
+
+
+@kernel
+def largest_part(field: Any) -> float:
+    components, nx, ny = field.shape
+    largest = field.dtype.type(0.0)
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                size = abs(field[part, i, j])
+                if size > largest or size != size:  # a NaN must come through
+                    largest = size
+    return float(largest)

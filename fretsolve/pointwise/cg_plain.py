@@ -137,6 +137,17 @@ def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> f
     return math.sqrt(largest)
 
 
+def add(field: FloatArray, change: FloatArray, factor: float) -> None:
+    """``field += factor change``, in the precision of `field`."""
+    for rows in _blocks(field[0]):
+        field[:, rows] += np.multiply(change[:, rows], factor, dtype=field.dtype)
+
+
+def largest_part(field: FloatArray) -> float:
+    """The largest component's size."""
+    return float(np.maximum(field.max(), -field.min()))
+
+
 def _blocks(plane: NDArray[np.generic]) -> Iterator[slice]:
     rows = max(1, BLOCK_BYTES // max(1, plane.shape[1] * plane.itemsize))
     for start in range(0, plane.shape[0], rows):

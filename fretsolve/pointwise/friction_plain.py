@@ -18,8 +18,7 @@ BoolArray = NDArray[np.bool_]
 
 def take_slip(
     slip: FloatArray,
-    known: FloatArray,
-    displacement: FloatArray,
+    elastic_slip: FloatArray,
     rigid: FloatArray,
     x: FloatArray,
     y: FloatArray,
@@ -27,9 +26,9 @@ def take_slip(
     weight: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """``slip = rigid motion + known - displacement`` in the contact; weighted sums of its tangential part times each
+    """``slip = elastic slip + rigid motion`` in the contact; weighted sums of its tangential part times each
     of the rigid motions."""
-    np.subtract(known, displacement, out=slip)
+    np.copyto(slip, elastic_slip)
     _add_motion(slip, rigid, x, y)
     slip *= weight > 0.0
     tangential = _tangential(slip, normal)

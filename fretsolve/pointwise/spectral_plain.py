@@ -42,3 +42,25 @@ def multiply_pair(
     for direct, field, result, other in zip((direct_x, direct_y), fields, results, (from_y, from_x), strict=True):
         multiply(direct, False, field, result)
         result += other
+
+
+def multiply_coupled(
+    direct: tuple[FloatArray, FloatArray, FloatArray],
+    mixed: tuple[FloatArray, FloatArray, FloatArray],
+    odd: tuple[bool, bool, bool],
+    fields: tuple[ComplexArray, ComplexArray, ComplexArray],
+) -> None:
+    """In place, three results (z, x, y) of three fields by the symmetric matrix of kernels (zz, xx, yy; zx, zy, xy).
+
+    odd: those of `mixed`.
+    """
+    results = [np.empty_like(field) for field in fields]
+    for kernel, field, result in zip(direct, fields, results, strict=True):
+        multiply(kernel, False, field, result)
+    room = np.empty_like(fields[0])
+    for kernel, is_odd, pair in zip(mixed, odd, ((0, 1), (0, 2), (1, 2)), strict=True):
+        for source, target in (pair, pair[::-1]):
+            multiply(kernel, is_odd, fields[source], room)
+            results[target] += room
+    for field, result in zip(fields, results, strict=True):
+        field[...] = result

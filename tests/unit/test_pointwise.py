@@ -19,7 +19,7 @@ from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compile
 from fretsolve.pointwise.compiling import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
-CG = ["finish_search", "turn", "finish_image", "advance", "restrict", "weigh_moments", "remove"]
+CG = ["finish_search", "turn", "finish_image", "advance", "restrict", "weigh_moments", "remove", "add", "largest_part"]
 FRICTION = ["take_slip", "move", "gram", "add_motion", "violation", "scale_tangential", "return_to_circle", "excess"]
 
 
@@ -103,6 +103,25 @@ def test_products_of_spectra(rows, odd):
     np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
 
 
+@pytest.mark.parametrize("rows", [4, 10])
+@pytest.mark.parametrize("module", [spectral_plain, spectral_compiled])
+def test_product_of_all_spectra(module, rows):
+    """That of a symmetric matrix per wave vector, mirrored and odd."""
+    random, half = np.random.default_rng(2), rows // 2 + 1
+    zz, xx, yy, zx, zy, xy = (random.normal(size=(half, 3)) for _ in range(6))
+    odd = (True, False, True)
+    fields = tuple(random.normal(size=(rows, 3)) + 1j * random.normal(size=(rows, 3)) for _ in range(3))
+
+    def whole(kernel, is_odd=False):
+        return np.concatenate([kernel, (-1.0 if is_odd else 1.0) * kernel[rows - half : 0 : -1]])
+
+    links = [whole(kernel, is_odd) for kernel, is_odd in zip((zx, zy, xy), odd, strict=True)]
+    matrix = [[whole(zz), links[0], links[1]], [links[0], whole(xx), links[2]], [links[1], links[2], whole(yy)]]
+    expected = np.einsum("abij,bij->aij", np.array(matrix), np.array(fields))
+    module.multiply_coupled((zz, xx, yy), (zx, zy, xy), odd, fields)
+    np.testing.assert_allclose(fields, expected, rtol=1e-13)
+
+
 @pytest.mark.parametrize("module", [friction_plain, friction_compiled])
 @pytest.mark.parametrize("slips", [False, True])
 def test_a_nan_of_the_slip_is_not_lost(module, slips):
@@ -124,6 +143,7 @@ def test_a_nan_of_the_residual_is_not_lost(module, components):
     nothing = np.zeros((0, components, 4, 4)), np.zeros(0)
     assert np.isnan(module.advance(*fields, *nothing, 0.5))
     assert np.isnan(module.remove(fields[1], *nothing))
+    assert np.isnan(module.largest_part(fields[1]))
 
 
 @pytest.mark.parametrize("module", [cg_plain, cg_compiled])

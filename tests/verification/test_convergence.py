@@ -145,7 +145,7 @@ def one_way_stick_ratio(friction, points, increments):
     normal, tangential = NormalSolver(operator, grid), TangentialSolver(operator, grid)
     undeformed = separation(case.surface, grid.x, grid.y)
     pressure, rigid = np.zeros(grid.shape), np.zeros(3)
-    shear, displacement, sideways = (np.zeros((2, *grid.shape)) for _ in range(3))
+    shear, sideways, before = (np.zeros((2, *grid.shape)) for _ in range(3))
     for load in HERTZ.load * np.linspace(0.0, 1.0, increments + 1)[1:]:
         balance = Balance((True, False, False), (load, 0.0, 0.0))
         approach = rigid[0]
@@ -153,12 +153,13 @@ def one_way_stick_ratio(friction, points, increments):
         rigid = pressed.rigid
         operator.tangential_from_pressure(pressure, sideways)
         unloaded = Balance((True, True, False), (0.0, 0.0, 0.0))
+        elastic_slip = before - sideways
         result = tangential.solve(
-            displacement - sideways, unloaded, friction * pressure, shear, 1e-6, 2000, rigid[0] - approach
+            elastic_slip, unloaded, friction * pressure, shear, 1e-6, 2000, rigid[0] - approach
         )
         assert pressed.converged
         assert result.converged
-        displacement = sideways + tangential.displacement
+        before[:] = sideways
     contact = pressure > 0.0
     return np.sqrt(np.count_nonzero(contact & ~tangential.slipping) / np.count_nonzero(contact))
 
