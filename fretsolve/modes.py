@@ -26,7 +26,7 @@ SINGULAR = 1e-12
 NEARLY_SINGULAR = 1e-6
 """Eigenvalue below which the amplitude of a combination of modes says little."""
 
-WELL_APART = 1e-3
+WELL_APART = 1e-2
 """Part of a mode's own weight that is left to it beside the other modes, from which on they count as independent."""
 
 TINY = float(np.finfo(np.float64).tiny)
