@@ -199,6 +199,12 @@ class Alternation:
         slipping = (np.hypot(shear[0], shear[1]) >= bound) & shear.any(axis=0)
         return Estimate(pressure, shear, slipping, np.zeros_like(shear), rigid)
 
+    @property
+    def _kept_tolerance(self) -> float:
+        """Tolerance that the rounding of what follows the tractions is judged by: none where passes are mixed, which
+        would mix the rounding as well."""
+        return 0.0 if self._mixing is not None else self._target
+
     def _mark_slipping(self, work: Iterate) -> None:
         bound = np.multiply(work.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)
         np.greater_equal(np.hypot(work.shear[0], work.shear[1]), bound, out=self.level.tangential.slipping)
@@ -215,7 +221,7 @@ class Alternation:
             tolerance,
             self.max_iterations,
             work.rigid[:3],
-            self._target,
+            self._kept_tolerance,
             0.0 if first else work.approach,
         )
         work.iterations_normal += result.iterations
@@ -271,7 +277,7 @@ class Alternation:
             tolerance,
             self.max_iterations,
             largest,
-            Accuracy(self._target, self._slip_scale, least, elastic),
+            Accuracy(self._kept_tolerance, self._slip_scale, least, elastic),
         )
         self._slip_scale = result.least_scale
         work.iterations_tangential += result.iterations
@@ -307,7 +313,7 @@ class Alternation:
         np.subtract(work.pressure, self._pressure, out=room.double[0])
         np.copyto(self._pressure, work.pressure)
         self.level.operator.following_tangential_from_pressure.follow(
-            self._elastic_slip, room, self._target * self._slip_scale, -1.0
+            self._elastic_slip, room, self._kept_tolerance * self._slip_scale, -1.0
         )
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
@@ -361,5 +367,5 @@ class Alternation:
         else:
             room = self.level.tangential.room
             np.subtract(work.shear, self._shear, out=room.double)
-            operator.following_normal_from_shear.follow(self._uz, room, self._target * work.approach)
+            operator.following_normal_from_shear.follow(self._uz, room, self._kept_tolerance * work.approach)
         np.copyto(self._shear, work.shear)
