@@ -16,16 +16,28 @@ if TYPE_CHECKING:
 REFRESHES_PER_SECOND = 4.0
 
 
-class Silence(AbstractContextManager["Silence"]):
-    """Shows nothing. increments, stages: of the whole path; done: increments there already."""
+class Display(AbstractContextManager["Display"]):
+    """Shows progress inside a `with` block; a bar, where there is one, vanishes at its end."""
 
-    def __init__(self, increments: int, stages: int, done: int):
-        self.increments, self.stages, self.done = increments, stages, done
+    bar: Progress | None = None
+
+    def __enter__(self) -> Self:
+        if self.bar is not None:
+            self.bar.start()
+        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        return None
+        if self.bar is not None:
+            self.bar.stop()
+
+
+class Silence(Display):
+    """Shows nothing. increments, stages: of the whole path; done: increments there already."""
+
+    def __init__(self, increments: int, stages: int, done: int):
+        self.increments, self.stages, self.done = increments, stages, done
 
     def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         """Tell of an increment that is saved, and of its error bars if there are any."""
@@ -76,24 +88,17 @@ def event(kind: str, **values: Any) -> None:
 
 
 class Bar(Silence):
-    """A bar with stage, increment, iterations, residual and remaining time, which vanishes at the end."""
+    """A bar with stage, increment, iterations, residual and remaining time."""
+
+    bar: Progress
 
     def __init__(self, increments: int, stages: int, done: int):
         super().__init__(increments, stages, done)
-        self._progress, self._task = _bar(increments, stages, done)
-
-    def __enter__(self) -> Self:
-        self._progress.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._progress.stop()
+        self.bar, self._task = _bar(increments, stages, done)
 
     def show(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         iterations = summary.iterations_normal + summary.iterations_tangential
-        self._progress.update(
+        self.bar.update(
             self._task,
             completed=summary.step + 1,
             stage=summary.stage,

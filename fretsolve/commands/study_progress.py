@@ -5,30 +5,25 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-from fretsolve.commands.progress import REFRESHES_PER_SECOND
+from fretsolve.commands.progress import REFRESHES_PER_SECOND, Display
 from fretsolve.study.run import is_done
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from fretsolve.state import Summary
     from fretsolve.study.run import Outcome
     from fretsolve.study.trial import Trial
 
 
-class Silence(AbstractContextManager["Silence"]):
+class Silence(Display):
     """Shows nothing of `trials`, which are run in that order."""
 
     def __init__(self, trials: Sequence[Trial]):
         self.runs = len(trials)
         self.done = 0
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        return None
 
     def increment(self, trial: Trial, summary: Summary) -> None:
         """Tell of an increment that is saved."""
@@ -58,6 +53,8 @@ class Lines(Silence):
 class Bar(Silence):
     """A bar over the estimated time of all runs, with the run, its increment and the remaining time."""
 
+    bar: Progress
+
     def __init__(self, trials: Sequence[Trial]):
         super().__init__(trials)
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -68,23 +65,14 @@ class Bar(Silence):
             TextColumn("{task.fields[detail]}"),
             TimeRemainingColumn(),
         )
-        self._progress = Progress(*columns, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+        self.bar = Progress(*columns, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
         self._before = 0.0
         self._shares = {trial.out: 0.0 if is_done(trial) else trial.seconds for trial in trials}
-        self._task = self._progress.add_task("", total=sum(self._shares.values()), run=1, detail="")
-
-    def __enter__(self) -> Self:
-        self._progress.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._progress.stop()
+        self._task = self.bar.add_task("", total=sum(self._shares.values()), run=1, detail="")
 
     def increment(self, trial: Trial, summary: Summary) -> None:
         increments = trial.scene.load_path.increments
-        self._progress.update(
+        self.bar.update(
             self._task,
             completed=self._before + self._shares[trial.out] * (summary.step + 1) / increments,
             detail=f"{trial.combination.words}: increment {summary.step + 1}/{increments}",
@@ -93,7 +81,7 @@ class Bar(Silence):
     def outcome(self, outcome: Outcome) -> None:
         self.done += 1
         self._before += self._shares[outcome.trial.out]
-        self._progress.update(self._task, completed=self._before, run=min(self.done + 1, self.runs))
+        self.bar.update(self._task, completed=self._before, run=min(self.done + 1, self.runs))
 
 
 def study_progress(trials: Sequence[Trial], *, quiet: bool) -> Silence:

@@ -550,7 +550,7 @@ def test_bar_counts_what_is_not_there_yet(tmp_path: Path) -> None:
     plan.trials[0].out.parent.mkdir()
     plan.trials[0].out.touch()
     bar = Bar(plan.trials)
-    (task,) = bar._progress.tasks
+    (task,) = bar.bar.tasks
     assert task.total == pytest.approx(plan.trials[1].seconds)
     done = [Outcome(trial, "", np.zeros(1), np.zeros(1), 4, 1.0, 1, True) for trial in plan.trials]
     bar.outcome(done[0])

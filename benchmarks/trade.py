@@ -1,0 +1,170 @@
+"""Speed against accuracy of modes I.2, I.3, II and III: grids, increments, tolerances and precisions.
+
+    python benchmarks/trade.py                       # tables, some ten minutes on one core
+    python benchmarks/trade.py --modes I.3 II        # of some modes
+    python benchmarks/trade.py --points 32 64 128 256 512 1024     # finer grids too (hours)
+    python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
+
+The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. Truth: the finest run of
+each study, of which nothing is known but that it is finer than the others. Cost: operator applications times cells, in
+millions, which no machine changes, and seconds of the processor, of one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from tempfile import gettempdir
+from typing import get_args
+
+from marked import put_parts_into
+
+from fretsolve import simulation
+from fretsolve.case.models import SolverSpec
+from fretsolve.interrupt import StopRequest
+from fretsolve.pointwise import compile_seconds
+from fretsolve.study.assessment import Assessment, Row, assess, front
+from fretsolve.study.plan import make_plan
+from fretsolve.study.run import make_runs
+from fretsolve.study.wording import advice, percent, two_digits
+
+CASES = Path(__file__).resolve().parent.parent / "cases"
+PRESS, PULL, TWIST = "{P: 400 N}", "{Qx: 36 N}", "{Mz: 5 N*mm, Qx: 0 N, Qy: 0 N}"
+MODES = {
+    "I.2": ("mode1_similar", f"load_path=[{PRESS}, {PULL}]"),
+    "I.3": ("mode1_dissimilar", f"load_path=[{PRESS}, {PULL}]"),
+    "II": ("mode2_dissimilar", f"load_path=[{PRESS}]"),
+    "III": ("mode3_dissimilar", f"load_path=[{PRESS}, {TWIST}]"),
+}
+"""The shipped case of each mode, up to the first peak of its load."""
+
+POINTS = (32, 64, 128, 256)
+INCREMENTS = (1, 2, 5, 10, 20, 40, 80)
+TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
+TOLERANCE_POINTS, TOLERANCE_INCREMENTS = 64, 10
+STUDIES = ("grids and increments", "tolerance")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line asks for."""
+
+    points: tuple[int, ...]
+    increments: tuple[int, ...]
+    runs: Path
+
+
+def variations(study: str, asked: Asked) -> list[str]:
+    """What ``fretsolve study --vary`` takes."""
+    if study == "tolerance":
+        precisions = get_args(SolverSpec.model_fields["precision"].annotation)
+        varied = [f"solver.tolerance={','.join(TOLERANCES)}"]
+        return varied if len(precisions) == 1 else [*varied, f"solver.precision={','.join(precisions)}"]
+    return [
+        f"grid.points={','.join(map(str, asked.points))}",
+        f"load_path.*.increments={','.join(map(str, asked.increments))}",
+    ]
+
+
+def studied(mode: str, study: str, asked: Asked) -> Assessment:
+    """Make the runs that are missing, and compare."""
+    case, path = MODES[mode]
+    fixed = [path, "expect=[]"]
+    if study == "tolerance":
+        fixed += [f"grid.points={TOLERANCE_POINTS}"]
+        fixed += [
+            f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in range(path.count("{"))
+        ]
+    folder = asked.runs / mode
+    folder.mkdir(parents=True, exist_ok=True)
+    plan = make_plan(CASES / f"{case}.yaml", fixed, variations(study, asked), (), "finest", folder)
+    outcomes = list(make_runs(plan.trials, plan.observables, StopRequest(), lambda *_: None))
+    return assess(plan, outcomes)
+
+
+def work(row: Row) -> float:
+    """Millions of applications times cells."""
+    nx, ny = row.outcome.trial.scene.grid.shape
+    return 1e-6 * row.outcome.applications * nx * ny
+
+
+def by_work(study: Assessment) -> Assessment:
+    """The same with the runs ordered and marked as best by their work, which the machine's load does not change."""
+    rows = sorted(study.rows, key=work)
+    compared = [row for row in rows if row.compared]
+    best = front([work(row) for row in compared], [row.worst for row in compared])
+    marked = {id(row) for row, is_best in zip(compared, best, strict=True) if is_best}
+    return replace(study, rows=tuple(replace(row, best=id(row) in marked) for row in rows))
+
+
+def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
+    """A table for each mode: error of each quantity against cost, the runs that none beats in bold."""
+    for mode in modes:
+        found = by_work(studied(mode, study, asked))
+        keys = [variation.key.rpartition(".")[2] for variation in found.variations]
+        print(f"\n**Mode {mode}**, errors in % of {found.truth_words}:\n")
+        print("|", " | ".join([*keys, "work", "seconds", "worst", *found.names]), "|")
+        print("| --- " * (len(keys) + 3 + len(found.names)) + "|")
+        for row in found.rows:
+            print("|", " | ".join(_cells(found, row)), "|")
+        for sentence in advice(found):
+            print(f"\n{sentence[0].upper()}{sentence[1:]}.")
+
+
+def _cells(study: Assessment, row: Row) -> list[str]:
+    settings = [setting.value for setting in row.outcome.trial.combination.settings]
+    costs = [two_digits(work(row)), two_digits(row.outcome.seconds)]
+    if row.outcome.failure:
+        errors = ["no solution"] + ["-"] * len(study.names)
+    elif row.is_truth:
+        errors = ["truth"] + ["-"] * len(study.names)
+    else:
+        errors = [percent(row.worst), *(percent(study.error_of(row, name)) for name in study.names)]
+    cells = [*settings, *costs, *errors]
+    return [f"**{cell}**" for cell in cells] if row.best else cells
+
+
+def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
+    """The pictures of the studies of grids and increments, as ``fretsolve study`` draws them."""
+    from fretsolve.plots.canvas import rendered
+    from fretsolve.plots.trade import trade
+
+    for mode in modes:
+        picture = trade(studied(mode, STUDIES[0], asked), f"Mode {mode}")
+        (folder / f"trade_{mode.replace('.', '_')}.png").write_bytes(rendered(picture, "png"))
+
+
+def processor_seconds() -> float:
+    """In place of the clock on the wall, which runs on while other programs do."""
+    return time.process_time() - compile_seconds()
+
+
+def main() -> None:
+    """As the top of this file tells."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--modes", nargs="+", choices=MODES, default=list(MODES))
+    parser.add_argument("--points", nargs="+", type=int, default=POINTS)
+    parser.add_argument("--increments", nargs="+", type=int, default=INCREMENTS)
+    parser.add_argument("--runs", type=Path, default=Path(gettempdir()) / "fretsolve-trade", help="where runs are kept")
+    parser.add_argument("--into", type=Path)
+    parser.add_argument("--pictures", type=Path)
+    words = parser.parse_args()
+    simulation._working_seconds = processor_seconds
+    asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
+    parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
+    if words.into:
+        put_parts_into(words.into, parts)
+    else:
+        for study, part in parts.items():
+            print(f"\n### {study}")
+            part()
+    if words.pictures:
+        draw(words.modes, asked, words.pictures)
+
+
+if __name__ == "__main__":
+    main()
