@@ -1,6 +1,6 @@
 """Speed against accuracy of modes I.2, I.3, II and III: grids, increments, tolerances and precisions.
 
-    python benchmarks/trade.py                       # tables, some ten minutes on one core
+    python benchmarks/trade.py                       # tables, some five minutes on one core
     python benchmarks/trade.py --modes I.3 II        # of some modes
     python benchmarks/trade.py --points 32 64 128 256 512 1024     # finer grids too (hours)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
@@ -42,11 +42,14 @@ MODES = {
 }
 """The shipped case of each mode, up to the first peak of its load."""
 
-POINTS = (32, 64, 128, 256)
+POINTS = (32, 64, 128)
 INCREMENTS = (1, 2, 5, 10, 20, 40, 80)
 TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
 TOLERANCE_POINTS, TOLERANCE_INCREMENTS = 64, 10
-STUDIES = ("grids and increments", "tolerance")
+FINER = {"I.2": ((32, 64, 128, 256, 512, 1024), 1), "II": ((32, 64, 128, 256, 512), 10)}
+"""Points, and increments per stage, where finer grids can be afforded."""
+
+STUDIES = ("grids and increments", "finer grids", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -58,8 +61,10 @@ class Asked:
     runs: Path
 
 
-def variations(study: str, asked: Asked) -> list[str]:
+def variations(mode: str, study: str, asked: Asked) -> list[str]:
     """What ``fretsolve study --vary`` takes."""
+    if study == "finer grids":
+        return [f"grid.points={','.join(map(str, FINER[mode][0]))}"]
     if study == "tolerance":
         precisions = get_args(SolverSpec.model_fields["precision"].annotation)
         varied = [f"solver.tolerance={','.join(TOLERANCES)}"]
@@ -74,14 +79,15 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     """Make the runs that are missing, and compare."""
     case, path = MODES[mode]
     fixed = [path, "expect=[]"]
+    stages = range(path.count("{"))
+    if study == "finer grids":
+        fixed += [f"load_path.{stage}.increments={FINER[mode][1]}" for stage in stages]
     if study == "tolerance":
         fixed += [f"grid.points={TOLERANCE_POINTS}"]
-        fixed += [
-            f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in range(path.count("{"))
-        ]
+        fixed += [f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in stages]
     folder = asked.runs / mode
     folder.mkdir(parents=True, exist_ok=True)
-    plan = make_plan(CASES / f"{case}.yaml", fixed, variations(study, asked), (), "finest", folder)
+    plan = make_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
     outcomes = list(make_runs(plan.trials, plan.observables, StopRequest(), lambda *_: None))
     return assess(plan, outcomes)
 
@@ -103,7 +109,7 @@ def by_work(study: Assessment) -> Assessment:
 
 def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
     """A table for each mode: error of each quantity against cost, the runs that none beats in bold."""
-    for mode in modes:
+    for mode in modes if study != "finer grids" else [mode for mode in modes if mode in FINER]:
         found = by_work(studied(mode, study, asked))
         keys = [variation.key.rpartition(".")[2] for variation in found.variations]
         print(f"\n**Mode {mode}**, errors in % of {found.truth_words}:\n")
