@@ -1,6 +1,6 @@
 """Efficiency of sweeps: what a sweep of small cases takes against the sum of its pure solves.
 
-    python benchmarks/sweeps.py [--cases 1000] [--points 64] [--jobs 2] [--on local dask slurm]
+    python benchmarks/sweeps.py [--cases 1000] [--points 64] [--jobs 2] [--fields] [--on local dask slurm]
 
 The case is mode I of equal bodies (six increments) over friction and load. `pure` is the time of
 ``list(fretsolve.run(scene))``, from every tenth of the cases, one after another in one process that has solved one
@@ -36,7 +36,7 @@ SAMPLE = 10
 SWEEP = """\
 title: benchmark
 case: {case}
-set: {{expect: [], grid.points: {points}}}
+set: {{expect: [], grid.points: {points}{fields}}}
 axes:
   - friction: {{from: 0.1, to: 0.5, count: {frictions}}}
   - load_path.0.P: {{from: 400 N, to: 800 N, count: {loads}}}
@@ -120,6 +120,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--points", type=int, default=64)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--fields", action="store_true", help="store all fields, not only the history")
     parser.add_argument("--on", nargs="+", choices=["local", "dask", "slurm"], default=["local"])
     options = parser.parse_args()
     cases = options.cases // LOADS * LOADS
@@ -134,7 +135,12 @@ def main() -> None:
             per_task = -(-cases // (2 * options.jobs))
             sweep.write_text(
                 SWEEP.format(
-                    case=CASE, points=options.points, frictions=cases // LOADS, loads=LOADS, per_task=per_task
+                    case=CASE,
+                    points=options.points,
+                    fields="" if options.fields else ", output.fields: []",
+                    frictions=cases // LOADS,
+                    loads=LOADS,
+                    per_task=per_task,
                 )
             )
             results = folder / "sweep.sweep" / "results"

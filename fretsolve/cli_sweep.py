@@ -16,7 +16,7 @@ MOST_CASES = 1_000_000
 @click.group(invoke_without_command=True)
 @click.pass_context
 def sweep(context: click.Context) -> None:
-    """Run a case over many points of its keys, on this machine or on a cluster; see docs/sweeps.md."""
+    """Run a case over many points of its keys, on this machine or on a cluster; see docs/howto/sweeps.md."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help(), err=True)
         context.exit(2)
