@@ -28,6 +28,7 @@ import bench_solvers
 import compare_programs
 import increments
 import numpy as np
+import precision
 import profile_increment
 from marked import printed, put_parts_into
 
@@ -254,6 +255,11 @@ def print_without_compiler() -> None:
     print(child.stdout.strip())
 
 
+def print_savings() -> None:
+    """Memory and time of single precision."""
+    precision.print_savings([512, 1024, 2048])
+
+
 def print_programs() -> None:
     """Other open programs on the base case, as far as they can be installed."""
     compare_programs.main([])
@@ -288,6 +294,8 @@ PARTS = {
     "solvers": print_solvers,
     "operator": print_operator,
     "without compiler": print_without_compiler,
+    "savings": print_savings,
+    "limits": precision.print_limits,
     "programs": print_programs,
 }
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.certificate import LEAST_MOTION, ON_THE_CIRCLE
+from fretsolve.certificate import LEAST_MOTION
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.feasibility import sliding_error
 from fretsolve.joint import Estimate, Problem, solve_jointly
@@ -21,7 +21,7 @@ from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector
-from fretsolve.rounding import ROUNDING, least_slip
+from fretsolve.rounding import ROUNDING, circle_width, least_slip
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
 from fretsolve.tangential import Accuracy
 
@@ -67,7 +67,8 @@ class Start:
     """What an increment starts from: tractions, tangential displacement, and rigid displacements.
 
     pressure: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
-    normal: what was imposed of the normal problem.
+    normal: what was imposed of the normal problem; elastic_slip: (2, nx, ny), of the tractions that the passes begin
+    with, where these are not the start's and `displacement` does not tell it well enough.
     """
 
     pressure: FloatArray
@@ -75,6 +76,7 @@ class Start:
     displacement: FloatArray
     rigid: Vector
     normal: Balance | None = None
+    elastic_slip: FloatArray | None = None
 
 
 @dataclass
@@ -129,6 +131,7 @@ class Alternation:
         if self.model.sheared:
             self._mark_slipping(work)
         if self._coupled:
+            np.copyto(self._pressure, work.pressure)
             self._couple_normal(work, first=True)
             work.change = FIRST_TOLERANCE
         while True:
@@ -188,14 +191,14 @@ class Alternation:
 
     def _joint_start(self, increment: Increment, start: Start) -> Estimate:
         """The increment's start, or without contact there the frictionless contact at its end."""
-        pressure, rigid = start.pressure.copy(), np.concatenate([start.rigid[:3], np.zeros(3)])
+        pressure, rigid = np.array(start.pressure, np.float64), np.concatenate([start.rigid[:3], np.zeros(3)])
         if not pressure.any():
             found = self.level.normal.solve(
                 self._undeformed, increment.normal, pressure, FIRST_TOLERANCE, self.max_iterations, rigid[:3]
             )
             rigid[:3] = found.rigid
-        shear = start.shear.copy()
-        bound = self.model.friction * (1.0 - ON_THE_CIRCLE) * pressure
+        shear = np.array(start.shear, np.float64)
+        bound = self.model.friction * (1.0 - circle_width(self.level.operator.dtype)) * pressure
         slipping = (np.hypot(shear[0], shear[1]) >= bound) & shear.any(axis=0)
         return Estimate(pressure, shear, slipping, np.zeros_like(shear), rigid)
 
@@ -206,7 +209,8 @@ class Alternation:
         return 0.0 if self._mixing is not None else self._target
 
     def _mark_slipping(self, work: Iterate) -> None:
-        bound = np.multiply(work.pressure, self.model.friction * (1.0 - ON_THE_CIRCLE), out=self._bound)
+        inside = 1.0 - circle_width(self.level.operator.dtype)
+        bound = np.multiply(work.pressure, self.model.friction * inside, out=self._bound)
         np.greater_equal(np.hypot(work.shear[0], work.shear[1]), bound, out=self.level.tangential.slipping)
 
     def _normal_pass(
@@ -292,16 +296,14 @@ class Alternation:
     def _begin_slip(self, start: Start, work: Iterate) -> None:
         """The elastic slip at the tractions of `work`; none as long as nothing has changed."""
         slip, operator = self._elastic_slip, self.level.operator
-        if self._coupled:
-            np.copyto(self._pressure, start.pressure)
-        if work.at_start:
-            slip[:] = 0.0
+        if work.at_start or start.elastic_slip is not None:
+            slip[:] = 0.0 if work.at_start else start.elastic_slip
             if self._coupled:
                 self._follow_pressure(work)
             return
         operator.tangential(work.shear, slip)
         np.subtract(start.displacement, slip, out=slip)
-        if self.model.terms.coupled:
+        if self._coupled:
             room = self.level.tangential.room.double
             operator.tangential_from_pressure(work.pressure, room)
             slip -= room

@@ -12,13 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector
-from fretsolve.rounding import least_slip, named_rounding
+from fretsolve.rounding import circle_width, least_slip, named_rounding
 from fretsolve.state import Certificate, Zone, nothing
 
 FloatArray = NDArray[np.floating]
-
-ON_THE_CIRCLE = 1e-10
-"""A cell slips where its shear is within this part of the friction bound."""
 
 LEAST_SLIP = 1e-3
 """Slip directions count in full for slips down to this part of the rigid displacement increment; below it
@@ -58,7 +55,8 @@ class Evidence:
 
 class Examiner:
     """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient; to a
-    tolerance, which tells what is lost in rounding (`least_slip`). slides: whether anything can slip at all."""
+    tolerance, which tells what is lost in rounding (`least_slip`). slides: whether anything can slip at all;
+    precision: of operator and tractions."""
 
     def __init__(
         self,
@@ -68,11 +66,12 @@ class Examiner:
         tangential: TangentialModes,
         tolerance: float,
         slides: bool = True,
+        precision: type[np.floating] = np.float64,
     ):
         self.separation = separation
         self.slides = slides
         self.friction = friction
-        self.tolerance = tolerance
+        self.tolerance, self.precision = tolerance, precision
         self.normal = normal
         self.tangential = tangential
         self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
@@ -85,7 +84,7 @@ class Examiner:
         if self.slides:
             length, slip = np.hypot(solution.shear[0], solution.shear[1]), self._slip(solution, contact)
         gap = self._gap(solution)
-        sticking = contact & (length < bound * (1.0 - ON_THE_CIRCLE))
+        sticking = contact & (length < bound * (1.0 - circle_width(self.precision)))
         if self.friction and not slip.any():
             sticking = contact
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
@@ -112,9 +111,9 @@ class Examiner:
                 "heights": float(np.max(np.abs(self.separation), where=contact, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
                 "tilted heights": float(np.abs(solution.rigid[1:3]).max()) * farthest,
-                "elastic displacements": float(np.abs(solution.uz).max()),
             }
-            return named_rounding(error, lengths)
+            elastic = {"elastic displacements": float(np.abs(solution.uz).max())}
+            return named_rounding(error, elastic, self.precision) or named_rounding(error, lengths)
         if max(certificate.stick, certificate.slip) > self.tolerance:
             motion = self.motion_scale(solution)
             largest = float(np.hypot(evidence.slip[0], evidence.slip[1]).max())
@@ -124,7 +123,9 @@ class Examiner:
                 "rotated coordinates": abs(float(solution.rigid[5])) * farthest,
                 "elastic displacements": float(np.abs(solution.displacement).max()),
             }
-            return named_rounding(error, lengths)
+            moved = solution.displacement - solution.previous_displacement
+            changed = {"changes of the elastic displacements": float(np.abs(moved).max())}
+            return named_rounding(error, lengths) or named_rounding(error, changed, self.precision)
         return ""
 
     def motion_scale(self, solution: Solution) -> float:

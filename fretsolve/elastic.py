@@ -53,7 +53,7 @@ class ElasticOperator:
         spectra: Spectra | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
-        self.threads, self._dtype = threads, dtype
+        self.threads, self.dtype = threads, dtype
         self.applications = 0
         self._space = space or RowSpace()
         self._given_spectra = spectra
@@ -79,7 +79,7 @@ class ElasticOperator:
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self._dtype, self.threads)
+        return PaddedConvolution(self.shape, self.dtype, self.threads)
 
     @cached_property
     def _spectra(self) -> Spectra:
@@ -155,36 +155,27 @@ class ElasticOperator:
     @property
     def following_normal(self) -> Follower:
         """Adds to uz (1, nx, ny) what a change of the pressure does."""
-        return Follower(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), self.inner.unit, 1, 1)
+        return self._follower(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), 1, 1)
 
     @property
     def following_tangential(self) -> Follower:
         """Adds to the tangential displacement (2, nx, ny) what a change of the shear does."""
-        return Follower(self.inner.elastic.tangential, self.tangential, self.inner.unit, 2, 2)
+        return self._follower(self.inner.elastic.tangential, self.tangential, 2, 2)
 
     @property
     def following_tangential_from_pressure(self) -> Follower:
         """Adds to the tangential displacement (2, nx, ny) what a change of the pressure does; `terms` must couple."""
         single, double = self.inner.elastic.tangential_from_pressure, self.tangential_from_pressure
-        return Follower(
-            lambda pressure, moved: single(pressure[0], moved),
-            lambda pressure, moved: double(pressure[0], moved),
-            self.inner.unit,
-            1,
-            2,
-        )
+        return self._follower(lambda p, moved: single(p[0], moved), lambda p, moved: double(p[0], moved), 1, 2)
 
     @property
     def following_normal_from_shear(self) -> Follower:
         """Adds to uz (1, nx, ny) what a change of the shear does; `terms` must couple."""
         single, double = self.inner.elastic.normal_from_shear, self.normal_from_shear
-        return Follower(
-            lambda shear, uz: single(shear, uz[0]),
-            lambda shear, uz: double(shear, uz[0]),
-            self.inner.unit,
-            2,
-            1,
-        )
+        return self._follower(lambda shear, uz: single(shear, uz[0]), lambda shear, uz: double(shear, uz[0]), 2, 1)
+
+    def _follower(self, single: Apply, double: Apply, given: int, found: int) -> Follower:
+        return Follower(single, double if self.dtype is np.float64 else None, self.inner.unit, given, found)
 
     def _convolve(
         self,

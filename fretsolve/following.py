@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 from fretsolve.pointwise import cg
 from fretsolve.projected_cg import Apply
+from fretsolve.rounding import SINGLE_ROUNDING
 
 FloatArray = NDArray[np.floating]
-
-ROUNDING = 5e-7
-"""Largest error of an application in single precision, over its largest displacement."""
 
 SHARE = 0.3
 """Of the tolerance that the rounding of one change may take up; those that come after it are smaller."""
@@ -38,12 +36,13 @@ class Room:
 class Follower:
     """Adds what changes of a traction of `given` components do to a displacement of `found` components.
 
-    single: the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa. Both
-    are applied as ``apply(traction, displacement)`` to fields (components, nx, ny) that may share their memory.
+    single: the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa, None
+    where single precision must do. Both are applied as ``apply(traction, displacement)`` to fields (components, nx, ny)
+    that may share their memory.
     """
 
     single: Apply
-    double: Apply
+    double: Apply | None
     unit: float
     given: int
     found: int
@@ -60,12 +59,12 @@ class Follower:
         factor = self.unit * largest
         if factor * max(displacement.shape) <= NOTHING * bearable:  # by less than that it moves the surfaces
             return
-        limit = SHARE * bearable / ROUNDING
-        if limit > expected:
+        limit = SHARE * bearable / SINGLE_ROUNDING
+        if self.double is None or limit > expected:
             field, image = room.single[0][: self.given], room.single[1][: self.found]
             np.divide(change, largest, out=field, casting="same_kind")
             self.single(field, image)
-            if factor * cg.largest_part(image) <= limit:
+            if self.double is None or factor * cg.largest_part(image) <= limit:
                 cg.add(displacement, image, sign * factor)
                 return
         self.double(change, moved)

@@ -69,14 +69,16 @@ class IncrementSolver:
         max_iterations: int,
         threads: int = 1,
         map_border: NDArray[np.bool_] | None = None,
+        precision: type[np.floating] = np.float64,
     ):
         self._map_border = map_border
         self.grid, self.separation, self.model = grid, separation, model
         self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
         self._space = RowSpace()
-        self.level = Level(grid, model, threads, self._space)
+        self._precision = precision
+        self.level = Level(grid, model, threads, self._space, precision)
         self._examiner = Examiner(
-            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.slides
+            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.slides, precision
         )
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
@@ -89,7 +91,7 @@ class IncrementSolver:
         """
         before = self.applications
         require_supported(increment.normal, self.separation, self.grid)
-        work = Iterate(start.pressure.copy(), self._own(start.shear), start.rigid.copy())
+        work = Iterate(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
         if start.normal != increment.normal:
             self._estimate(increment, work)
             work.at_start = False
@@ -103,18 +105,21 @@ class IncrementSolver:
             if not window.holds(expected):
                 free *= 4
                 continue
+            if self._single:  # what is stored is what is proved
+                work.pressure = _rounded(work.pressure)
+                work.shear = _rounded(work.shear) if self.model.slides else work.shear
             solution = self._solution(start, work)
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
-                return self._solved(solution, evidence, work, math.ceil(self.applications - before))
+                return self._solved(solution, evidence, work, math.ceil(round(self.applications - before, 6)))
             rounding = self._examiner.lost_in_rounding(solution, evidence)
             if rounding:
                 break
             expected |= evidence.gap < 0.0
             if window.holds(expected):
                 target *= MARGIN
-        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance, rounding))
+        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance, rounding, self._single))
 
     @property
     def applications(self) -> float:
@@ -159,7 +164,7 @@ class IncrementSolver:
                 self._spent += before - self.applications
             whole = window.count == self.grid.nx * self.grid.ny
             level = self.level if whole else Level(
-                window.part_of(self.grid), self.model, self._threads, self._space
+                window.part_of(self.grid), self.model, self._threads, self._space, self._precision
             )
             alternation = Alternation(
                 level, self.separation[window.cells], self.model, self.max_iterations, self.tolerance
@@ -179,7 +184,12 @@ class IncrementSolver:
         """Run the passes on the window's part of `start` and `work`, and write the tractions back."""
         cells, vectors = window.cells, window.vector_cells
         part_of_start = Start(
-            start.pressure[cells], start.shear[vectors], start.displacement[vectors], start.rigid, start.normal
+            start.pressure[cells],
+            start.shear[vectors],
+            start.displacement[vectors],
+            start.rigid,
+            start.normal,
+            None if work.at_start or not self._single else -self._moved(start, work)[vectors],
         )
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[vectors])
         alternation.run(increment, part_of_start, work, target)
@@ -189,7 +199,7 @@ class IncrementSolver:
 
     def _own(self, shear: FloatArray) -> FloatArray:
         """A copy to work in, where there may be shear."""
-        return shear.copy() if self.model.slides else shear
+        return np.array(shear, np.float64) if self.model.slides else shear
 
     def _on_whole(self, part: FloatArray, cells: tuple[slice, ...]) -> FloatArray:
         """A field of a window on the whole grid."""
@@ -209,10 +219,29 @@ class IncrementSolver:
             operator.normal(work.pressure, uz)
             if terms.coupled:
                 operator.tangential_from_pressure(work.pressure, displacement)
+        previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
             self._space.release()
         motion = work.rigid - start.rigid
-        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, start.displacement)
+        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous)
+
+    @property
+    def _single(self) -> bool:
+        return self._precision is np.float32
+
+    def _moved(self, start: Start, work: Iterate) -> FloatArray:
+        """Change (2, nx, ny) of the tangential displacement since the start, from the change of the tractions.
+
+        In single precision the difference of two displacements would have lost it.
+        """
+        moved, operator = work.shear - start.shear, self.level.operator
+        if moved.any():
+            operator.tangential(moved, moved)
+        if self.model.terms.coupled:
+            sideways = np.empty_like(moved)
+            operator.tangential_from_pressure(work.pressure - start.pressure, sideways)
+            moved += sideways
+        return moved
 
     def _solved(self, solution: Solution, evidence: Evidence, work: Iterate, applications: int) -> Solved:
         return Solved(
@@ -227,11 +256,16 @@ class IncrementSolver:
         )
 
 
-def _unproved(certificate: Certificate, tolerance: float, rounding: str) -> str:
+def _rounded(field: FloatArray) -> FloatArray:
+    """`field` with values that single precision holds."""
+    return field.astype(np.float32).astype(np.float64)
+
+
+def _unproved(certificate: Certificate, tolerance: float, rounding: str, single: bool) -> str:
     """Why an increment is given up; rounding: what keeps it from being any better, if it is that."""
     residuals = {name: getattr(certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
     name = max(residuals, key=lambda key: residuals[key])
     missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"
     if rounding:
         return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
-    return f"{missed}; {ADVICE}"
+    return f"{missed}; {'what changes may be too little for solver.precision: single; else ' if single else ''}{ADVICE}"

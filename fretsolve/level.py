@@ -40,16 +40,23 @@ NEAR_THE_BOUND = 0.8
 class Level:
     """Operator and solvers on `grid`, with a coarser level below as long as there are points enough."""
 
-    def __init__(self, grid: Grid, model: Model, threads: int = 1, space: RowSpace | None = None):
+    def __init__(
+        self,
+        grid: Grid,
+        model: Model,
+        threads: int = 1,
+        space: RowSpace | None = None,
+        dtype: type[np.floating] = np.float64,
+    ):
         self.grid = grid
         self._sheared = model.sheared
         space = space or RowSpace()
         self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space, dtype
         )
         self._coarsening = Coarsening(grid)
         coarse = self._coarsening.coarse
-        self.coarser = Level(coarse, model, threads, space) if coarse is not None else None
+        self.coarser = Level(coarse, model, threads, space, dtype) if coarse is not None else None
 
     @cached_property
     def normal(self) -> NormalSolver:

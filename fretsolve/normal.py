@@ -26,7 +26,7 @@ from fretsolve.grid import Grid
 from fretsolve.modes import Balance, NormalModes, Vector, is_singular, solve_modes
 from fretsolve.pointwise import cg
 from fretsolve.projected_cg import ProjectedCG, Space
-from fretsolve.rounding import ROUNDING
+from fretsolve.rounding import ROUNDING, rounding_of
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -209,7 +209,8 @@ class NormalSolver:
         height = float(np.max(np.abs(separation), where=self._contact, initial=0.0))
         dz, tilt_x, tilt_y = np.abs(rigid)
         tilted = tilt_x * np.abs(self.modes.y).max() + tilt_y * np.abs(self.modes.x).max()
-        return ROUNDING * float(max(height, np.abs(self._uz).max(), dz, tilted))
+        elastic = rounding_of(self.operator.dtype) * float(np.abs(self._uz).max())
+        return max(elastic, ROUNDING * float(max(height, dz, tilted)))
 
     def _unbalance(self, balance: Balance, pressure: FloatArray) -> float:
         """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""

@@ -7,6 +7,20 @@ import numpy as np
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Of a displacement or a gap, in parts of the largest length that it is computed from."""
 
+SINGLE_ROUNDING = 5e-7
+"""Largest error of the elastic operator in single precision, over its largest displacement."""
+
+
+def rounding_of(precision: type[np.floating]) -> float:
+    """Of displacements that the elastic operator computes in `precision`, in parts of the largest."""
+    return SINGLE_ROUNDING if precision is np.float32 else ROUNDING
+
+
+def circle_width(precision: type[np.floating]) -> float:
+    """A cell slips where its shear, stored in `precision`, is within this part of the friction bound."""
+    return 1e-6 if precision is np.float32 else 1e-10
+
+
 
 def least_slip(elastic: float, farthest: float, tolerance: float) -> float:
     """Length (mm) that slips are measured against at least: with it `tolerance` of it is no less than rounding.
@@ -17,9 +31,10 @@ def least_slip(elastic: float, farthest: float, tolerance: float) -> float:
     return min(ROUNDING * max(elastic, farthest) / tolerance, elastic)
 
 
-def named_rounding(error: float, lengths: dict[str, float]) -> str:
+def named_rounding(error: float, lengths: dict[str, float], precision: type[np.floating] = np.float64) -> str:
     """Which of `lengths` (mm) loses by its rounding what is `error` (mm), in words; empty where none does."""
     name = max(lengths, key=lambda key: lengths[key])
-    if not error <= ROUNDING * lengths[name]:
+    if not error <= rounding_of(precision) * lengths[name]:
         return ""
-    return f"{error:.2g} mm, the rounding of {name} ({lengths[name]:.3g} mm) in double precision"
+    words = "single" if precision is np.float32 else "double"
+    return f"{error:.2g} mm, the rounding of {name} ({lengths[name]:.3g} mm) in {words} precision"

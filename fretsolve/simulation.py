@@ -62,6 +62,7 @@ def run(
         scene.case.solver.max_iterations,
         threads,
         scene.map_border(),
+        _precision(scene),
     )
     state, summaries, plans = start, list(history), plans_made()
     for step in range(len(summaries), scene.load_path.increments):
@@ -118,13 +119,29 @@ def _state(
     if scene.model.slides:
         slip_path, work_density, work = _accumulate(solved, before, previous, scene)
     work_before = 0.0 if previous is None else previous.summary.work_total
-    fields = Fields(
-        solution.pressure, solution.shear, slip, slip_path, work_density, evidence.zone, evidence.gap
+    pressure, shear, slip, slip_path, work_density, gap, displacement = (
+        _kept(field, _precision(scene))
+        for field in (
+            solution.pressure, solution.shear, slip, slip_path, work_density, evidence.gap, solution.displacement
+        )
     )
-    for array in (*vars(fields).values(), solution.displacement):
+    fields = Fields(pressure, shear, slip, slip_path, work_density, evidence.zone, gap)
+    for array in (*vars(fields).values(), displacement):
         array.flags.writeable = False  # the next increment starts from these very arrays
     summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
-    return State(summary, fields, solution.displacement)
+    return State(summary, fields, displacement)
+
+
+def _precision(scene: Scene) -> type[np.floating]:
+    """Of the elastic operator and the fields of the states."""
+    return np.float32 if scene.case.solver.precision == "single" else np.float64
+
+
+def _kept(field: Array, precision: type[np.floating]) -> Array:
+    """`field` in the precision of the states; nothing stays nothing."""
+    if not any(field.strides):
+        return np.broadcast_to(precision(0.0), field.shape)
+    return field.astype(precision, copy=False)
 
 
 def _accumulate(

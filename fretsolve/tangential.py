@@ -28,7 +28,7 @@ from fretsolve.grid import Grid
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector, is_singular, solve_modes
 from fretsolve.pointwise import cg, friction
 from fretsolve.projected_cg import ProjectedCG, Space
-from fretsolve.rounding import ROUNDING
+from fretsolve.rounding import ROUNDING, rounding_of
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -222,7 +222,8 @@ class TangentialSolver:
         """What is lost of slips in rounding (mm)."""
         farthest = max(float(np.abs(self.modes.x).max()), float(np.abs(self.modes.y).max()))
         dx, dy, turn = np.abs(rigid)
-        return ROUNDING * float(max(displacement, np.abs(elastic_slip).max(), dx, dy, turn * farthest))
+        elastic = rounding_of(self.operator.dtype) * float(np.abs(elastic_slip).max())
+        return max(elastic, ROUNDING * float(max(displacement, dx, dy, turn * farthest)))
 
     def _violation(self, rigid: Vector, motion: float, least_slip: float) -> tuple[float, float, float]:
         """Largest |slip| in the stick zone over the motion, or part of it across the shear over the largest slip.

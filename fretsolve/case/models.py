@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 FEWEST_POINTS = 16
 """Per side, of a run with error bars: on fewer, half of them tell nothing."""
 
+SINGLE_TOLERANCE = 1e-4
+"""The default in single precision."""
+
+LEAST_SINGLE_TOLERANCE = 1e-5
+"""What single precision certifies in most cases (docs/performance.md)."""
+
 FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"]
 
 
@@ -119,11 +125,31 @@ class SolverSpec(CaseModel):
     tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
         default=1e-6, description="bound on the residuals of the contact conditions", examples=[1e-6]
     )
-    precision: Literal["double"] = Field(default="double", description="of the arithmetic")
+    precision: Literal["double", "single"] = Field(
+        default="double", description="of the elastic operator and the fields: single for less memory and smaller files"
+    )
     max_iterations: Count = Field(default=2000, description="of one solve")
     error_estimate: StrictBool = Field(
         default=False, description="whether the history has error bars, from companion runs on half of the points"
     )
+
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tolerance_of_precision(cls, value: Any) -> Any:
+        if isinstance(value, dict) and value.get("precision") == "single":
+            return {"tolerance": SINGLE_TOLERANCE, **value}
+        return value
+
+    @model_validator(mode="after")
+    def _certifiable(self) -> Self:
+        if self.precision == "single" and self.tolerance < LEAST_SINGLE_TOLERANCE:
+            message = (
+                f"{self.tolerance:g} is less than single precision can certify; {LEAST_SINGLE_TOLERANCE:g} or more is"
+                " needed, or precision: double"
+            )
+            refused_at([(("tolerance",), message)])
+        return self
 
 
 class OutputSpec(CaseModel):

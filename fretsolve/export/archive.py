@@ -40,7 +40,7 @@ def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
             _write_member(archive, name, values.shape, values.dtype, [values])
         for name in result.fields:
             planes = (result.field(name, step) for step in steps)
-            dtype = np.dtype("uint8" if name == "zone" else "float64")
+            dtype = result.field_type(name)
             shape = (len(steps), len(result.x), len(result.y))
             _write_member(archive, name, shape, dtype, planes)
 

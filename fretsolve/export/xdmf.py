@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 import h5py
@@ -17,12 +17,16 @@ import numpy as np
 
 from fretsolve.export.files import replacing
 from fretsolve.history import durable
-from fretsolve.history.layout import create_field, stored_fields
+from fretsolve.history.layout import create_field, is_single, stored_fields
 
 if TYPE_CHECKING:
     from fretsolve.history import Result
 
-_TYPES = {"float64": 'NumberType="Float" Precision="8"', "uint8": 'NumberType="UChar" Precision="1"'}
+_TYPES = {
+    "float64": 'NumberType="Float" Precision="8"',
+    "float32": 'NumberType="Float" Precision="4"',
+    "uint8": 'NumberType="UChar" Precision="1"',
+}
 
 
 def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
@@ -46,7 +50,8 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
 
 def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> None:
     shape = len(result.x), len(result.y)
-    for quantity in stored_fields({name.removesuffix("_x").removesuffix("_y") for name in result.fields}):
+    names = {name.removesuffix("_x").removesuffix("_y") for name in result.fields}
+    for quantity in stored_fields(names, is_single(result.effective_case)):
         dataset = create_field(group, quantity, len(steps), shape)
         for index, step in enumerate(steps):
             dataset[index] = result.field(quantity.name, step)
@@ -69,7 +74,7 @@ def _document(
         yield f'<DataItem Dimensions="1 {shape} 3" {_TYPES["float64"]} Format="HDF">{escape(points)}:/points</DataItem>'
         yield "</Geometry>"
         for name in result.fields:
-            yield from _attribute(name, stored.index(step), len(stored), shape, source)
+            yield from _attribute(name, result.field_type(name), stored.index(step), len(stored), shape, source)
         yield "</Grid>"
     yield "</Grid>"
     yield "</Domain>"
@@ -77,9 +82,11 @@ def _document(
     yield ""
 
 
-def _attribute(name: str, index: int, count: int, shape: str, source: str) -> Iterator[str]:
+def _attribute(
+    name: str, dtype: np.dtype[Any], index: int, count: int, shape: str, source: str
+) -> Iterator[str]:
     """One field of one increment: a slab of the dataset that holds those of all."""
-    kind = _TYPES["uint8" if name == "zone" else "float64"]
+    kind = _TYPES[dtype.name]
     yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
     yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
     yield f'<DataItem Dimensions="3 3" Format="XML">{index} 0 0 1 1 1 1 {shape}</DataItem>'

@@ -20,7 +20,6 @@ from fretsolve.history.layout import (
     Y,
     create_field,
     describe,
-    stored_fields,
 )
 from fretsolve.history.parts import component, copy_fields, write_restart
 from fretsolve.state import State, Summary, SummaryErrors
@@ -47,7 +46,7 @@ def write_result(
     copied = len(steps)
     if last_state is not None and not header.stores_fields(last_state.summary.step):
         steps.append(last_state.summary.step)
-    kept = stored_fields(header.fields)
+    kept = header.stored_fields
     with durable.new_hdf5(out, folder) as file:
         _write_attributes(file, header, failure)
         _write_history(file.create_group("history"), summaries, errors if header.errors else None)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError, dotted
-from fretsolve.history.layout import FORMAT_VERSION
+from fretsolve.history.layout import FORMAT_VERSION, FieldQuantity, is_single, stored_fields
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
@@ -51,6 +51,11 @@ class RunHeader:
     def shape(self) -> tuple[int, int]:
         """Cells along x and y."""
         return len(self.x), len(self.y)
+
+    @property
+    def stored_fields(self) -> tuple[FieldQuantity, ...]:
+        """The datasets of `fields`."""
+        return stored_fields(self.fields, is_single(json.loads(self.effective_case)))
 
     @property
     def fingerprint(self) -> str:

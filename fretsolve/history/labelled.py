@@ -25,7 +25,7 @@ class StoredField(BackendArray):
 
     def __init__(self, result: Result, name: str):
         self._result, self._name = result, name
-        self.dtype = np.dtype(_BY_NAME[name].dtype)
+        self.dtype = result.field_type(name)
         self.shape = (len(result.steps), len(result.x), len(result.y))
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:

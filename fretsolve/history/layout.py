@@ -7,8 +7,8 @@ compression; lzf saves a fifth of the time but h5py alone reads it, and gzip lev
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -135,13 +135,22 @@ ZONE_ATTRIBUTES: dict[str, Any] = {
 }
 
 
-def stored_fields(selected: Iterable[str]) -> tuple[FieldQuantity, ...]:
-    """The datasets of the fields that a case selects under `output.fields`, in the order of the file."""
+def is_single(effective_case: Mapping[str, Any]) -> bool:
+    """Whether a case asks for fields in single precision."""
+    return bool(effective_case.get("solver", {}).get("precision") == "single")
+
+
+def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQuantity, ...]:
+    """The datasets of the fields that a case selects under `output.fields`, in the order of the file.
+
+    single: those of floating-point numbers in single precision.
+    """
     names = set(selected)
     unknown = names - {quantity.array for quantity in FIELDS}
     if unknown:
         raise ValueError(f"no such field: {', '.join(sorted(unknown))}")
-    return tuple(quantity for quantity in FIELDS if quantity.array in names)
+    kept = (quantity for quantity in FIELDS if quantity.array in names)
+    return tuple(replace(each, dtype="float32") if single and each.dtype == "float64" else each for each in kept)
 
 
 def chunk_shape(nx: int, ny: int) -> tuple[int, int]:

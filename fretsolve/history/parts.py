@@ -30,7 +30,6 @@ from fretsolve.history.layout import (
     copy_chunks,
     create_field,
     create_restart,
-    stored_fields,
 )
 from fretsolve.state import Fields, State, Summary, SummaryErrors
 
@@ -75,7 +74,7 @@ def write_part(folder: Path, header: RunHeader, state: State, errors: SummaryErr
     step = state.summary.step
     part = _named(folder, step, step)
     steps = [step] if header.stores_fields(step) else []
-    kept = stored_fields(header.fields) if steps else ()
+    kept = header.stored_fields if steps else ()
     with durable.new_hdf5(part.path, folder) as file:
         _write_rows(file, [state.summary], [] if errors is None else [errors])
         group = _create_fields(file, header, kept, steps)
@@ -98,7 +97,7 @@ def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state:
             rows += piece.summaries()
             errors += piece.errors()
     part = _named(folder, rows[0].step, rows[-1].step)
-    kept = stored_fields(header.fields)
+    kept = header.stored_fields
     steps = [row.step for row in rows if header.stores_fields(row.step)]
     with durable.new_hdf5(part.path, folder) as file:
         _write_rows(file, rows, errors)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fretsolve.errors import FileError
 from fretsolve.extras import how_to_install
 from fretsolve.history.final import attributes as root_attributes
-from fretsolve.history.layout import ERRORS, HISTORY, RESTART, STEP, X, Y, stored_fields
+from fretsolve.history.layout import ERRORS, HISTORY, RESTART, STEP, X, Y, is_single
 from fretsolve.history.lock import is_locked
 from fretsolve.history.parts import (
     HEADER_NAME,
@@ -89,6 +89,12 @@ class Result:
     def units(self, name: str) -> str:
         """Units of a column of the history, of a field or of an axis. Raises KeyError."""
         return _UNITS[name]
+
+    def field_type(self, name: str) -> np.dtype[Any]:
+        """The type of a field's values."""
+        if name == "zone":
+            return np.dtype(np.uint8)
+        return np.dtype(np.float32 if is_single(self.effective_case) else np.float64)
 
     def field(self, name: str, step: int = -1) -> NDArray[Any]:
         """The field `name`, ``(nx, ny)``, at increment `step`, one of `steps` (-1: the last of them).
@@ -223,7 +229,7 @@ def _open_parts(out: Path) -> Result:
         root_attributes(header, "running" if running else "stopped"),
         history,
         (header.x, header.y),
-        [quantity.name for quantity in stored_fields(header.fields)],
+        [quantity.name for quantity in header.stored_fields],
         steps,
         parts,
     )

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic import ElasticOperator
-from fretsolve.following import NOTHING, ROUNDING, SHARE, Room
+from fretsolve.following import NOTHING, SHARE, Room
 from fretsolve.materials import Compliances
+from fretsolve.rounding import SINGLE_ROUNDING
 from fretsolve.terms import Terms
 
 SHAPE = (48, 40)
@@ -63,11 +64,11 @@ def test_precision_goes_with_what_is_bearable(name):
     wanted = exact(name, change)
     largest = np.abs(wanted).max()
     errors = []
-    for bearable in (1.5 * ROUNDING / SHARE * largest, 0.7 * ROUNDING / SHARE * largest, 0.0):
+    for bearable in (1.5 * SINGLE_ROUNDING / SHARE * largest, 0.7 * SINGLE_ROUNDING / SHARE * largest, 0.0):
         found = np.zeros_like(wanted)
         FOLLOWERS[name][0].follow(found, room(change), bearable)
         errors.append(np.abs(found - wanted).max() / largest)
-    assert 1e-9 < errors[0] < ROUNDING
+    assert 1e-9 < errors[0] < SINGLE_ROUNDING
     assert errors[1:] == pytest.approx([0.0, 0.0], abs=1e-15)
 
 

@@ -1,0 +1,161 @@
+"""Single against double precision: which tolerance holds, what differs, what is saved.
+
+    python benchmarks/precision.py limits                  # cases and tolerances; some minutes
+    python benchmarks/precision.py savings 256 512 1024    # memory and time of mode I.3 by grid
+
+Both print a Markdown table. A tolerance holds where all increments are certified to it; what differs is measured
+against the same case in double precision at the same tolerance, so that only the precision is told.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from bench_path import CASES, compile_kernels, peak_bytes
+from work_unit import work_unit
+
+import fretsolve
+from fretsolve.errors import NoSolutionError
+from fretsolve.scene import Scene, prepare
+from fretsolve.state import State, Summary
+
+TOLERANCES = (1e-4, 1e-5, 1e-6)
+"""The last is one that a case may not ask for in single precision."""
+
+POINTS = 48
+
+PATHS = {
+    "sliding": "load_path=[{P: 400, increments: 2}, {Qx: 39.96, increments: 4}]",
+    "tiny": "load_path=[{P: 400, increments: 2}, {Qx: 20, increments: 2}, {Qx: 20.0004, increments: 2}]",
+    "slippery": "load_path=[{P: 400, increments: 4}, {Qx: 0.2, increments: 4}, {Qx: -0.2, increments: 4}]",
+    "rough": "load_path=[{P: 400, increments: 4}, {Qx: 200, increments: 4}]",
+}
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A case and what is changed in it."""
+
+    name: str
+    case: str
+    overrides: tuple[str, ...] = ()
+
+
+BETA_HALF = "bodies=[{young_modulus: 1e5, poisson_ratio: 0}, rigid]"
+
+PROBES = (
+    Probe("Hertz", "hertz"),
+    Probe("mode I.1", "mode1_similar_uncoupled"),
+    Probe("mode I.2", "mode1_similar"),
+    Probe("mode I.3", "mode1_dissimilar"),
+    Probe("mode I.3, 40 increments of Q", "mode1_dissimilar", ("load_path=[{P: 400}, {Qx: 36, increments: 40}]",)),
+    Probe("mode II", "mode2_dissimilar"),
+    Probe("mode III", "mode3_dissimilar"),
+    Probe("gross sliding", "gross_slip"),
+    Probe("mode I.3, friction 1e-3", "mode1_dissimilar", ("friction=1e-3", PATHS["slippery"])),
+    Probe("mode I.3, friction 1", "mode1_dissimilar", ("friction=1", PATHS["rough"])),
+    Probe("mode I.2 up to 0.999 mu P", "mode1_similar", (PATHS["sliding"],)),
+    Probe("mode I.3 up to 0.999 mu P", "mode1_dissimilar", (PATHS["sliding"],)),
+    Probe("mode I.2, Q changed by 1e-6 P", "mode1_similar", (PATHS["tiny"],)),
+    Probe("mode I.3, Q changed by 1e-6 P", "mode1_dissimilar", (PATHS["tiny"],)),
+    Probe("mode II on a rigid body, beta 1/2", "mode2_dissimilar", (BETA_HALF,)),
+    Probe("tilted punch, moments", "tilted"),
+)
+def scene_of(probe: Probe, points: int, precision: str, tolerance: float) -> Scene:
+    """The case on `points` by `points` cells; the tolerance may be one that a case file may not ask for."""
+    overrides = ["expect=[]", f"grid.points={points}", *probe.overrides]
+    scene = prepare(fretsolve.load_case(CASES / f"{probe.case}.yaml", overrides))
+    settings = scene.case.solver.model_copy(update={"precision": precision, "tolerance": tolerance})
+    return replace(scene, case=scene.case.model_copy(update={"solver": settings}))
+
+
+def history_of(scene: Scene) -> list[Summary]:
+    """Of the whole path, or up to where it fails."""
+    history: list[Summary] = []
+    with suppress(NoSolutionError):
+        history.extend(state.summary for state in fretsolve.run(scene))
+    return history
+
+
+def difference(one: Sequence[Summary], other: Sequence[Summary]) -> float:
+    """Largest difference of a quantity over its scale: displacements over the largest one, radii over the contact's."""
+
+    def column(rows: Sequence[Summary], name: str) -> np.ndarray:
+        return np.array([getattr(row, name) for row in rows])
+
+    radius, pressure, work = (
+        float(np.abs(column(other, name)).max()) for name in ("contact_radius", "max_pressure", "work_total")
+    )
+    displacement = max(float(np.abs(column(other, name)).max()) for name in ("delta_z", "delta_x"))
+    scales = {"delta_z": displacement, "delta_x": displacement, "phi_z": displacement / radius}
+    scales |= {"contact_radius": radius, "stick_radius": radius, "max_pressure": pressure, "work_total": work}
+    return max(
+        float(np.abs(column(one, name) - column(other, name)).max()) / scale for name, scale in scales.items() if scale
+    )
+
+
+def print_limits() -> None:
+    """The largest difference from double precision, at each tolerance that is certified."""
+    print("| case | increments |", " | ".join(f"tolerance {tolerance:.0e}" for tolerance in TOLERANCES), "|")
+    print("| --- " * (2 + len(TOLERANCES)) + "|")
+    for probe in PROBES:
+        told = []
+        for tolerance in TOLERANCES:
+            double, single = (history_of(scene_of(probe, POINTS, name, tolerance)) for name in ("double", "single"))
+            failed = f"not from increment {len(single)} on"
+            told.append(f"{difference(single, double):.0e}" if len(single) == len(double) else failed)
+        print(f"| {probe.name} | {len(double)} |", " | ".join(told), "|", flush=True)
+
+
+def measured(points: int, precision: str) -> tuple[float, float, float]:
+    """Peak bytes per cell, WU per increment of Q and bytes per cell of a state, of mode I.3."""
+    command = [sys.executable, __file__, "--measure", str(points), precision]
+    output = subprocess.run(command, capture_output=True, check=True).stdout.split()
+    return float(output[0]), float(output[1]), float(output[2])
+
+
+def measure(points: int, precision: str) -> None:
+    """What `measured` asks its process for: two increments of Q are timed, after those of P."""
+    compile_kernels()
+    path = "load_path=[{P: 400, increments: 2}, {Qx: 36, increments: 10}]"
+    probe = Probe("", "mode1_dissimilar", ("grid.size=0.9", path))
+    before = peak_bytes()
+    run = fretsolve.run(scene_of(probe, points, precision, 1e-4))
+    state = next(run)
+    seconds = []
+    for _ in range(3):
+        began = time.process_time()
+        state = next(run)
+        seconds.append(time.process_time() - began)
+    mean = float(np.mean(seconds[-2:]))
+    print((peak_bytes() - before) / points**2, mean / work_unit(points), size_of(state) / points**2)
+
+
+def size_of(state: State) -> int:
+    """Bytes of the arrays of a state."""
+    return sum(array.nbytes for array in (*vars(state.fields).values(), state.displacement))
+
+
+def print_savings(grids: Sequence[int]) -> None:
+    """Memory and time of mode I.3."""
+    print("| points | precision | peak memory, bytes per cell | fields of a state, bytes per cell | WU per increment |")
+    print("| --- | --- | --- | --- | --- |")
+    for points in grids:
+        for precision in ("double", "single"):
+            memory, cost, fields = measured(points, precision)
+            print(f"| {points} | {precision} | {memory:.0f} | {fields:.0f} | {cost:.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "--measure":
+        measure(int(sys.argv[2]), sys.argv[3])
+    elif sys.argv[1] == "limits":
+        print_limits()
+    else:
+        print_savings([int(argument) for argument in sys.argv[2:]] or [256, 512, 1024, 2048])
