@@ -3,25 +3,31 @@
     python benchmarks/extremes.py                          # all of them, some six minutes on one core
     python benchmarks/extremes.py "mode II" torque         # the families whose names contain one of these
     python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
+    python benchmarks/extremes.py --into docs/extremes.md  # the whole table between the marks of a file
 
-Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. The families
-stand in ``tests/extremes/families``; the tests there drive the quick part of them, and random cases.
+Prints a Markdown table with a row for each family, and then every probe that does not end as it has to, with the reason
+where it is known. The families stand in ``tests/extremes/families``; the tests there drive the quick part of them, and
+random cases.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from marked import put_parts_into
+
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
 
 from families import FAMILIES  # noqa: E402
+from families.broken import why_broken  # noqa: E402
 from families.driving import Family, Probe, Verdict, judge  # noqa: E402
 from families.pairs import elastic  # noqa: E402
 
@@ -98,10 +104,11 @@ def print_table(names: list[str]) -> list[Row]:
         print(rows[-1].markdown, flush=True)
     verdicts = [(row.family, verdict) for row in rows for verdict in row.verdicts]
     wrong = [(family, verdict) for family, verdict in verdicts if verdict.problem]
-    increments = sum(verdict.findings.increments for _, verdict in verdicts)
-    print(f"\n{len(verdicts)} cases, {increments} increments, {len(wrong)} failures")
+    print(f"\n{len(verdicts)} cases, {len(wrong)} failures{':' if wrong else ''}\n")
     for family, verdict in wrong:
-        print(f"- {family.name}: {verdict.probe.label}: {verdict.problem}")
+        known = why_broken(family.name, verdict.probe.label)
+        problem = re.sub(r"\S*/case\.yaml", "case.yaml", verdict.problem)
+        print(f"- {family.name}, {verdict.probe.label}{f' ({known})' if known else ''}: {problem}")
     return rows
 
 
@@ -161,10 +168,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
     parser.add_argument("--picture", type=Path, help="file to draw to")
+    parser.add_argument("--into", type=Path, help="a Markdown file with marks, which gets the table")
     options = parser.parse_args()
     with TemporaryDirectory() as cache:
         os.environ.setdefault("FRETSOLVE_CACHE", cache)
-        rows = print_table(options.names)
+        rows: list[Row] = []
+        if options.into:
+            put_parts_into(options.into, {"extremes": lambda: rows.extend(print_table(options.names))})
+        else:
+            rows = print_table(options.names)
         if options.picture:
             draw(rows, options.picture)
 

@@ -23,7 +23,7 @@ from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes, Vector
 from fretsolve.rounding import ROUNDING, circle_width, least_slip
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
-from fretsolve.tangential import Accuracy
+from fretsolve.tangential import Accuracy, TangentialResult
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
@@ -52,6 +52,9 @@ FEWEST_PLAIN = 1
 """... after these many plain ones: at first the zones still move."""
 
 CUT = 0.999
+
+FAR = 1e4
+"""Distance from the origin, in sizes of the area, from which on a torque about it is a matter of rounding."""
 
 ENOUGH_ALTERNATIONS = 30
 """Passes after which pressure and shear are solved together (`fretsolve.joint`) ..."""
@@ -287,10 +290,7 @@ class Alternation:
         work.iterations_tangential += result.iterations
         work.rigid[3:] = start.rigid[3:] + result.rigid
         if not result.converged:
-            raise NotConvergedError(
-                f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error"
-                f" is {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
-            )
+            raise NotConvergedError(self._unsheared(result, tolerance, balance.forced[2]))
         return tolerance
 
     def _begin_slip(self, start: Start, work: Iterate) -> None:
@@ -316,6 +316,22 @@ class Alternation:
         np.copyto(self._pressure, work.pressure)
         self.level.operator.following_tangential_from_pressure.follow(
             self._elastic_slip, room, self._kept_tolerance * self._slip_scale, -1.0
+        )
+
+    def _unsheared(self, result: TangentialResult, tolerance: float, torque: bool) -> str:
+        """Why the tangential problem is given up; torque: Mz is imposed."""
+        grid = self.level.grid
+        away = max(float(np.abs(grid.x).max()), float(np.abs(grid.y).max()))
+        if torque and away > FAR * max(grid.size):
+            return (
+                f"the torque about an origin {away:.3g} mm away is not balanced: so long an arm leaves too few digits"
+                " in double precision; move surface and grid towards the origin, or impose phi_z"
+            )
+        if result.residual <= tolerance:
+            return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
+        return (
+            f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
+            f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
         )
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:

@@ -6,12 +6,10 @@ import re
 
 COUPLING = "cells that can neither stick nor be open, at a bound of 1e4 times the pressure, go in and out of contact"
 LIMIT_SURFACE = "tangential problem: 2000 iterations at a force and torque next to the limit surface"
-FAR = "tangential problem: 2000 iterations under a torque about an origin 1e6 times the contact away"
 
 REASONS: dict[str, str] = {
     r"mode II, friction to infinity: sphere: rigid on nu 0 friction (10000|1e\+06)": COUPLING,
     r"Q and Mz along the limit surface: 60 deg 1 - 1e-0[68]": LIMIT_SURFACE,
-    r"contact far from the origin: x = 1e\+06 mm": FAR,
 }
 """Regular expression of ``family: label`` in full, and what the solver lacks."""
 

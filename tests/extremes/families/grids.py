@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from solving import LOAD
 
-from fretsolve.errors import CaseError, GridEdgeError
+from fretsolve.errors import CaseError, GridEdgeError, NotConvergedError
 
 from .driving import Family, Parts, Probe
 from .limits import of_hertz, of_mindlin, of_superposition, worst
@@ -117,7 +117,7 @@ GRIDS = Family(
 FAR = Family(
     "contact far from the origin",
     "1 to 1e6 mm for 0.6 mm; P, Qx, Mz about it",
-    "Hertz",
+    "Hertz; at 1e6 mm rounding named",
     tuple(
         Probe(
             f"x = {place:g} mm",
@@ -128,10 +128,34 @@ FAR = Family(
             },
             of_hertz,
             0.01,
+            refused=NotConvergedError if place == 1e6 else None,
+            says="too few digits in double precision; move surface and grid",
             quick=place == 1e6,
         )
         for place in (1.0, 1e3, 1e6)
     ),
 )
 
-FAMILIES = (AT_THE_EDGE, GRIDS, FAR)
+LARGE = Family(
+    "large grid",
+    "4096 x 4096; P, then Q = mu P/2 without cross influence",
+    "Hertz, Mindlin",
+    (
+        Probe(
+            "24 points",
+            {"coupling": "none", "grid": {"points": 24}, "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 1}]},
+            worst(of_hertz, of_mindlin),
+            0.01,
+        ),
+        Probe(
+            "4096 points",
+            {"coupling": "none", "grid": {"points": 4096}, "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 1}]},
+            worst(of_hertz, of_mindlin),
+            1e-5,
+            quick=False,
+            seconds=1800.0,
+        ),
+    ),
+)
+
+FAMILIES = (AT_THE_EDGE, GRIDS, FAR, LARGE)
