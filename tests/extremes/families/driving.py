@@ -136,7 +136,7 @@ class OutOfTimeError(Exception):
 def judge(probe: Probe, folder: Path) -> Verdict:
     """Drive a probe to its end, with its files in `folder`, and say what is wrong with the way it ends."""
     verdict = Verdict(probe)
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         with warnings.catch_warnings(), time_limit(probe.seconds):
             warnings.simplefilter("error")
@@ -149,7 +149,7 @@ def judge(probe: Probe, folder: Path) -> Verdict:
         verdict.problem = f"not done after {probe.seconds:g} s and {verdict.findings.increments} increments"
     except Exception as error:
         verdict.problem = f"{type(error).__name__}: {error}"
-    verdict.seconds = time.perf_counter() - began
+    verdict.seconds = time.process_time() - began
     return verdict
 
 
@@ -231,15 +231,15 @@ def _says(pattern: str, text: str) -> bool:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise OutOfTimeError in the block after so many seconds; in the main thread only."""
+    """Raise OutOfTimeError in the block after so many seconds of the processor; in the main thread only."""
 
     def ring(*_: object) -> None:
         raise OutOfTimeError
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    before = signal.signal(signal.SIGPROF, ring)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
