@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from one_node_slurm import running_slurm, why_not
@@ -40,17 +41,16 @@ pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 
 
 @pytest.fixture(scope="module")
-def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+def slurm() -> Iterator[dict[str, str]]:
     """The environment in which the commands of a running Slurm are found."""
-    folder = tmp_path_factory.mktemp("slurm")
-    for parent in (folder, folder.parent, folder.parent.parent):
-        parent.chmod(0o755)  # munge's user must get there
     package = str(Path(fretsolve.__file__).parents[1])
     with ExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="slurm-"))  # munge's user cannot enter pytest's own
         try:
-            environment = stack.enter_context(running_slurm(folder))
+            environment = stack.enter_context(running_slurm(Path(folder)))
         except (RuntimeError, LookupError, OSError) as error:
-            pytest.skip(f"Slurm does not start on this machine: {error}")
+            print(error)  # with all that its programs logged
+            pytest.skip(f"Slurm does not start on this machine: {str(error).splitlines()[0]}")
         yield environment | {"PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
 
 

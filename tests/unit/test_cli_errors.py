@@ -144,7 +144,7 @@ def test_version_and_schema() -> None:
 
     assert invoke("--version").stdout == f"fretsolve {__version__}\n"
     schema = json.loads(invoke("schema").stdout)
-    assert {"bodies", "surface", "grid", "load_path"} == set(schema["required"])
+    assert {"bodies", "surface", "load_path"} == set(schema["required"])
 
 
 def test_every_command_has_help() -> None:

@@ -57,11 +57,11 @@ def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:
 
 def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
-    lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-5)))
+    lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-4)))
     assert max(map(len, lines)) <= 120
     assert sum("step" in line and "stage" in line for line in lines) > 1
     assert "…" not in "".join(lines)
-    assert sum(line.count("-1.235e-05") for line in lines) == 3 * len(names)
+    assert sum(line.count("-0.0001235") for line in lines) == 3 * len(names)
 
 
 def test_failed_and_stopped_results(tmp_path: Path) -> None:
