@@ -53,6 +53,9 @@ FEWEST_PLAIN = 1
 
 CUT = 0.999
 
+NEXT_TO_SLIDING = 1e-3
+"""Distance of the loads from sliding, relative to them, that is named where no solution is found."""
+
 FAR = 1e4
 """Distance from the origin, in sizes of the area, from which on a torque about it is a matter of rounding."""
 
@@ -290,7 +293,7 @@ class Alternation:
         work.iterations_tangential += result.iterations
         work.rigid[3:] = start.rigid[3:] + result.rigid
         if not result.converged:
-            raise NotConvergedError(self._unsheared(result, tolerance, balance.forced[2]))
+            raise NotConvergedError(self._unsheared(result, tolerance, balance))
         return tolerance
 
     def _begin_slip(self, start: Start, work: Iterate) -> None:
@@ -318,17 +321,23 @@ class Alternation:
             self._elastic_slip, room, self._kept_tolerance * self._slip_scale, -1.0
         )
 
-    def _unsheared(self, result: TangentialResult, tolerance: float, torque: bool) -> str:
-        """Why the tangential problem is given up; torque: Mz is imposed."""
+    def _unsheared(self, result: TangentialResult, tolerance: float, balance: Balance) -> str:
+        """Why the tangential problem is given up."""
         grid = self.level.grid
         away = max(float(np.abs(grid.x).max()), float(np.abs(grid.y).max()))
-        if torque and away > FAR * max(grid.size):
+        if balance.forced[2] and away > FAR * max(grid.size):
             return (
                 f"the torque about an origin {away:.3g} mm away is not balanced: so long an arm leaves too few digits"
                 " in double precision; move surface and grid towards the origin, or impose phi_z"
             )
         if result.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
+        spare = load_factor(self._bound, balance, self._tangential_modes) - 1.0
+        if spare < NEXT_TO_SLIDING:
+            return (
+                f"the tangential problem is not solved: the loads are within {spare:.1g} of those under which all slides,"
+                " where next to nothing sticks; lower them, raise P or the friction, or impose displacements"
+            )
         return (
             f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
             f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
