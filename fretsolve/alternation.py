@@ -335,8 +335,8 @@ class Alternation:
         spare = load_factor(self._bound, balance, self._tangential_modes) - 1.0
         if spare < NEXT_TO_SLIDING:
             return (
-                f"the tangential problem is not solved: the loads are within {spare:.1g} of those under which all slides,"
-                " where next to nothing sticks; lower them, raise P or the friction, or impose displacements"
+                f"the tangential problem is not solved: the loads are within {spare:.1g} of those under which all"
+                " slides, where next to nothing sticks; lower them, raise P or the friction, or impose displacements"
             )
         return (
             f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
