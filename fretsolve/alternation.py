@@ -172,6 +172,7 @@ class Alternation:
         problem, first = self._joint_problem(increment, start), self._joint_start(increment, start)
         found = solve_jointly(self.level.operator, self.level.grid, problem, first, target)
         if found is None:
+            work.approach = 0.0  # the normal solver's uz may be that of the joint start
             return False
         work.pressure[:], work.shear[:] = found.pressure, found.shear
         work.rigid[:3], work.rigid[3:] = found.rigid[:3], start.rigid[3:] + found.rigid[3:]

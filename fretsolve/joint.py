@@ -20,6 +20,7 @@ from fretsolve.joint_equations import JointEquations, Zones
 from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector, solve_modes
 from fretsolve.normal import grown
 from fretsolve.pointwise import friction
+from fretsolve.tangential import STIFFEST
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
@@ -35,9 +36,6 @@ DIVERGED = 100.0
 
 ROUGH = 1e-3
 """Tolerance of the estimates on the way."""
-
-STIFFEST = 1e25
-"""Limit of lambda/bound over the operator's inner unit."""
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class NormalSolver:
         """
         iterations, passes, rigid = 0, 0, rigid.copy()
         least, since, caution = np.inf, 0, 0.0
-        last_tolerance = last_tolerance or tolerance
+        last_tolerance = tolerance if last_tolerance is None else last_tolerance
         np.copyto(self._gap, pressure)
         self._start_zone(separation, balance, pressure)
         if approach:

@@ -1,4 +1,4 @@
-"""What double precision loses: the floor under residuals, and its name where a tolerance lies below it."""
+"""What double and single precision lose: the floor under residuals, and its name where a tolerance lies below it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ def rounding_of(precision: type[np.floating]) -> float:
 def circle_width(precision: type[np.floating]) -> float:
     """A cell slips where its shear, stored in `precision`, is within this part of the friction bound."""
     return 1e-6 if precision is np.float32 else 1e-10
-
 
 
 def least_slip(elastic: float, farthest: float, tolerance: float) -> float:

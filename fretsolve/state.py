@@ -39,6 +39,8 @@ class Certificate:
     slip: largest angle (rad) between shear and slip increment, weighted by the slip over the largest slip.
     bound: largest excess of |shear| over friction coefficient times pressure, over its largest value.
     load: worst imposed load or displacement component's error, over its scale.
+
+    The scales of stick and slip have least values, which docs/conventions.md tells.
     """
 
     gap: float
