@@ -117,7 +117,7 @@ def test_work_is_the_sum_of_its_density():
 
 
 def test_pressing_and_parting_dissipate_what_the_load_does_not_get_back():
-    """Where edges pass over cells in the middle of increments; a path without friction has the trapezoids' own error."""
+    """Where edges pass over cells within increments; a path without friction has the trapezoids' own error."""
     misses = []
     for count in (10, 20):
         path = [{"P": LOAD, "increments": count}, {"P": LOAD / count, "increments": count - 1}]
