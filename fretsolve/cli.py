@@ -7,18 +7,16 @@ missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 from fretsolve import __version__
+from fretsolve.cli_frame import CommandLine, output_option, overrides_option, quiet_option
 from fretsolve.cli_sweep import sweep
-from fretsolve.commands.streams import tolerant_streams
-from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.commands.threads import available, set_up_numerics
 from fretsolve.export import FORMATS
 from fretsolve.interrupt import StopRequest
 from fretsolve.plots import KINDS
@@ -26,84 +24,6 @@ from fretsolve.templates import TEMPLATES
 
 if TYPE_CHECKING:
     from fretsolve.study.truth import TruthKind
-
-EXIT_BUG = 70
-
-MOST_THREADS = 256
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-class CommandLine(click.Group):
-    """A group whose commands return their exit code, and whose errors are one line each."""
-
-    def main(
-        self,
-        args: Sequence[str] | None = None,
-        prog_name: str | None = None,
-        complete_var: str | None = None,
-        standalone_mode: bool = True,
-        **extra: Any,
-    ) -> Any:
-        """Run the command line and exit; see `click.Command.main`."""
-        if not standalone_mode:
-            return super().main(args, prog_name, complete_var, standalone_mode, **extra)
-        with tolerant_streams():
-            code = _exit_code(lambda: super(CommandLine, self).main(args, prog_name, complete_var, False, **extra))
-        sys.exit(code)
-
-
-def _exit_code(command: Callable[[], int | None]) -> int:
-    """The exit code of `command`, after the message of the error that it ended with, if any."""
-    try:
-        code = command() or 0
-        sys.stdout.flush()
-    except click.UsageError as error:
-        place = error.ctx.command_path if error.ctx is not None else "fretsolve"
-        what = " ".join(error.format_message().split())
-        message, code = f"{place}: {what} (see {place} --help)", error.exit_code
-    except click.Abort:
-        _end_by(signal.SIGINT)
-        message, code = "interrupted", 128 + signal.SIGINT
-    except FretsolveError as error:
-        message, code = str(error), error.exit_code
-    except MemoryError:
-        message, code = "the memory does not suffice; fewer grid.points are needed", CaseError.exit_code
-    except Exception as error:
-        if os.environ.get("FRETSOLVE_DEBUG"):
-            raise
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
-        code = EXIT_BUG
-    else:
-        return code
-    print(message, file=sys.stderr)
-    return code
-
-
-def _end_by(number: signal.Signals) -> None:
-    """End as a process does that does not catch the signal, so that a shell's loop over cases ends as well."""
-    signal.signal(number, signal.SIG_DFL)
-    signal.raise_signal(number)
-
-
-def _available(threads: int) -> int:
-    """`threads`, but no more than processors that this process may use: waiting for one another costs a hundredfold."""
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if threads > processors:
-        click.echo(f"warning: {threads} threads asked for, {processors} processors are there: using those", err=True)
-    return min(threads, processors)
-
-
-def set_up_numerics(threads: int = 1) -> None:
-    """Tell the libraries how many threads to use, before they are loaded.
-
-    OpenBLAS has nothing to do here, but would start a thread per core; threads of OpenMP that wait busily lose
-    a thousandfold where others use the machine; OMP_NUM_THREADS=1 would silently keep the FFTs from using more.
-    """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ["OMP_NUM_THREADS"] = str(threads)
 
 
 @click.group(
@@ -123,34 +43,13 @@ def main(context: click.Context) -> None:
     set_up_numerics()
 
 
-def _overrides(command: Command) -> Command:
-    """The option `--set`."""
-    option = click.option(
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help="Put a value in place of the case's, as in --set grid.points=64; may be repeated.",
-    )
-    return option(command)
-
-
-def _output(help_text: str) -> Callable[[Command], Command]:
-    """The option `-o`."""
-    return click.option(
-        "-o", "--output", "out", type=click.Path(path_type=Path), metavar="OUT", help=help_text
-    )
-
-
-_quiet = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-
 _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
 
 
 @main.command()
 @click.argument("case", type=click.Path(path_type=Path))
-@_output("The result file; by default that of the case with .h5.")
-@_overrides
+@output_option("The result file; by default that of the case with .h5.")
+@overrides_option
 @click.option(
     "--error-bars",
     is_flag=True,
@@ -160,14 +59,14 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 @click.option("--overwrite", is_flag=True, help="Replace a result that is there.")
 @click.option(
     "--threads",
-    type=click.IntRange(1, MOST_THREADS),
+    type=click.IntRange(1),
     default=1,
     show_default=True,
     envvar="SLURM_CPUS_PER_TASK",
     show_envvar=True,
     help="Threads of the Fourier transforms.",
 )
-@_quiet
+@quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Tell of each increment all that the history keeps.")
 @click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
 def run(
@@ -191,7 +90,7 @@ def run(
         raise click.UsageError("--resume and --overwrite exclude each other.")
     if quiet + verbose + log_json > 1:
         raise click.UsageError("of -q, -v and --log-json only one is possible.")
-    threads = _available(threads)
+    threads = available(threads)
     set_up_numerics(threads)
     with StopRequest() as stop:
         from fretsolve.commands.run import Order, run_case
@@ -204,7 +103,7 @@ def run(
 
 @main.command()
 @_CASES
-@_overrides
+@overrides_option
 def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
     """Read each CASE and print what it comes to: values, model, grid, stages, memory and cost. Solves nothing."""
     from fretsolve.commands.validate import validate_cases
@@ -217,7 +116,7 @@ def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
 @click.option(
     "--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write the outcome as JUnit XML as well."
 )
-@_overrides
+@overrides_option
 def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...]) -> int:
     """Solve each CASE in memory and compare with what it expects.
 
@@ -239,8 +138,8 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     metavar="KEY=A,B,C",
     help="Values that a key takes; several keys are crossed. load_path.*.increments is that of every stage.",
 )
-@_output("The folder of the runs, tables and picture; by default the case with .study.")
-@_overrides
+@output_option("The folder of the runs, tables and picture; by default the case with .study.")
+@overrides_option
 @click.option(
     "--quantity",
     "quantities",
@@ -256,7 +155,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     show_default=True,
     help="What to compare with: the finest of the runs, closed forms, or what the case expects.",
 )
-@_quiet
+@quiet_option
 def study(
     case: Path,
     varied: tuple[str, ...],
@@ -348,14 +247,7 @@ def plot(
 @click.option(
     "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above for what it holds."
 )
-@click.option(
-    "-o",
-    "--output",
-    "target",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="By default OUT with .pvd, .xdmf, .csv or .npz.",
-)
+@output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
 @click.option(
     "--step",
     "steps",
@@ -383,9 +275,7 @@ def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, .
 
 @main.command()
 @click.argument("kind", type=click.Choice(TEMPLATES))
-@click.option(
-    "-o", "--output", "target", type=click.Path(path_type=Path), metavar="CASE", help="By default KIND.yaml."
-)
+@output_option("By default KIND.yaml.", "CASE", "target")
 def new(kind: str, target: Path | None) -> int:
     """Write a commented case to start from. A file that is there is not touched.
 
@@ -403,9 +293,7 @@ def new(kind: str, target: Path | None) -> int:
 
 
 @main.command()
-@click.option(
-    "-o", "--output", "target", type=click.Path(path_type=Path), metavar="FILE", help="A .json file to write it to."
-)
+@output_option("A .json file to write it to.", "FILE", "target")
 def schema(target: Path | None) -> int:
     """Print the JSON Schema of the case file, for editors.
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from fretsolve.cli_frame import output_option, quiet_option
+from fretsolve.commands.threads import set_up_numerics
 from fretsolve.interrupt import StopRequest
 
 MOST_JOBS = 1024
@@ -47,14 +49,7 @@ _FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR
 
 @sweep.command("run")
 @click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="The folder of manifest and results; by default SWEEP with .sweep.",
-)
+@output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
     "-j",
     "--jobs",
@@ -71,7 +66,7 @@ _FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR
     metavar="ENGINE",
     help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool) -> int:
     """Run all cases of SWEEP that have no result yet.
 
@@ -101,7 +96,6 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
 @click.option("--threads", type=int, default=1)
 def serve(folder: Path, threads: int) -> int:
     """Work on the cases that another process names on standard input."""
-    from fretsolve.cli import set_up_numerics
     from fretsolve.sweep.worker import serve
 
     set_up_numerics(threads)
@@ -119,14 +113,7 @@ def status(folder: Path) -> int:
 
 @sweep.command()
 @_FOLDER
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="A name that ends on .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.",
-)
+@output_option("A name that ends on .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.", "FILE")
 @click.option(
     "--quantity",
     "quantities",
@@ -152,19 +139,12 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
     metavar="KEY",
     help="A varied key or a quantity along an axis; twice for a map. By default the first keys of the sweep.",
 )
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="The picture (.png, .pdf, .svg); by default DIR/KIND.png.",
-)
+@output_option("The picture (.png, .pdf, .svg); by default DIR/KIND.png.", "FILE")
 def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
     """Draw the sweep in DIR as far as it is.
 
     KIND is quantity (the default), a quantity over one or two keys, or running-condition, where partial slip and gross
-    slip are, over two. It needs matplotlib: pip install 'fretsolve[plot]'.
+    slip are, over two. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
     """
     from fretsolve.commands.sweep import plot_sweep
 

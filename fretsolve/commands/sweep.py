@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
+from fretsolve.commands.threads import processors
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.plots.problem import PictureError
@@ -66,7 +66,8 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     if order.engine == SLURM:
         _say(order, submit(plan.manifest, plan.spec.slurm, todo, order.jobs))
         return 0
-    _show(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet)
+    for _ in _shown(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet):
+        pass
     return _conclude(order, plan.manifest, stop)
 
 
@@ -84,6 +85,9 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     """
     manifest = read_manifest(folder)
     beyond = [index for index in indices if index >= len(manifest.rows)]
+    if len(beyond) == len(indices):
+        last = len(manifest.rows) - 1
+        raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)
     chosen = {manifest.rows[index].id: manifest.rows[index] for index in indices if index not in beyond}
     todo = missing(manifest, list(chosen.values()))
     before = _progress(manifest, todo)
@@ -106,11 +110,6 @@ def worst(reports: Iterable[Report]) -> int:
     """The exit code of several cases: 0 where each has a result or is run elsewhere, else that of the worst."""
     codes = {report.code for report in reports if not report.has_result and not report.busy}
     return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED) if codes else 0
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def status(folder: Path) -> int:
@@ -158,13 +157,10 @@ def _say(order: SweepOrder, line: str) -> None:
         print(line, flush=True)
 
 
-def _show(reports: Iterable[Report], count: int, manifest: Manifest, *, quiet: bool) -> None:
-    for _ in reports if quiet else _shown(reports, count, manifest):
-        pass
-
-
-def _shown(reports: Iterable[Report], count: int, manifest: Manifest) -> Iterable[Report]:
-    """The same, each printed as a line of ``key=value`` as it comes."""
+def _shown(
+    reports: Iterable[Report], count: int, manifest: Manifest, *, quiet: bool = False
+) -> Iterable[Report]:
+    """The same, each printed as a line of ``key=value`` as it comes, and what is wrong with it; quiet: that alone."""
     for number, report in enumerate(reports, start=1):
         words = {
             "case": report.index,
@@ -174,7 +170,8 @@ def _shown(reports: Iterable[Report], count: int, manifest: Manifest) -> Iterabl
             "increments": report.increments,
             "wall_time": f"{report.seconds:.3g}",
         }
-        print(" ".join(f"{name}={word}" for name, word in words.items()), flush=True)
+        if not quiet:
+            print(" ".join(f"{name}={word}" for name, word in words.items()), flush=True)
         if report.reason and not report.has_result:
             print(f"case {report.index}: {manifest.rows[report.index].words}: {report.reason}", file=sys.stderr)
         yield report
@@ -183,9 +180,12 @@ def _shown(reports: Iterable[Report], count: int, manifest: Manifest) -> Iterabl
 def _conclude(order: SweepOrder, manifest: Manifest, stop: StopRequest) -> int:
     """Say what has come out, by the files. Returns 0 where every case has a result; raises where none is a solution."""
     found = list(states(manifest))
+    for one in found:
+        if one.status == "error" and manifest.result(one.row).exists():
+            print(f"case {one.row.index}: {one.reason}; remove it to run the case again", file=sys.stderr)
     if not order.quiet:
         print(_counted(found), flush=True)
-        if any(not one.has_result for one in found):
+        if missing(manifest):
             print("the same command goes on with what is missing", file=sys.stderr)
     codes = {one.exit_code or EXIT_STOPPED for one in found if not one.has_result}
     if codes and stop.requested:
@@ -193,7 +193,9 @@ def _conclude(order: SweepOrder, manifest: Manifest, stop: StopRequest) -> int:
     if codes:
         return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED)
     if all(one.status == "no solution" for one in found):
-        raise NoSolutionError(f"none of the cases has a solution: {found[0].reason}")
+        error = NoSolutionError(f"none of the cases has a solution: {found[0].reason}")
+        error.file = order.sweep
+        raise error
     return 0
 
 
@@ -201,7 +203,7 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     """Write the table of what there is by now; by default as CSV and HDF5 in the folder."""
     manifest = read_manifest(folder)
     for text in quantities:
-        read_observable(text, sys.maxsize)
+        read_observable(text)
     if out is not None:
         writers = {out: writer_of(out, fields=fields)}
     else:
@@ -225,7 +227,7 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
     target = out or folder / f"{kind}.png"
     file_format = picture_format(target)
     if quantity is not None:
-        read_observable(quantity, sys.maxsize)
+        read_observable(quantity)
     name = quantity or manifest.quantities[0]
     as_quantities = [text for text in over if text not in manifest.keys]
     for text in as_quantities:
