@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, FileError
+from fretsolve.export.xdmf import points_file
 from fretsolve.history import open_result
 
 if TYPE_CHECKING:
@@ -78,8 +79,13 @@ def _require_name(out: Path, file_format: str, result: Result) -> None:
         raise CaseError(f"a folder; the name of a file that ends on {suffix} is needed", (), out)
     if out.suffix.lower() != suffix:
         raise CaseError(f"no name for {file_format}; one that ends on {suffix} is needed", (), out)
-    if out.exists() and result.path.exists() and out.samefile(result.path):
-        raise CaseError("would replace the result itself; give another name with -o", (), out)
+    for path in (out, points_file(out)) if file_format == "xdmf" else (out,):
+        if path.resolve() == result.path.resolve() or _same(path, result.path):
+            raise CaseError("would replace the result itself; give another name with -o", (), path)
+
+
+def _same(one: Path, other: Path) -> bool:
+    return one.exists() and other.exists() and one.samefile(other)
 
 
 def _require_fields(result: Result) -> None:

@@ -29,9 +29,14 @@ _TYPES = {
 }
 
 
+def points_file(path: Path) -> Path:
+    """What lies beside the text `path`."""
+    return path.with_name(path.name + ".h5")
+
+
 def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
-    beside = path.with_name(path.name + ".h5")
+    beside = points_file(path)
     whole = result.status in ("complete", "failed")
     durable.remove(beside.with_name(beside.name + durable.TEMPORARY_SUFFIX))
     with durable.new_hdf5(beside, beside.parent) as file:

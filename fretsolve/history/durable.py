@@ -16,6 +16,7 @@ from typing import Any
 
 import h5py
 
+from fretsolve.errors import FileError
 from fretsolve.history.layout import LIBRARY_VERSIONS
 
 TEMPORARY_SUFFIX = ".tmp"
@@ -138,6 +139,17 @@ def write_text(target: Path, text: str) -> None:
     """Write a small file in `target`'s own folder. Raises OSError."""
     with new_file(target, target.parent) as file:
         file.write(text.encode())
+
+
+@contextmanager
+def reported(target: Path) -> Iterator[None]:
+    """Around writing a file anew: clears up what a kill has left of it, and raises FileError for an OSError."""
+    try:
+        remove(target.with_name(target.name + TEMPORARY_SUFFIX))
+        yield
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise FileError(f"cannot be written: {reason}", target) from error
 
 
 def sync_folder(folder: Path) -> None:

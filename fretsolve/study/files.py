@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +12,6 @@ import h5py
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import FileError
 from fretsolve.history import durable
 from fretsolve.study.assessment import Assessment, Row
 from fretsolve.study.table import TRUTH
@@ -39,13 +36,13 @@ def write_csv(path: Path, study: Assessment) -> None:
         blank = [""] * (len(study.variations) + 5)
         writer.writerow(["", study.truth_words, TRUTH, *blank, *map(_number, study.truth)])
     writer.writerows(_csv_row(row) for row in study.rows)
-    with _reported(path):
+    with durable.reported(path):
         durable.write_text(path, text.getvalue())
 
 
 def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
     """The same as HDF5, errors as numbers (not in per cent), every dataset with units and meaning. Raises FileError."""
-    with _reported(path), durable.new_hdf5(path, path.parent) as file:
+    with durable.reported(path), durable.new_hdf5(path, path.parent) as file:
         file.attrs["fretsolve_version"] = __version__
         file.attrs["case_yaml"] = study.finest.scene.case.source.text
         file.attrs["provenance"] = study.finest.header.provenance
@@ -103,12 +100,3 @@ def _put(file: Any, name: str, values: Any, units: str, long_name: str) -> Any:
         dataset = file.create_dataset(name, data=data.astype(np.uint8) if data.dtype == bool else data)
     dataset.attrs["units"], dataset.attrs["long_name"] = units, long_name
     return dataset
-
-
-@contextmanager
-def _reported(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise FileError(f"cannot be written: {reason}", path) from error

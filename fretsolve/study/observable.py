@@ -41,13 +41,18 @@ class Observable:
         return f"{self.name}@{self.stage}"
 
 
-def read_observable(text: str, stages: int) -> Observable:
+MOST_STAGES = 999_999_999
+"""Where it is not known how many stages there are."""
+
+
+def read_observable(text: str, stages: int = MOST_STAGES) -> Observable:
     """Read ``NAME`` or ``NAME@STAGE``, the last of `stages` by default. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
     if name not in NAMES:
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, NAMES)}", text)
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
-        raise _refused(f"there is no stage {stage!r}; one from 1 to {stages} is needed", text)
+        ends = "on" if stages == MOST_STAGES else f"to {stages}"
+        raise _refused(f"there is no stage {stage!r}; one from 1 {ends} is needed", text)
     return Observable(name, int(stage) if at else stages)
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.extras import how_to_install
 from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.state import missing
@@ -45,7 +46,7 @@ def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: St
     try:
         from distributed import Client, Event
     except ImportError as error:
-        raise CaseError(f"Dask cannot be imported ({error}): pip install 'fretsolve[scale]'") from error
+        raise CaseError(f"Dask cannot be imported ({error}): {how_to_install('scale')}") from error
     try:
         client = Client(address, timeout=LONGEST_WAIT)
     except (OSError, ValueError) as error:

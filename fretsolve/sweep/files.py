@@ -6,7 +6,6 @@ import csv
 import io
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import h5py
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError
 from fretsolve.history import durable
 from fretsolve.sweep.table import Column, Table
 
@@ -26,7 +25,7 @@ def write_csv(path: Path, table: Table) -> None:
     columns = list(_columns(table))
     writer.writerow([column.heading for column in columns])
     writer.writerows(zip(*(map(_cell, column.values.tolist()) for column in columns), strict=True))
-    with _reported(path):
+    with durable.reported(path):
         durable.write_text(path, text.getvalue())
 
 
@@ -36,7 +35,7 @@ def write_hdf5(path: Path, table: Table, *, fields: bool) -> None:
     fields: link each result as ``results/ID``, relative to this file. Raises FileError.
     """
     manifest = table.manifest
-    with _reported(path), durable.new_hdf5(path, path.parent) as file:
+    with durable.reported(path), durable.new_hdf5(path, path.parent) as file:
         file.attrs["fretsolve_version"] = __version__
         file.attrs["title"] = manifest.title
         file.attrs["case"] = str(manifest.case)
@@ -64,7 +63,7 @@ def write_parquet(path: Path, table: Table) -> None:
     columns = {column.heading: pyarrow.array(column.values.tolist()) for column in _columns(table)}
     content = io.BytesIO()
     pyarrow.parquet.write_table(pyarrow.table(columns), content)
-    with _reported(path), durable.new_file(path, path.parent) as file:
+    with durable.reported(path), durable.new_file(path, path.parent) as file:
         file.write(content.getvalue())
 
 
@@ -109,12 +108,3 @@ def _put(file: Any, name: str, column: Column) -> None:
     kind = h5py.string_dtype() if column.values.dtype == object else None
     dataset = file.create_dataset(name, data=column.values, dtype=kind)
     dataset.attrs["units"], dataset.attrs["long_name"] = column.units, column.name
-
-
-@contextmanager
-def _reported(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise FileError(f"cannot be written: {reason}", path) from error

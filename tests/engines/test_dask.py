@@ -16,7 +16,7 @@ from sweeping import CASE, assert_as_serial, write_sweep
 
 import fretsolve
 
-pytest.importorskip("distributed", reason="needs Dask: pip install 'fretsolve[scale]'")
+pytest.importorskip("distributed", reason="needs Dask: pip install '.[scale]'")
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 SWEEP = f"""\

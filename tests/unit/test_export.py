@@ -270,6 +270,11 @@ def test_result_is_never_replaced(tmp_path: Path) -> None:
     assert done.exit_code == 2
     assert done.stderr == f"{out}: would replace the result itself; give another name with -o\n"
     assert out.read_bytes() == before
+    out = out.rename(tmp_path / "odd.xdmf.h5")  # where the points of odd.xdmf would lie
+    done = invoke("export", out, "--to", "xdmf", "-o", tmp_path / "odd.xdmf")
+    assert done.exit_code == 2
+    assert done.stderr == f"{out}: would replace the result itself; give another name with -o\n"
+    assert out.read_bytes() == before
 
 
 @pytest.mark.parametrize("to", FORMATS)

@@ -22,6 +22,8 @@ from sweeping import CASE, SWEEP, assert_as_serial, rows_of, write_sweep
 from fretsolve.case import read_case
 from fretsolve.case.loading import validated
 from fretsolve.errors import CaseError
+from fretsolve.history.lock import RunLock
+from fretsolve.history.parts import parts_folder
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.points import points_of, text_of
@@ -219,6 +221,11 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     outcome = invoke("sweep", "collect", folder, "-o", folder / "table.xls")
     assert outcome.exit_code == 2
     assert "a name that ends on .csv, .h5 or .parquet is needed" in outcome.stderr
+    outcome = invoke("sweep", "collect", folder, "--quantity", "P@x")
+    assert "there is no stage 'x'; one from 1 on is needed" in outcome.stderr
+    outcome = invoke("sweep", "work", folder, "--cases", "6-7")
+    assert (outcome.exit_code, outcome.stderr) == (2, f"{folder}: --cases 6-7: there are the cases 0 to 5\n")
+    (folder / "table.csv.tmp").touch()  # as a kill leaves it
     assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
     with (folder / "table.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -313,6 +320,26 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     assert outcome.exit_code == 2
     assert "is not as it was when the sweep was begun" in outcome.stderr
     assert missing_of(folder) == [0, 2, 3]
+
+
+def test_quiet_sweep_tells_errors(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n"), tmp_path / "sweep.sweep"
+    manifest = make_plan(path, folder).manifest
+    write_manifest(manifest)
+    lock = RunLock.acquire(parts_folder(manifest.result(manifest.rows[0])))
+    try:
+        outcome = invoke("sweep", "run", path, "-q")
+    finally:
+        lock.release()
+    assert (outcome.exit_code, outcome.stdout) == (75, "")
+    assert outcome.stderr.startswith("case 0: friction=0.1: ")
+    assert "another run is writing this output" in outcome.stderr
+    result = manifest.result(manifest.rows[0])
+    result.write_bytes(b"half of a file")
+    outcome = invoke("sweep", "run", path, "-q")
+    assert (outcome.exit_code, outcome.stdout) == (4, "")
+    assert outcome.stderr.startswith(f"case 0: {result}: ")
+    assert outcome.stderr.endswith("; remove it to run the case again\n")
 
 
 def test_what_is_no_sweep(tmp_path: Path) -> None:
