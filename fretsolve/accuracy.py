@@ -46,7 +46,6 @@ TOLERANCE = 1e-4
 
 TIGHTEST, LOOSEST = 1e-8, 1e-5
 
-FORCES = ("P", "Qx", "Qy")
 LEAST_MOTION = 1e-3
 """Displacements and turns count in parts of no less than this much of the approach, or of approach over radius."""
 

@@ -48,19 +48,17 @@ def submit(manifest: Manifest, spec: SlurmSpec, todo: Sequence[Row], at_once: in
     return f"submitted job {job}: sbatch --array={array} {shlex.quote(str(script))}{there}"
 
 
-def requeue() -> bool:
-    """Have Slurm run the task of this process again; False where it is no task, or where Slurm does not."""
+def requeue() -> None:
+    """Have Slurm run the task of this process again, if it is one; says so where Slurm does not."""
     array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
     # The number of a task's own job may be that of the whole array.
     job = f"{array}_{task}" if array and task else os.environ.get("SLURM_JOB_ID")
     if job is None:
-        return False
+        return
     try:
         _slurm(["scontrol", "requeue", job])
     except CaseError as error:
         print(error, file=sys.stderr)
-        return False
-    return True
 
 
 def job_name(manifest: Manifest) -> str:
