@@ -100,8 +100,8 @@ def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
 def _touching(state: State | None, separation: FloatArray) -> ContactState:
     """The contact after `state`; at first the surfaces touch at their nearest points."""
     if state is None:
-        return ContactState(nothing(separation.shape), separation - separation.min())
-    return ContactState(state.fields.pressure, state.fields.gap)
+        return ContactState(nothing(separation.shape), separation - separation.min(), np.zeros(separation.shape, bool))
+    return ContactState(state.fields.pressure, state.fields.gap, state.fields.zone == Zone.SLIP)
 
 
 def _state(
@@ -151,7 +151,7 @@ def _accumulate(
     solution, evidence = solved.solution, solved.evidence
     slip = evidence.slip  # changed in place: the evidence is this state's alone
     modulus = scene.model.compliances.contact_modulus
-    parted = limit_to_contact(slip, before, solution, evidence.gap, scene.grid, modulus)
+    parted = limit_to_contact(slip, before, solution, evidence, scene.grid, modulus)
     slip_path = np.hypot(slip[0], slip[1])
     work_density = scene.model.friction * mean_pressure(before.pressure, solution.pressure)
     work_density *= slip_path

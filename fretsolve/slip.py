@@ -7,6 +7,9 @@ distance s from it the pressure inside is C s^(1/2), the gap outside 4 C s^(3/2)
 section 5.1), and C^2 is the slope of the squared pressure, which is straight near the edge (in Hertz's contact:
 everywhere). So the squared pressure of a cell grows with the way of the edge, and the mean of the friction bound is
 that of mu p with p^2 changing evenly from start to end.
+
+A cell that parts slips as it does so where the edge that leaves it slips; where the edge sticks, as at much friction,
+it sticks until it parts.
 """
 
 from __future__ import annotations
@@ -16,9 +19,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fretsolve.state import Zone
 
 if TYPE_CHECKING:
-    from fretsolve.certificate import Solution
+    from fretsolve.certificate import Evidence, Solution
     from fretsolve.grid import Grid
 
 FloatArray = NDArray[np.floating]
@@ -27,22 +33,29 @@ Cells = tuple[NDArray[np.intp], ...]
 
 @dataclass(frozen=True)
 class ContactState:
-    """Pressure (MPa) and gap (mm, may be infinite) at the start of an increment, both ``(nx, ny)``."""
+    """Pressure (MPa), gap (mm, may be infinite) and what slipped at the start of an increment, all ``(nx, ny)``."""
 
     pressure: FloatArray
     gap: FloatArray
+    slipping: NDArray[np.bool_]
 
 
 def limit_to_contact(
-    slip: FloatArray, before: ContactState, solution: Solution, gap: FloatArray, grid: Grid, contact_modulus: float
+    slip: FloatArray,
+    before: ContactState,
+    solution: Solution,
+    evidence: Evidence,
+    grid: Grid,
+    contact_modulus: float,
 ) -> NDArray[np.bool_]:
-    """Cut `slip` in place to the time in contact; returns the cells that parted in the increment, (nx, ny).
+    """Cut `slip` in place to the time in contact; returns the cells that slipped as they parted, (nx, ny).
 
     slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere, where parted cells get theirs;
-    gap: at the end; contact_modulus: E* (MPa).
+    evidence: gap and zones at the end; contact_modulus: E* (MPa).
     """
+    gap = evidence.gap
     touched, touches = before.pressure > 0.0, solution.pressure > 0.0
-    parted = touched & ~touches
+    parted = slipped_apart(touched & ~touches, evidence.zone, before.slipping)
     row, column = np.nonzero(touches & ~touched)
     share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
     slip[:, row, column] *= share
@@ -55,6 +68,32 @@ def limit_to_contact(
     slip[0, row, column] += share * (moved_x - turned * grid.y[column])
     slip[1, row, column] += share * (moved_y + turned * grid.x[row])
     return parted
+
+
+def slipped_apart(
+    parted: NDArray[np.bool_], zone: NDArray[np.uint8], slipping: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Of the cells `parted` those whose nearest one in contact slips; where no contact is left, those that did before.
+
+    zone: at the increment's end; slipping: at its start; all (nx, ny).
+    """
+    places, edge = np.argwhere(parted), np.argwhere(_edge(zone != Zone.OPEN))
+    if not len(places) or not len(edge):
+        return parted & slipping
+    _, nearest = cKDTree(edge).query(places)
+    slipped = np.zeros_like(parted)
+    slipped[tuple(places.T)] = zone[tuple(edge[nearest].T)] == Zone.SLIP
+    return slipped
+
+
+def _edge(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Cells in contact beside one that is not."""
+    inner = contact.copy()
+    inner[1:] &= contact[:-1]
+    inner[:-1] &= contact[1:]
+    inner[:, 1:] &= contact[:, :-1]
+    inner[:, :-1] &= contact[:, 1:]
+    return contact & ~inner
 
 
 def share_in_contact(

@@ -8,7 +8,8 @@ from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, RADIUS, A, solve
 
 from fretsolve.closed_forms import hertz_sphere
 from fretsolve.grid import Grid
-from fretsolve.slip import mean_pressure, share_in_contact
+from fretsolve.slip import mean_pressure, share_in_contact, slipped_apart
+from fretsolve.state import Zone
 
 GRID = Grid.from_size((301, 301), (0.75, 0.75), (0.0, 0.0))
 R = np.hypot(GRID.x[:, None], GRID.y[None, :])
@@ -68,3 +69,27 @@ def test_pressing_and_parting_take_the_slip_of_the_time_in_contact_only():
         paths.append((states[count - 1].fields.slip_path.sum(), states[-1].fields.slip_path.sum()))
     coarse, fine = np.array(paths)
     assert coarse == pytest.approx(fine, rel=0.25)
+
+
+def test_a_cell_that_parts_slips_where_the_edge_that_leaves_it_does():
+    zone = np.full((9, 5), Zone.OPEN, np.uint8)
+    zone[2:7] = Zone.STICK
+    zone[2] = Zone.SLIP
+    parted = np.zeros(zone.shape, bool)
+    parted[[0, 1, 7, 8]] = True
+    slipped = slipped_apart(parted, zone, np.zeros(zone.shape, bool))
+    assert slipped[:2].all()
+    assert not slipped[2:].any()
+
+
+def test_where_no_contact_is_left_cells_slip_that_slipped_before():
+    zone = np.full((4, 4), Zone.OPEN, np.uint8)
+    parted, slipping = np.zeros(zone.shape, bool), np.zeros(zone.shape, bool)
+    parted[1:3], slipping[2:] = True, True
+    assert (slipped_apart(parted, zone, slipping) == (parted & slipping)).all()
+
+
+def test_unloading_at_full_stick_takes_no_work():
+    path = [{"P": LOAD, "increments": 10}, {"P": 0.02 * LOAD, "increments": 10}]
+    states = solve(bodies=DISSIMILAR, friction=10.0, grid={"points": 32}, load_path=path)
+    assert states[-1].summary.work_total < 1e-6 * LOAD * states[9].summary.delta_z
