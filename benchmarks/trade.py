@@ -1,6 +1,6 @@
 """Speed against accuracy of modes I.2, I.3, II and III: grids, increments, tolerances and precisions.
 
-    python benchmarks/trade.py                       # tables, some five minutes on one core
+    python benchmarks/trade.py                       # tables, some fifteen minutes on one core
     python benchmarks/trade.py --modes I.3 II        # of some modes
     python benchmarks/trade.py --points 32 64 128 256 512 1024     # finer grids too (hours)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
@@ -19,12 +19,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
-from typing import get_args
 
 from marked import put_parts_into
 
 from fretsolve import simulation
-from fretsolve.case.models import SolverSpec
 from fretsolve.interrupt import StopRequest
 from fretsolve.pointwise import compile_seconds
 from fretsolve.study.assessment import Assessment, Row, assess, front
@@ -46,10 +44,14 @@ POINTS = (32, 64, 128)
 INCREMENTS = (1, 2, 5, 10, 20, 40, 80)
 TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
 TOLERANCE_POINTS, TOLERANCE_INCREMENTS = 64, 10
-FINER = {"I.2": ((32, 64, 128, 256, 512, 1024), 1), "II": ((32, 64, 128, 256, 512), 10)}
-"""Points, and increments per stage, where finer grids can be afforded."""
+FINER_POINTS = (32, 64, 128, 256, 512, 1024)
+FINER_INCREMENTS = {"I.2": 1, "I.3": 10, "II": 10, "III": 10}
+"""Per stage, of finer grids."""
 
-STUDIES = ("grids and increments", "finer grids", "tolerance")
+SINGLE_TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5")
+"""As far as single precision goes; the finest run, which comes last, is in double precision."""
+
+STUDIES = ("grids and increments", "finer grids", "tolerance", "precision")
 
 
 @dataclass(frozen=True)
@@ -64,11 +66,11 @@ class Asked:
 def variations(mode: str, study: str, asked: Asked) -> list[str]:
     """What ``fretsolve study --vary`` takes."""
     if study == "finer grids":
-        return [f"grid.points={','.join(map(str, FINER[mode][0]))}"]
+        return [f"grid.points={','.join(map(str, FINER_POINTS))}"]
     if study == "tolerance":
-        precisions = get_args(SolverSpec.model_fields["precision"].annotation)
-        varied = [f"solver.tolerance={','.join(TOLERANCES)}"]
-        return varied if len(precisions) == 1 else [*varied, f"solver.precision={','.join(precisions)}"]
+        return [f"solver.tolerance={','.join(TOLERANCES)}"]
+    if study == "precision":
+        return [f"solver.tolerance={','.join(SINGLE_TOLERANCES)}", "solver.precision=single,double"]
     return [
         f"grid.points={','.join(map(str, asked.points))}",
         f"load_path.*.increments={','.join(map(str, asked.increments))}",
@@ -81,8 +83,8 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     fixed = [path, "expect=[]"]
     stages = range(path.count("{"))
     if study == "finer grids":
-        fixed += [f"load_path.{stage}.increments={FINER[mode][1]}" for stage in stages]
-    if study == "tolerance":
+        fixed += [f"load_path.{stage}.increments={FINER_INCREMENTS[mode]}" for stage in stages]
+    if study in ("tolerance", "precision"):
         fixed += [f"grid.points={TOLERANCE_POINTS}"]
         fixed += [f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in stages]
     folder = asked.runs / mode
@@ -109,7 +111,7 @@ def by_work(study: Assessment) -> Assessment:
 
 def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
     """A table for each mode: error of each quantity against cost, the runs that none beats in bold."""
-    for mode in modes if study != "finer grids" else [mode for mode in modes if mode in FINER]:
+    for mode in modes:
         found = by_work(studied(mode, study, asked))
         keys = [variation.key.rpartition(".")[2] for variation in found.variations]
         print(f"\n**Mode {mode}**, errors in % of {found.truth_words}:\n")
