@@ -47,6 +47,10 @@ the radius of contact; of the work in parts of itself."""
 FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
 """The same of radii, in units of h."""
 
+NEARLY_SLIDING = 0.15
+"""Stick over contact radius below which increments count also where pressure and shear do not act on each other: the
+shear turns as the last of it slips, where Poisson's ratio links the directions."""
+
 UNSEEN = 0.5
 """Radius of a stick zone that may be there, in units of h, where no cell sticks."""
 
@@ -82,10 +86,11 @@ class ErrorBars:
     def __init__(self, scene: Scene, history: Sequence[Summary] = (), threads: int = 1):
         self._scene = scene
         counts = scene.load_path.counts
+        self._threads = threads
         self._coarse = Companion(coarser(scene, counts), threads)
         self._stepped: Companion | None = None
         if scene.load_path.matters:
-            self._stepped = Companion(coarser(scene, fewer_increments(counts)), threads)
+            self._follow_steps()
         orders = np.where(np.array(ESTIMATED) == "contact_radius", ORDER_CONTACT_RADIUS, ORDER)
         points, coarse_points = (math.prod(one.grid.shape) for one in (scene, self._coarse.scene))
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
@@ -118,7 +123,14 @@ class ErrorBars:
             companion_wall_time=self._seconds - seconds,
         )
 
+    def _follow_steps(self) -> None:
+        counts = fewer_increments(self._scene.load_path.counts)
+        self._stepped = Companion(coarser(self._scene, counts), self._threads)
+
     def _take(self, summary: Summary) -> None:
+        nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
+        if self._stepped is None and self._scene.model.terms.cross and nearly_slides:
+            self._follow_steps()
         self._rows.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 

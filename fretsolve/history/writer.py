@@ -14,6 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
 
+import h5py
+
 from fretsolve.errors import FileError
 from fretsolve.history import durable
 from fretsolve.history.final import write_result
@@ -73,6 +75,8 @@ class HistoryWriter:
             raise ValueError("resume and overwrite exclude each other")
         with _reported("cannot begin the result", out):
             _require_free(out, allowed=resume or overwrite)
+            if overwrite:
+                _require_replaceable(out)
             if resume and out.exists() and _status(out, header) == "complete":
                 return cls._finished(out, header)
             writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause)
@@ -229,6 +233,11 @@ def _require_free(out: Path, *, allowed: bool) -> None:
         raise FileError("is a folder, the result must be a file", out)
     if out.exists() and not allowed:
         raise FileError("exists: --overwrite replaces it, --resume goes on unless it is complete", out)
+
+
+def _require_replaceable(out: Path) -> None:
+    if out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
+        raise FileError("is no HDF5 file, which --overwrite leaves alone: remove it, or give another name", out)
 
 
 def _status(out: Path, header: RunHeader) -> str:

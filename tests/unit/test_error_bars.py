@@ -159,6 +159,20 @@ def test_increments_have_their_part_in_the_bar() -> None:
     assert sum(errors.work_error for _, errors in rows) >= 0.5 * few[1].work_total_error
 
 
+def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
+    """Bodies alike at constant pressure: one increment is as good as many, until next to nothing sticks."""
+
+    def end(force: float, increments: int) -> tuple[float, float]:
+        scene = scene_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
+        *_, (state, errors) = run_with_error_bars(scene)
+        return state.summary.delta_x, errors.delta_x_error
+
+    (few, bar), (many, _) = end(39.99, 10), end(39.99, 40)
+    assert bar > abs(few - many) > 0.02 * many
+    far_from_it, many_far = end(36.0, 1), end(36.0, 10)
+    assert abs(far_from_it[0] - many_far[0]) < far_from_it[1] < 0.01 * many_far[0]
+
+
 def test_imposed_values_have_the_bar_of_their_residual() -> None:
     scene = scene_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
     rows = list(run_with_error_bars(scene))

@@ -264,6 +264,13 @@ def test_resume_and_overwrite_exclude_each_other(out: Path) -> None:
         HistoryWriter.open(out, fake_header(), resume=True, overwrite=True)
 
 
+def test_overwrite_leaves_files_alone_that_are_no_results(out: Path) -> None:
+    out.write_text("title: another case\n")
+    with pytest.raises(FileError, match="is no HDF5 file"):
+        HistoryWriter.open(out, fake_header(), overwrite=True)
+    assert out.read_text() == "title: another case\n"
+
+
 def test_folder_that_cannot_be_written() -> None:
     rights = os.geteuid()
     with tempfile.TemporaryDirectory() as name:
