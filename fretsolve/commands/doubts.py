@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,7 @@ def doubts(scene: Scene) -> list[str]:
     found = [
         *scene.model.warnings,
         *_about_shape(scene),
+        *_about_slope(scene),
         *_about_friction(scene),
         *_about_sliding(scene, contacts),
         *_about_resolution(scene, hertz),
@@ -47,7 +49,7 @@ def doubts(scene: Scene) -> list[str]:
         *_about_tolerance(scene),
     ]
     if hertz is not None:
-        found += [*_about_theory(hertz), *_about_edge(scene, hertz)]
+        found += [*_about_theory(hertz), *_about_motion(scene, hertz), *_about_edge(scene, hertz)]
     return list(dict.fromkeys(found))
 
 
@@ -91,6 +93,29 @@ def _about_theory(hertz: Hertz) -> Iterator[str]:
             f" {hertz.strain:.2g}): half-spaces and linear elasticity hold to about a/R = {LARGEST_SIZE:g}; are all"
             " units right?"
         )
+
+
+def _about_slope(scene: Scene) -> Iterator[str]:
+    for place, surface in enumerate(scene.case.surface):
+        if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
+            strain = 0.5 * math.tan(surface.angle)
+            key = scene.case.source.problem("", ("surface", place, "cone", "angle")).key
+            yield (
+                f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and"
+                f" contact plane is steep (mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold"
+                f" to about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
+            )
+
+
+def _about_motion(scene: Scene, hertz: Hertz) -> Iterator[str]:
+    radius = min(hertz.half_extent)
+    for load in scene.load_path.imposed:
+        for name, reach in (("delta_x", 1.0), ("delta_y", 1.0), ("phi_z", radius)):
+            if abs(load.get(name, 0.0)) * reach > radius:
+                yield (
+                    f"load_path: {name} moves the surfaces by {abs(load[name]) * reach / radius:.2g} contact radii, but"
+                    " both keep their places on the grid: motions are taken as small against the contact"
+                )
 
 
 def _about_resolution(scene: Scene, hertz: Hertz | None) -> Iterator[str]:

@@ -36,6 +36,9 @@ DOUBTS = {
     ("grid.size=0.61 mm",): "grid.size: the contact comes near the grid's edge or reaches it; [0.723 mm, 0.723 mm]",
     ("grid={points: 64, size: 0.8 mm, center: [0.1 mm, 0]}",): "grid.size: the contact comes near",
     ("surface.sphere.radius=-10 mm", "grid.size=1 mm"): "surface.sphere.radius: -10 mm is concave",
+    ("surface={cone: {angle: 80 deg}}",): "cone.angle: 80 deg between flank and contact plane is steep",
+    ("load_path.1={delta_x: 5 mm}",): "load_path: delta_x moves the surfaces by 17 contact radii",
+    ("load_path.1={phi_z: 90 deg}",): "load_path: phi_z moves the surfaces by 1.6 contact radii",
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     (DISSIMILAR, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }
