@@ -92,4 +92,6 @@ def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Ca
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+quiet_option = click.option(
+    "-q", "--quiet", is_flag=True, help="Print nothing but errors, and of a run what makes its result doubtful."
+)

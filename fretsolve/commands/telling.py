@@ -28,7 +28,7 @@ MOST_STAGES_SHOWN = 30
 
 
 class Quiet:
-    """Tells nothing of a run."""
+    """Tells nothing of a run but what it met on the way, and an accuracy that is not met."""
 
     def __init__(self, scene: Scene, order: Order):
         self.scene, self.order = scene, order
@@ -47,6 +47,7 @@ class Quiet:
 
     def warn(self, text: str) -> None:
         """Tell of something met on the way."""
+        warn(self.scene, text)
 
     def already(self, increments: int) -> None:
         """Tell that there is nothing to do."""
@@ -56,6 +57,14 @@ class Quiet:
 
     def end(self) -> None:
         """Tell what came out and where it lies."""
+        with open_result(self.order.output) as result:
+            self.tell_of_accuracy(result)
+
+    def tell_of_accuracy(self, result: Result) -> None:
+        """Tell whether an accuracy that was asked for is not met."""
+        reached = verdict(result.effective_case.get("solver", {}), result.history)
+        if reached is not None and not reached.met:
+            self.warn(str(reached))
 
 
 class Words(Quiet):
@@ -83,9 +92,6 @@ class Words(Quiet):
     def progress(self, done: int) -> Silence:
         return (Bar if sys.stdout.isatty() else Lines)(*self.counts, done)
 
-    def warn(self, text: str) -> None:
-        warn(self.scene, text)
-
     def already(self, increments: int) -> None:
         print(f"{self.order.output}: already complete, {increments} increments")
 
@@ -97,9 +103,7 @@ class Words(Quiet):
         with open_result(self.order.output) as result:
             if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
                 print_report(result, heading=False)
-            reached = verdict(result.effective_case.get("solver", {}), result.history)
-            if reached is not None and not reached.met:
-                self.warn(str(reached))
+            self.tell_of_accuracy(result)
             compiling = pointwise.compile_seconds()
             if compiling:
                 print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")

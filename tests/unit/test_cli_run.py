@@ -228,3 +228,12 @@ def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
     second = invoke("run", case, "--resume")
     assert second.exit_code == 4
     assert "holds a run of another case: content of.height map 1 is" in second.stderr
+
+
+def test_quiet_run_still_tells_that_its_accuracy_is_not_met(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", str(case), "-q", "--set", "solver.accuracy=0.01 %")
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    assert "accuracy 0.01 % is not met" in result.stderr
