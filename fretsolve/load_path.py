@@ -52,12 +52,13 @@ class Increment:
 class _PlannedStage:
     """A stage with its first step, its number of increments, and what is imposed before and at its end.
 
-    course: by which its steps are chosen, None where they are equal.
+    needed: increments that the slip's course takes; course: by which its steps are chosen, None where they are equal.
     """
 
     stage: Stage
     first: int
     increments: int
+    needed: int
     before: dict[str, float]
     after: dict[str, float]
     course: Course | None
@@ -90,12 +91,13 @@ class LoadPath:
             matters = depends_on_path(stage, moved, model)
             self.matters = self.matters or matters
             course = courses.following(before, after)
-            count = stage.increments or automatic_increments(matters, bool(moved), model, course.motion * refinement)
+            chosen = automatic_increments(matters, bool(moved), model, course.motion * refinement)
+            count, needed = stage.increments or chosen, chosen if matters else 1
             if model.sheared:
                 self.slip_width = max(self.slip_width, course.slip_width)
             spacing = stage.spacing or ("graded" if matters and not stage.increments else "equal")
             steps = course if spacing == "graded" else None
-            self._planned.append(_PlannedStage(stage, first, count, before, after, steps))
+            self._planned.append(_PlannedStage(stage, first, count, needed, before, after, steps))
             before, first = after, first + count
         self.increments = first
 
@@ -116,6 +118,11 @@ class LoadPath:
     def counts(self) -> tuple[int, ...]:
         """The number of increments of each stage."""
         return tuple(planned.increments for planned in self._planned)
+
+    @property
+    def needed(self) -> tuple[int, ...]:
+        """The number of increments that the slip's course takes in each stage; 1 where the path has no effect."""
+        return tuple(planned.needed for planned in self._planned)
 
     @property
     def imposed(self) -> tuple[dict[str, float], ...]:

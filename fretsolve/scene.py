@@ -57,14 +57,17 @@ def prepare(case: Case) -> Scene:
     model = derive_model(case)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy))
     size = case.grid.size or _automatic_size(case, model, load_path)
-    points = case.grid.points or _points(case, model, load_path, size)
+    points = case.grid.points or points_needed(case, model, load_path, size)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     grid = Grid.from_size(points, size, case.grid.center)
     return Scene(case, model, grid, load_path, picks(asked, points, load_path))
 
 
-def _points(case: Case, model: Model, load_path: LoadPath, size: tuple[float, float]) -> tuple[int, int]:
-    """Those that the accuracy needs, by the contact's share of the area; all of it where that cannot be told."""
+def points_needed(case: Case, model: Model, load_path: LoadPath, size: tuple[float, float]) -> tuple[int, int]:
+    """Points along x and y that the case's accuracy takes on an area of `size` (mm), by the contact's share of it.
+
+    The contact counts as all of the area where its size cannot be told.
+    """
     assert case.solver.accuracy is not None
     try:
         holds_contact = size if case.grid.size is None else _automatic_size(case, model, load_path)

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from fretsolve.accuracy import percent
 from fretsolve.commands.hertz import Hertz, hertz_contacts
 from fretsolve.commands.outlook import first_slide, smallest_stick
 from fretsolve.components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model import UNCOUPLED_BELOW
-from fretsolve.scene import concave_sphere
+from fretsolve.scene import concave_sphere, points_needed
 from fretsolve.sizing import MARGIN
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ def doubts(scene: Scene) -> list[str]:
         *_about_resolution(scene, hertz),
         *_about_stick(scene, contacts),
         *_about_tolerance(scene),
+        *_about_accuracy(scene),
     ]
     if hertz is not None:
         found += [*_about_theory(hertz), *_about_motion(scene, hertz), *_about_edge(scene, hertz)]
@@ -160,4 +162,26 @@ def _about_tolerance(scene: Scene) -> Iterator[str]:
         yield (
             f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {100.0 * tolerance:.2g} %, so"
             " that no digit can be relied on; 1e-6 is usual"
+        )
+
+
+def _about_accuracy(scene: Scene) -> Iterator[str]:
+    """Of settings in the case that fall short of those that its accuracy would pick."""
+    accuracy, path = scene.case.solver.accuracy, scene.load_path
+    if accuracy is None:
+        return
+    needed = points_needed(scene.case, scene.model, path, scene.grid.size)
+    if any(count < wanted for count, wanted in zip(scene.grid.shape, needed, strict=True)):
+        (nx, ny), (more_x, more_y) = scene.grid.shape, needed
+        yield (
+            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} that accuracy {percent(accuracy)} picks:"
+            " it will hardly be met; leave them out"
+        )
+    short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
+    if short:
+        stage, count = scene.case.stages()[short[0]], path.counts[short[0]]
+        more = f", and {len(short) - 1} more stages with too few" if len(short) > 1 else ""
+        yield (
+            f"{dotted(stage.key)}.increments: {count} are fewer than the {path.needed[short[0]]} that accuracy"
+            f" {percent(accuracy)} picks{more}: it will hardly be met; leave them out"
         )

@@ -63,7 +63,8 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
     complete = len(outcomes) == len(plan.trials)
     if outcomes:
         study = assess(plan, outcomes)
-        _write(order, study, picture=complete and any(row.compared for row in study.rows))
+        drawn = complete and not plan.problem_keys and any(row.compared for row in study.rows)
+        _write(order, study, picture=drawn)
     if complete:
         return _conclude(order, study)
     if not order.quiet:
@@ -82,9 +83,8 @@ def _make_folder(folder: Path) -> None:
 def _introduce(order: StudyOrder, plan: Plan) -> None:
     """Say what is about to be run, and what a person should hear of it."""
     warnings = [
-        f"{variation.key} changes the problem itself: what differs is no error"
-        for variation in plan.variations
-        if variation.changes_the_problem
+        f"{key} changes the problem itself: what differs is no error; `fretsolve sweep` is made for that"
+        for key in plan.problem_keys
     ]
     warnings += dict.fromkeys(text for trial in plan.trials for text in trial.scene.model.warnings)
     for text in warnings:
@@ -96,9 +96,11 @@ def _introduce(order: StudyOrder, plan: Plan) -> None:
     print(_title(order, plan.finest))
     print(f"results: {order.folder}")
     print(f"{count} run{'s' if count > 1 else ''}{there}")
-    print(f"truth: {plan.truth_words}")
+    print(f"{'reference' if plan.problem_keys else 'truth'}: {plan.truth_words}")
     if plan.unknown:
         print(f"left out, without a closed form: {', '.join(map(str, plan.unknown))}")
+        if plan.why_unknown:
+            print(f"({plan.why_unknown})")
     sys.stdout.flush()
 
 
@@ -143,7 +145,8 @@ def _conclude(order: StudyOrder, study: Assessment) -> int:
     if finest_row is not None and finest_row.is_truth and finest_row.outcome.failure:
         outcome = finest_row.outcome
         raise NoSolutionError(
-            f"the truth ({outcome.trial.combination.words}) has no solution, so no errors are known: {outcome.failure}"
+            f"the {study.standard} ({outcome.trial.combination.words}) has no solution, so no {study.difference}s are"
+            f" known: {outcome.failure}"
         )
     if all(row.outcome.failure for row in study.rows):
         raise NoSolutionError(f"none of the runs has a solution: {study.rows[0].outcome.failure}")

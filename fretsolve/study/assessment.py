@@ -52,10 +52,13 @@ class Row:
 class Assessment:
     """The runs by cost. truth: values ``(n,)`` of the observables; truth_words: whose; scales: that errors refer to.
 
-    finest: the costliest trial, which is the truth where nothing else is; left_out: observables that are 0 throughout.
+    finest: the finest trial, which is the truth where nothing else is; left_out: observables that are 0 throughout.
+    problem_keys: varied keys that change the problem itself. With them the truth is but a reference and the errors are
+    changes, none of which is best.
     """
 
     variations: tuple[Variation, ...]
+    problem_keys: tuple[str, ...]
     observables: tuple[Observable, ...]
     left_out: tuple[Observable, ...]
     truth: NDArray[np.float64]
@@ -63,6 +66,16 @@ class Assessment:
     scales: NDArray[np.float64]
     finest: Trial
     rows: tuple[Row, ...]
+
+    @property
+    def difference(self) -> str:
+        """What a run's distance from the truth is called."""
+        return "change" if self.problem_keys else "error"
+
+    @property
+    def standard(self) -> str:
+        """What the truth is called."""
+        return "reference" if self.problem_keys else "truth"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -110,9 +123,10 @@ def assess(plan: Plan, outcomes: Sequence[Outcome]) -> Assessment:
         rows.append(Row(outcome, outcome.values[kept], errors, is_truth))
     candidates = [row for row in rows if row.compared]
     best = front([row.outcome.seconds for row in candidates], [row.worst for row in candidates])
-    marked = {id(row) for row, is_best in zip(candidates, best, strict=True) if is_best}
+    marked = {id(row) for row, is_best in zip(candidates, best, strict=True) if is_best and not plan.problem_keys}
     return Assessment(
         plan.variations,
+        plan.problem_keys,
         tuple(observables[index] for index in kept),
         tuple(one for index, one in enumerate(observables) if index not in kept),
         truth[kept],

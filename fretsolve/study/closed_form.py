@@ -32,8 +32,8 @@ def closed_form_values(scene: Scene) -> dict[Observable, float]:
     """Every value at the end of a stage that Hertz, Cattaneo and Mindlin, or Lubkin give for this very model.
 
     Hertz: a sphere or an ellipsoid under P, upright, without influence of shear on pressure. Cattaneo and Mindlin: a
-    sphere under Qx or Qy at constant P, each traction acting on its own direction alone (coupling: none). Lubkin: a
-    sphere under Mz at constant P. Loads may go to and fro (Mindlin & Deresiewicz 1953).
+    sphere under Qx or Qy at constant P, each traction acting on its own direction alone (coupling: none, or Poisson's
+    ratios of 0). Lubkin: a sphere under Mz at constant P. Loads may go to and fro (Mindlin & Deresiewicz 1953).
     """
     loads = scene.load_path.imposed
     return {
@@ -81,7 +81,7 @@ def _mindlin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
     for force, motion, across in (("Qx", "delta_x", "Qy"), ("Qy", "delta_y", "Qx")):
         path = _path(loads, force)
         alone = not any(map(any, (_path(loads, across), _path(loads, "Mz"))))
-        if scene.model.terms.cross or not alone or not any(path) or max(map(abs, path)) > limit:
+        if _linked(scene) or not alone or not any(path) or max(map(abs, path)) > limit:
             continue
         points = remembered(path, SAME * limit)
         form = TangentialForm(sphere, (0.0, 0.0), friction, compliance, (1.0, 0.0), points)
@@ -105,6 +105,22 @@ def _lubkin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
     form = TangentialForm(sphere, (0.0, 0.0), friction, compliance, None, points)
     yield "phi_z", _superposed(points, lambda Mz: lubkin(sphere, friction, Mz, compliance).phi_z)
     yield from _circle("stick", form.stick_ratio() * sphere.contact_radius)
+
+
+def why_left_out(scene: Scene) -> str:
+    """Why there is no closed form under tangential forces that would have one but for Poisson's ratio; or empty."""
+    moved = {name for load in scene.load_path.imposed for name, value in load.items() if value}
+    if not _linked(scene) or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
+        return ""
+    return (
+        "with Poisson's ratios other than 0 shear along x moves the surfaces along y too, which Cattaneo and Mindlin"
+        " neglect: they are exact with coupling: none only"
+    )
+
+
+def _linked(scene: Scene) -> bool:
+    """Whether shear along x moves the surfaces along y."""
+    return scene.model.terms.cross and scene.model.compliances.B != 0.0
 
 
 def _path(loads: Loads, force: str) -> list[float]:

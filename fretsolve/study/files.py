@@ -14,7 +14,6 @@ import numpy as np
 from fretsolve import __version__
 from fretsolve.history import durable
 from fretsolve.study.assessment import Assessment, Row
-from fretsolve.study.table import TRUTH
 
 CSV_NAME, HDF5_NAME = "study.csv", "study.h5"
 
@@ -28,14 +27,14 @@ def write_csv(path: Path, study: Assessment) -> None:
             *("result", "status", "role", *(variation.key for variation in study.variations)),
             *("points x", "points y", "increments", "time (s)", "operator applications"),
             *(f"{one} ({one.units})" for one in study.observables),
-            *(f"error of {one} (%)" for one in study.observables),
-            *("worst error (%)", "reason"),
+            *(f"{study.difference} of {one} (%)" for one in study.observables),
+            *(f"{'largest' if study.problem_keys else 'worst'} {study.difference} (%)", "reason"),
         ]
     )
     if not study.truth_is_run:
         blank = [""] * (len(study.variations) + 5)
-        writer.writerow(["", study.truth_words, TRUTH, *blank, *map(_number, study.truth)])
-    writer.writerows(_csv_row(row) for row in study.rows)
+        writer.writerow(["", study.truth_words, study.standard, *blank, *map(_number, study.truth)])
+    writer.writerows(_csv_row(study, row) for row in study.rows)
     with durable.reported(path):
         durable.write_text(path, text.getvalue())
 
@@ -46,13 +45,14 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
         file.attrs["fretsolve_version"] = __version__
         file.attrs["case_yaml"] = study.finest.scene.case.source.text
         file.attrs["provenance"] = study.finest.header.provenance
-        file.attrs["truth"] = study.truth_words
+        file.attrs[study.standard] = study.truth_words
         file.attrs["advice"] = "\n".join(advice)
         outcomes = [row.outcome for row in study.rows]
         trials = [outcome.trial for outcome in outcomes]
         _put(file, "result", [trial.out.name for trial in trials], "", "result file beside this one")
         _put(file, "failure", [outcome.failure for outcome in outcomes], "", "why there is no solution, or empty")
-        _put(file, "truth", [row.is_truth for row in study.rows], "1", "the run that the others are compared with")
+        references = [row.is_truth for row in study.rows]
+        _put(file, study.standard, references, "1", "the run that the others are compared with")
         _put(file, "best", [row.best for row in study.rows], "1", "no other run is both cheaper and more accurate")
         for index, variation in enumerate(study.variations):
             chosen = [trial.combination.settings[index].value for trial in trials]
@@ -67,17 +67,17 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
             meaning = f"{one.name} at the end of stage {one.stage}"
             values, errors = zip(*((row.values[index], row.errors[index]) for row in study.rows), strict=True)
             dataset = _put(file, f"values/{one}", values, one.units, meaning)
-            dataset.attrs["truth"], dataset.attrs["scale"] = study.truth[index], study.scales[index]
-            _put(file, f"errors/{one}", errors, "1", f"error of {meaning}, over its scale")
+            dataset.attrs[study.standard], dataset.attrs["scale"] = study.truth[index], study.scales[index]
+            _put(file, f"{study.difference}s/{one}", errors, "1", f"{study.difference} of {meaning}, over its scale")
 
 
-def _csv_row(row: Row) -> list[str]:
+def _csv_row(study: Assessment, row: Row) -> list[str]:
     outcome = row.outcome
     nx, ny = outcome.trial.scene.grid.shape
     return [
         outcome.trial.out.name,
         "failed" if outcome.failure else "complete",
-        TRUTH if row.is_truth else "best" if row.best else "",
+        study.standard if row.is_truth else "best" if row.best else "",
         *(setting.value for setting in outcome.trial.combination.settings),
         *map(str, (nx, ny, outcome.increments)),
         f"{outcome.seconds:.6g}",

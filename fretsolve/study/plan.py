@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.errors import CaseError
+from fretsolve.study.closed_form import why_left_out
 from fretsolve.study.observable import Observable, usual_observables
 from fretsolve.study.trial import Trial, finest, prepare_trials, stage_count
 from fretsolve.study.truth import NOUNS, TruthKind, chosen_observables, known_values
@@ -15,30 +16,36 @@ from fretsolve.study.variation import Variation, crossed, read_variations
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs of a study in turn, the finest first, then by their estimated cost.
+    """The runs of a study in turn, the finest of the first problem first, then by their estimated cost.
 
     known: the truth where it is known before any run, else None: the finest run. unknown: what would usually be
-    compared, but has no such truth.
+    compared, but has no such truth, for the reason why_unknown, empty where that goes without saying.
     """
 
     variations: tuple[Variation, ...]
     trials: tuple[Trial, ...]
     observables: tuple[Observable, ...]
     unknown: tuple[Observable, ...]
+    why_unknown: str
     kind: TruthKind
     known: Mapping[Observable, float] | None
 
     @property
     def finest(self) -> Trial:
-        """The costliest of the trials."""
+        """The finest of the trials of the first problem."""
         return self.trials[0]
+
+    @property
+    def problem_keys(self) -> tuple[str, ...]:
+        """The varied keys that change the problem itself, so that what differs is no error."""
+        return tuple(one.key for one in self.variations if one.changes_the_problem)
 
     @property
     def truth_words(self) -> str:
         """What the runs are compared with."""
         if self.known is not None:
             return f"the {NOUNS[self.kind]}s"
-        return f"the finest run, {self.finest.combination.words}"
+        return f"the {'run with' if self.problem_keys else 'finest run,'} {self.finest.combination.words}"
 
 
 def make_plan(
@@ -51,8 +58,15 @@ def make_plan(
 ) -> Plan:
     """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
     variations = read_variations(varied)
+    changing = next((one for one in variations if one.changes_the_problem), None)
+    if changing is not None and kind != "finest":
+        message = (
+            f"changes the problem itself, and --truth {kind} holds for one problem only; vary the grid, increments or"
+            " settings of the solver, or leave --truth out"
+        )
+        raise CaseError(message, (), f"--vary {changing.key}")
     trials = prepare_trials(case, overrides, crossed(variations), folder)
-    costliest = finest(trials)
+    costliest = finest([trial for trial in trials if trial.combination.is_first_problem(variations)])
     known = known_values(kind, costliest.scene)
     observables = chosen_observables(quantities, stage_count(trials), costliest.scene, kind, known)
     if not observables:
@@ -60,4 +74,5 @@ def make_plan(
     others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.seconds)
     usual = usual_observables(costliest.scene) if kind == "closed-form" and not quantities else ()
     unknown = tuple(one for one in usual if one not in observables)
-    return Plan(variations, (costliest, *others), observables, unknown, kind, known)
+    why = why_left_out(costliest.scene) if unknown else ""
+    return Plan(variations, (costliest, *others), observables, unknown, why, kind, known)

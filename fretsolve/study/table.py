@@ -16,7 +16,7 @@ from fretsolve.study.wording import percent, two_digits
 GAP = 2
 """Blanks between two columns."""
 
-BEST, TRUTH = "*", "truth"
+BEST = "*"
 
 
 @dataclass(frozen=True)
@@ -65,17 +65,18 @@ def _fixed(study: Assessment) -> Iterator[Column]:
 
 
 def _errors(study: Assessment) -> Iterator[Column]:
-    yield Column(("worst", "error", "%"), tuple(_cell(row, row.worst) for row in study.rows))
+    largest = "largest" if study.problem_keys else "worst"
+    yield Column((largest, study.difference, "%"), tuple(_cell(study, row, row.worst) for row in study.rows))
     for name in study.names:
         first, _, second = name.rpartition("_")
         heading = (first, second) if len(second) > 1 and first else (name, f"@{study.stages_of(name)}")
-        yield Column((*heading, "%"), tuple(_cell(row, study.error_of(row, name)) for row in study.rows))
+        yield Column((*heading, "%"), tuple(_cell(study, row, study.error_of(row, name)) for row in study.rows))
 
 
-def _cell(row: Row, error: float) -> str:
+def _cell(study: Assessment, row: Row, error: float) -> str:
     if row.outcome.failure:
         return "failed"
-    return TRUTH if row.is_truth else percent(error)
+    return study.standard if row.is_truth else percent(error)
 
 
 def _table(study: Assessment, columns: Sequence[Column]) -> Table:

@@ -28,7 +28,7 @@ class Variation:
         """Whether the exact solution depends on the key, so that differences are no errors."""
         first, _, rest = self.key.partition(".")
         return first in ("bodies", "surface", "friction") or (
-            first == "load_path" and not rest.endswith("increments")
+            first == "load_path" and rest.rpartition(".")[2] not in ("increments", "spacing")
         )
 
 
@@ -75,6 +75,11 @@ class Combination:
     def words(self) -> str:
         """For a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``."""
         return ", ".join(setting.words for setting in self.settings)
+
+    def is_first_problem(self, variations: Sequence[Variation]) -> bool:
+        """Whether all keys that change the problem have their first values; `variations`: of the settings, in turn."""
+        pairs = zip(variations, self.settings, strict=True)
+        return all(one.value == key.values[0] for key, one in pairs if key.changes_the_problem)
 
     @property
     def short(self) -> str:

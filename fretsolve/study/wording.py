@@ -35,9 +35,12 @@ def percent(error: float) -> str:
 def notes(study: Assessment) -> Iterator[str]:
     """How to read the table."""
     compared = any(row.compared for row in study.rows)
-    if compared:
+    if compared and study.problem_keys:
+        keys = " and ".join(study.problem_keys)
+        yield f"changes are those against {study.truth_words}: no errors, for {keys} changes the problem itself"
+    elif compared:
         yield f"* no other run is both cheaper and more accurate; errors are those against {study.truth_words}"
-    if compared and study.truth_is_run:
+    if compared and study.truth_is_run and not study.problem_keys:
         yield "that run has an error of its own, which is not known here: smaller ones than that mean nothing"
     if study.left_out and not all(row.outcome.failure for row in study.rows):
         yield f"left out, since 0: {', '.join(map(str, study.left_out))}"
@@ -50,10 +53,10 @@ def advice(study: Assessment) -> Iterator[str]:
     """For each target the cheapest run that meets it in all quantities, how well, and what that saves.
 
     The target is met where the error, as it is shown, is no larger. The size of a zone may be far from a target
-    that all else meets: a second sentence leaves it out where that saves much.
+    that all else meets: a second sentence leaves it out where that saves much. None where the problem itself changes.
     """
     targets: dict[str, list[str]] = {}
-    for target in TARGETS if any(row.compared for row in study.rows) else ():
+    for target in TARGETS if any(row.compared for row in study.rows) and not study.problem_keys else ():
         for sentence in _advice_for(study, target):
             targets.setdefault(sentence, []).append(f"{100.0 * target:g} %")
     for sentence, met in targets.items():

@@ -463,14 +463,60 @@ def test_failures_are_rows_with_their_reason(tmp_path: Path, undrawn: None) -> N
 
 def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
     case = write_case(tmp_path, CASE)
-    result = invoke("study", case, "--vary", "load_path.1.Qx=20 N,50 N", *BRIEF)
+    words = ("--vary", "grid.points=8,10", "--vary", "load_path.1.Qx=50 N")
+    result = invoke("study", case, *words, *BRIEF)
     assert result.exit_code == 3
-    assert result.stderr.splitlines()[0].endswith("load_path.1.Qx changes the problem itself: what differs is no error")
-    assert result.stderr.splitlines()[-1].startswith("the truth (Qx 50 N) has no solution, so no errors are known: ")
-    rows = {row["load_path.1.Qx"]: row for row in rows_of(tmp_path / "case.study")}
-    assert rows["20 N"]["status"] == "complete"
-    assert float(rows["20 N"]["delta_x@4 (mm)"]) != 0.0
-    assert rows["20 N"]["worst error (%)"] == ""
+    last = result.stderr.splitlines()[-1]
+    assert last.startswith("the reference (10 x 10, Qx 50 N) has no solution, so no changes are known: ")
+    result = invoke("study", case, *words[:2], "--set", "load_path.1.Qx=50 N", *BRIEF)
+    assert result.exit_code == 3
+    assert result.stderr.splitlines()[-1].startswith("the truth (10 x 10) has no solution, so no errors are known: ")
+    assert all(row["worst error (%)"] == "" for row in rows_of(tmp_path / "case.study"))
+
+
+def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
+    case, folder = write_case(tmp_path, CASE), tmp_path / "case.study"
+    folder.mkdir()
+    (folder / "study.png").write_bytes(b"of another study")
+    result = invoke("study", case, "--vary", "load_path.1.Qx=20 N,30 N", "--vary", "grid.points=8,10", *BRIEF)
+    assert result.exit_code == 0
+    assert "load_path.1.Qx changes the problem itself: what differs is no error" in result.stderr
+    assert "reference: the run with Qx 20 N, 10 x 10" in result.stdout
+    table = result.stdout[result.stdout.rindex("run=4") :]
+    assert all(word in table for word in ("largest", "change", "reference", "no errors, for load_path.1.Qx"))
+    assert not any(word in table for word in ("truth", "worst", "*", "for 1 %"))
+    rows = {(row["load_path.1.Qx"], row["grid.points"]): row for row in rows_of(folder)}
+    assert [row["role"] for row in rows.values()].count("reference") == 1
+    assert rows["20 N", "10"]["role"] == "reference"
+    assert float(rows["30 N", "10"]["change of delta_x@2 (%)"]) > 10.0
+    assert not (folder / "study.png").exists()
+    with h5py.File(folder / "study.h5") as file:
+        assert "errors" not in file
+        assert file["changes/delta_x@2"].attrs["long_name"].startswith("change of delta_x")
+        assert file["values/delta_x@2"].attrs["reference"] > 0.0
+        assert file.attrs["advice"] == ""
+
+
+def test_spacing_of_increments_changes_no_problem() -> None:
+    changing = {"load_path.0.spacing": False, EVERY: False, "load_path.0.P": True, "friction": True, "coupling": False}
+    assert {key: read_variation(f"{key}=1,2").changes_the_problem for key in changing} == changing
+
+
+def test_known_values_hold_for_one_problem(tmp_path: Path) -> None:
+    words = ("--vary", "grid.points=8,10", "--vary", "friction=0.1,0.2", "--truth", "closed-form")
+    result = invoke("study", write_case(tmp_path, CASE), *words)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("--vary friction: changes the problem itself, and --truth closed-form holds for")
+
+
+def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn: None) -> None:
+    words = ("--vary", "grid.points=8,10", "--truth", "closed-form")
+    linked = write_case(tmp_path, CASE.replace("none", "tangential"))
+    told = invoke("study", linked, *words).stdout
+    assert "left out, without a closed form: delta_x@4, stick_radius@4, work_total@4\n(with Poisson's ratios" in told
+    assert "they are exact with coupling: none only" in told
+    exact = CASE.replace("none", "tangential").replace("0.3", "0")
+    assert Observable("delta_x", 4) in closed_form_values(scene_of(tmp_path, exact))
 
 
 def test_known_truth_outlives_a_failing_finest_run(tmp_path: Path, undrawn: None) -> None:
