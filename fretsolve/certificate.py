@@ -83,7 +83,9 @@ class Examiner:
         length, slip = nothing(contact.shape), nothing((2, *contact.shape))
         if self.slides:
             length, slip = np.hypot(solution.shear[0], solution.shear[1]), self._slip(solution, contact)
-        gap = self._gap(solution)
+        gap = np.empty_like(self.separation)
+        errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
+        tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
         sticking = contact & (length < bound * (1.0 - circle_width(self.precision)))
         if self.friction and not slip.any():
             sticking = contact
@@ -92,7 +94,7 @@ class Examiner:
         zone[sticking] = Zone.STICK
         stick, across = self._slip_residuals(solution, slip, sticking) if self.slides else (0.0, 0.0)
         certificate = Certificate(
-            gap=self._gap_residual(solution, gap, contact),
+            gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
             bound=self._bound_residual(length, bound) if self.slides else 0.0,
@@ -143,13 +145,6 @@ class Examiner:
         """Slip (mm) that the directions of slips are weighted by; largest: of all slips."""
         return max(largest, LEAST_SLIP * motion, self._least_slip(solution))
 
-    def _gap(self, solution: Solution) -> FloatArray:
-        gap = np.empty_like(self.separation)
-        self.normal.displacement(solution.rigid[:3], gap)
-        np.subtract(self.separation, gap, out=gap)
-        gap += solution.uz
-        return gap
-
     def _slip(self, solution: Solution, contact: NDArray[np.bool_]) -> FloatArray:
         """Slip increment of the cells in contact, 0 elsewhere [2.1]."""
         slip = np.empty_like(solution.shear)
@@ -158,13 +153,6 @@ class Examiner:
         slip -= solution.displacement
         slip *= contact
         return slip
-
-    def _gap_residual(self, solution: Solution, gap: FloatArray, contact: NDArray[np.bool_]) -> float:
-        approach = self.normal.approach(solution.uz, contact, solution.rigid[:3])
-        in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
-        penetration = -float(np.min(gap, where=~contact, initial=0.0))
-        tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
-        return float(np.max([in_contact / approach, penetration / approach, tension])) + 0.0  # -0.0 is 0
 
     def _slip_residuals(
         self, solution: Solution, slip: FloatArray, sticking: NDArray[np.bool_]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.grid import Grid
+from fretsolve.pointwise import normal as kernels
 
 FloatArray = NDArray[np.floating]
 Vector = NDArray[np.float64]
@@ -121,6 +122,21 @@ def is_singular(gram: NDArray[np.float64], forced: list[int]) -> bool:
     return bool(np.linalg.eigvalsh(block / scale / scale[:, None])[0] < NEARLY_SINGULAR)
 
 
+@dataclass(frozen=True)
+class GapErrors:
+    """Of a gap (mm): its largest size in contact, the deepest penetration out of it, and the length that both are
+    measured against."""
+
+    in_contact: float
+    penetration: float
+    approach: float
+
+    @property
+    def residual(self) -> float:
+        """The larger one over that length."""
+        return float(np.maximum(self.in_contact, self.penetration)) / self.approach
+
+
 class _Modes:
     """Where the cells of a grid are."""
 
@@ -137,9 +153,9 @@ class NormalModes(_Modes):
 
     def sums(self, field: FloatArray) -> Vector:
         """Sums of field (nx, ny) times each mode over the cells."""
-        along_x = field.sum(axis=1, dtype=np.float64)
-        along_y = field.sum(axis=0, dtype=np.float64)
-        return np.array([along_x.sum(), along_y @ self.y, along_x @ self.x])
+        sums = np.zeros(3)
+        kernels.sum_modes(field, self.x, self.y, sums)
+        return sums
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """P (N), Mx, My (N mm) of a pressure (MPa)."""
@@ -147,13 +163,28 @@ class NormalModes(_Modes):
 
     def gram(self, weight: FloatArray | NDArray[np.bool_]) -> NDArray[np.float64]:
         """Weighted sums of products of the modes, 3 x 3."""
-        along_x = weight.sum(axis=1, dtype=np.float64)
-        along_y = weight.sum(axis=0, dtype=np.float64)
-        one, y, x = along_x.sum(), along_y @ self.y, along_x @ self.x
-        mixed = self.x @ (weight @ self.y)
-        return np.array(
-            [[one, y, x], [y, along_y @ self.y**2, mixed], [x, mixed, along_x @ self.x**2]], dtype=np.float64
-        )
+        result = np.zeros((3, 3))
+        kernels.gram(weight, self.x, self.y, result)
+        return result
+
+    def gap(
+        self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: NDArray[np.bool_], out: FloatArray
+    ) -> GapErrors:
+        """``out`` = the gap (nx, ny) between surfaces at a rigid displacement, and what is wrong with it."""
+        in_contact, penetration, highest = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
+        return GapErrors(in_contact, penetration, self._approach(highest, contact, rigid))
+
+    def gap_sums(
+        self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: NDArray[np.bool_]
+    ) -> Vector:
+        """Sums over the contact of the same gap times each mode."""
+        sums = np.zeros(3)
+        kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact, sums)
+        return sums
+
+    def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
+        """Add to the pressure (nx, ny) itself times a rigid displacement; none becomes negative."""
+        kernels.stretch(pressure, rigid, self.x, self.y)
 
     def approach(self, uz: FloatArray, contact: NDArray[np.bool_], rigid: Vector) -> float:
         """Length (mm) that gaps are measured against: the largest normal displacement in the contact.
@@ -161,14 +192,17 @@ class NormalModes(_Modes):
         For Hertz's contact it is delta_z, but it does not grow with an offset or a tilt of the surfaces. Without
         contact it is `OPEN` of the rigid displacement, whose rounding is all there can be.
         """
-        if contact.any():
-            return max(float(np.max(uz, where=contact, initial=0.0)), TINY)
+        return self._approach(float(np.max(uz, where=contact, initial=0.0)), contact, rigid)
+
+    def _approach(self, highest: float, contact: NDArray[np.bool_], rigid: Vector) -> float:
+        if highest > 0.0 or contact.any():
+            return max(highest, TINY)
         dz, tilt_x, tilt_y = np.abs(rigid)
         return max(OPEN * float(dz + tilt_x * np.abs(self.y).max() + tilt_y * np.abs(self.x).max()), TINY)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """``out`` = rigid[0] + rigid[1] y + rigid[2] x."""
-        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
+        kernels.rigid_displacement(rigid, self.x, self.y, out)
 
 
 class TangentialModes(_Modes):

@@ -23,8 +23,9 @@ from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.following import Room
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, NormalModes, Vector, is_singular, solve_modes
+from fretsolve.modes import Balance, GapErrors, NormalModes, Vector, is_singular, solve_modes
 from fretsolve.pointwise import cg
+from fretsolve.pointwise import normal as kernels
 from fretsolve.projected_cg import ProjectedCG, Space
 from fretsolve.rounding import ROUNDING, rounding_of
 
@@ -65,9 +66,9 @@ class NormalSolver:
         self.modes = NormalModes(grid)
         shape = grid.shape
         if space is None:
-            space = Space(np.zeros((2, *shape)), ProjectedCG(1, shape, operator.inner.dtype))
+            space = Space(np.zeros((1, *shape)), ProjectedCG(1, shape, operator.inner.dtype))
         self._cg = space.cg
-        self._gap, self._scratch = space.planes
+        self._gap = space.planes[0]
         self._room = Room(space.planes[:1], space.cg.spare)
         self._uz = np.zeros((1, *shape))
         self._follower = operator.following_normal
@@ -104,7 +105,8 @@ class NormalSolver:
             self.operator.normal(pressure, self._uz[0])
         while True:
             rigid = self._rigid_displacement(separation, balance, rigid)
-            residual, scale = self._update_gap_and_zone(separation, rigid, tolerance, caution)
+            errors = self._update_gap_and_zone(separation, rigid, tolerance, caution)
+            residual, scale = errors.residual, errors.approach
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
             unbalanced = self._unbalance(balance, pressure)
             if since >= PATIENCE:
@@ -115,7 +117,8 @@ class NormalSolver:
                 return NormalResult(rigid, iterations, residual, scale, True)
             if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
                 return NormalResult(rigid, iterations, residual, scale, False)
-            largest = self._take_residual()
+            largest = max(errors.in_contact, errors.penetration) or 1.0
+            kernels.take_residual(self._gap, self._contact, -1.0 / largest, self._cg.residual[0])
             np.copyto(self._gap, pressure)
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
@@ -166,43 +169,37 @@ class NormalSolver:
 
     def _rigid_displacement(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
         """Forced displacements by least squares of the gap over the contact zone [25]."""
-        imposed = balance.imposed_displacement
-        forced = balance.forced_index
-        gap, contact = self._gap, self._contact
-        np.add(separation, self._uz[0], out=gap)
-        if not contact.any():
-            open_rigid = np.where(balance.forced, rigid, imposed)
-            open_rigid[0] = 0.0
-            self.modes.displacement(open_rigid, self._scratch)
-            np.subtract(gap, self._scratch, out=gap)
-            open_rigid[0] = gap.min() if balance.forced[0] else imposed[0]
-            return open_rigid
+        imposed, forced = balance.imposed_displacement, balance.forced_index
+        if not self._gram[0, 0]:
+            return self._rigid_displacement_when_open(separation, balance, rigid)
         if is_singular(self._gram, forced):
             imposed = np.where(balance.forced, rigid, imposed)  # a row of cells keeps the tilt that it had
-        self.modes.displacement(imposed, self._scratch)
-        np.subtract(gap, self._scratch, out=self._scratch, where=contact)
-        self._scratch[~contact] = 0.0
-        return imposed + solve_modes(self._gram, self.modes.sums(self._scratch), forced)
+        gaps = self.modes.gap_sums(separation, self._uz[0], imposed, self._contact)
+        return imposed + solve_modes(self._gram, gaps, forced)
+
+    def _rigid_displacement_when_open(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
+        """Without contact: a forced delta_z just lets the surfaces touch, and forced tilts stay."""
+        imposed = balance.imposed_displacement
+        found = np.where(balance.forced, rigid, imposed)
+        found[0] = 0.0
+        self.modes.gap(separation, self._uz[0], found, self._contact, self._gap)
+        found[0] = self._gap.min() if balance.forced[0] else imposed[0]
+        return found
 
     def _update_gap_and_zone(
         self, separation: FloatArray, rigid: Vector, threshold: float, caution: float
-    ) -> tuple[float, float]:
+    ) -> GapErrors:
         """True gap; cells that penetrate by `caution` of the most, or any, join the contact.
 
-        Returns the relative residual and its scale.
+        Returns what was wrong with the gap before.
         """
         gap, contact = self._gap, self._contact
-        self.modes.displacement(rigid, self._scratch)
-        np.add(separation, self._uz[0], out=gap)
-        np.subtract(gap, self._scratch, out=gap)
-        scale = self.modes.approach(self._uz[0], contact, rigid)
-        in_contact = float(np.max(np.abs(gap, out=self._scratch), where=contact, initial=0.0))
-        penetration = -float(np.min(gap, where=~contact, initial=0.0))
-        if penetration > threshold * scale:
-            deep = max(0.5 * threshold * scale, caution * penetration)
+        errors = self.modes.gap(separation, self._uz[0], rigid, contact, gap)
+        if errors.penetration > threshold * errors.approach:
+            deep = max(0.5 * threshold * errors.approach, caution * errors.penetration)
             np.logical_or(contact, gap < -deep, out=contact)
             self._gram = self.modes.gram(contact)
-        return max(in_contact, penetration) / scale, scale
+        return errors
 
     def _rounding(self, separation: FloatArray, rigid: Vector) -> float:
         """What is lost of gaps in rounding (mm)."""
@@ -225,14 +222,6 @@ class NormalSolver:
             return np.inf if error.any() else 0.0
         reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
         return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
-
-    def _take_residual(self) -> float:
-        """Give conjugate gradients the gap in contact over its largest value, which is returned (mm)."""
-        contact, residual = self._contact, self._cg.residual
-        largest = float(np.max(np.abs(self._gap, out=self._scratch), where=contact, initial=0.0)) or 1.0
-        residual[:] = 0.0
-        np.divide(self._gap, -largest, out=residual[0], where=contact, casting="same_kind")
-        return largest
 
     def _reduce_gap(
         self, balance: Balance, pressure: FloatArray, largest: float, reduction: float, limit: int
@@ -302,14 +291,11 @@ class NormalSolver:
     def _restore_balance(self, balance: Balance, pressure: FloatArray) -> None:
         """Correct the pressure by p (a + b y + c x) so that the imposed resultants hold [26]."""
         forced = balance.forced_index
-        missing = balance.imposed_resultant - self.modes.resultants(pressure)
         if not forced or not self._contact.any():
             return
         gram = self.modes.gram(pressure) * self.modes.cell_area
-        self.modes.displacement(solve_modes(gram, missing, forced), self._scratch)
-        self._scratch *= pressure
-        pressure += self._scratch
-        np.maximum(pressure, 0.0, out=pressure)
+        missing = balance.imposed_resultant - gram[0]
+        self.modes.stretch(pressure, solve_modes(gram, missing, forced))
 
 
 def grown(contact: BoolArray) -> BoolArray:

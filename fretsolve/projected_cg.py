@@ -174,7 +174,7 @@ class ProjectedCG:
 
 @dataclass(frozen=True)
 class Space:
-    """What a solver of one component works in: planes (2, nx, ny) in double precision, and conjugate gradients."""
+    """What a solver of one component works in: one or two planes (nx, ny) in double precision, and its inner solver."""
 
     planes: FloatArray
     cg: ProjectedCG

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from fretsolve.compiler import compiler_wanted
 from fretsolve.pointwise import cg_plain as cg
 from fretsolve.pointwise import friction_plain as friction
+from fretsolve.pointwise import normal_plain as normal
 from fretsolve.pointwise import spectral_plain as spectral
 
 COMPILED = False
@@ -25,13 +26,13 @@ def compile_seconds() -> float:
 
 if not TYPE_CHECKING and compiler_wanted():
     try:
-        from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
+        from fretsolve.pointwise import cg_compiled, friction_compiled, normal_compiled, spectral_compiled
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         WHY_NOT = f"{type(error).__name__}: {error}"
     else:
         from fretsolve.pointwise.compiling import compile_seconds
 
-        cg, friction, spectral = cg_compiled, friction_compiled, spectral_compiled
+        cg, friction, normal, spectral = cg_compiled, friction_compiled, normal_compiled, spectral_compiled
         COMPILED = True
 
-__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "spectral"]
+__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "normal", "spectral"]

@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fretsolve.pointwise.compiling import kernel
+import numpy as np
+
+from fretsolve.pointwise.compiling import kernel, larger, largest_of
 
 
 @kernel
@@ -111,7 +113,7 @@ def advance(
 ) -> float:
     components, nx, ny = image.shape
     step = image.dtype.type(length)
-    largest = image.dtype.type(0.0)
+    squares = np.zeros(ny, image.dtype)
     for i in range(nx):
         for part in range(components):
             for j in range(ny):
@@ -123,15 +125,12 @@ def advance(
                     residual[part, i, j] += moment * constraints[m, part, i, j]
         if components == 1:
             for j in range(ny):
-                squared = residual[0, i, j] * residual[0, i, j]
-                if squared > largest or squared != squared:  # a NaN must come through
-                    largest = squared
+                squares[j] = larger(residual[0, i, j] * residual[0, i, j], squares[j])
         else:
             for j in range(ny):
                 squared = residual[0, i, j] * residual[0, i, j] + residual[1, i, j] * residual[1, i, j]
-                if squared > largest or squared != squared:
-                    largest = squared
-    return math.sqrt(largest)
+                squares[j] = larger(squared, squares[j])
+    return math.sqrt(largest_of(squares))
 
 
 @kernel
@@ -167,7 +166,7 @@ def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> No
 @kernel
 def remove(field: Any, constraints: Any, moments: Any) -> float:
     components, nx, ny = field.shape
-    largest = field.dtype.type(0.0)
+    squares = np.zeros(ny, field.dtype)
     for i in range(nx):
         for part in range(components):
             for m in range(len(moments)):
@@ -176,15 +175,12 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
                     field[part, i, j] -= moment * constraints[m, part, i, j]
         if components == 1:
             for j in range(ny):
-                squared = field[0, i, j] * field[0, i, j]
-                if squared > largest or squared != squared:
-                    largest = squared
+                squares[j] = larger(field[0, i, j] * field[0, i, j], squares[j])
         else:
             for j in range(ny):
                 squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
-                if squared > largest or squared != squared:
-                    largest = squared
-    return math.sqrt(largest)
+                squares[j] = larger(squared, squares[j])
+    return math.sqrt(largest_of(squares))
 
 
 @kernel
@@ -199,11 +195,9 @@ def add(field: Any, change: Any, factor: float) -> None:
 @kernel
 def largest_part(field: Any) -> float:
     components, nx, ny = field.shape
-    largest = field.dtype.type(0.0)
+    sizes = np.zeros(ny, field.dtype)
     for part in range(components):
         for i in range(nx):
             for j in range(ny):
-                size = abs(field[part, i, j])
-                if size > largest or size != size:  # a NaN must come through
-                    largest = size
-    return float(largest)
+                sizes[j] = larger(abs(field[part, i, j]), sizes[j])
+    return float(largest_of(sizes))

@@ -27,3 +27,21 @@ def kernel(function: Any) -> Any:
         return numba.njit(cache=True, **options)(function)
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
         return numba.njit(**options)(function)
+
+
+@kernel
+def larger(value: Any, other: Any) -> Any:
+    """The larger one of two numbers of one precision, or the one that is NaN."""
+    return value if value > other or value != value else other
+
+
+@kernel
+def largest_of(values: Any) -> float:
+    """The largest number of a row, or NaN where there is one.
+
+    Kernels gather the largest of each column in a row first: vector instructions do that, and lose no NaN.
+    """
+    largest = values[0]
+    for j in range(1, len(values)):
+        largest = larger(values[j], largest)
+    return float(largest)

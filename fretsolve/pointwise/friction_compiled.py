@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fretsolve.pointwise.compiling import kernel
+import numpy as np
+
+from fretsolve.pointwise.compiling import kernel, larger, largest_of
 
 
 @kernel
@@ -55,28 +57,25 @@ def move(
     stiffest: float,
 ) -> None:
     nx, ny = weight.shape
+    along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
-        for j in range(ny):
-            if weight[i, j] > 0.0:
-                s_x = slip[0, i, j] + rigid[0] - rigid[2] * y[j]
-                s_y = slip[1, i, j] + rigid[1] + rigid[2] * x[i]
-                slip[0, i, j], slip[1, i, j] = s_x, s_y
-                forward = s_x * normal[0, i, j] + s_y * normal[1, i, j]
-                if slipping[i, j] and forward > 0.0:
-                    resistance = min(forward / bound[i, j] / unit, stiffest)
-                else:
-                    resistance = 0.0
-                    slipping[i, j] = False
-                    normal[0, i, j] = 0.0
-                    normal[1, i, j] = 0.0
-                stiffness[i, j] = resistance
-                weight[i, j] = 1.0 / (1.0 + resistance)
-            else:
-                slipping[i, j] = False
-                normal[0, i, j] = 0.0
-                normal[1, i, j] = 0.0
-                stiffness[i, j] = 0.0
-                weight[i, j] = 0.0
+        across = along_y + turn * x[i]
+        for j in range(ny):  # without branches, so that vector instructions do it
+            touches = weight[i, j] > 0.0
+            s_x = slip[0, i, j] + (along_x - turn * y[j] if touches else 0.0)
+            s_y = slip[1, i, j] + (across if touches else 0.0)
+            slip[0, i, j], slip[1, i, j] = s_x, s_y
+            n_x, n_y = normal[0, i, j], normal[1, i, j]
+            forward = s_x * n_x + s_y * n_y
+            slips = touches & slipping[i, j] & (forward > 0.0)
+            resistance = forward / bound[i, j] / unit
+            resistance = resistance if resistance < stiffest else stiffest
+            resistance = resistance if slips else 0.0
+            share = 1.0 / (1.0 + resistance)
+            slipping[i, j] = slips
+            normal[0, i, j], normal[1, i, j] = n_x if slips else 0.0, n_y if slips else 0.0
+            stiffness[i, j] = resistance
+            weight[i, j] = share if touches else 0.0
 
 
 @kernel
@@ -118,23 +117,19 @@ def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any)
 @kernel
 def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
     nx, ny = slipping.shape
-    largest, in_slip, in_stick = 0.0, 0.0, 0.0
+    largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
         for j in range(ny):
-            s_x, s_y = slip[0, i, j], slip[1, i, j]
+            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
             squared = s_x * s_x + s_y * s_y
-            # A NaN must come through, which `max` would lose.
-            if squared > largest or squared != squared:
-                largest = squared
-            if slipping[i, j]:
-                along = s_x * normal[0, i, j] + s_y * normal[1, i, j]
-                t_x, t_y = s_x - along * normal[0, i, j], s_y - along * normal[1, i, j]
-                squared = t_x * t_x + t_y * t_y
-                if squared > in_slip or squared != squared:
-                    in_slip = squared
-            elif squared > in_stick or squared != squared:
-                in_stick = squared
-    return math.sqrt(largest), math.sqrt(in_slip), math.sqrt(in_stick)
+            along = s_x * n_x + s_y * n_y
+            t_x, t_y = s_x - along * n_x, s_y - along * n_y
+            across = t_x * t_x + t_y * t_y
+            slips = slipping[i, j]
+            largest[j] = larger(squared, largest[j])
+            in_slip[j] = larger(across if slips else 0.0, in_slip[j])
+            in_stick[j] = larger(0.0 if slips else squared, in_stick[j])
+    return math.sqrt(largest_of(largest)), math.sqrt(largest_of(in_slip)), math.sqrt(largest_of(in_stick))
 
 
 @kernel
@@ -153,27 +148,23 @@ def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal
     nx, ny = bound.shape
     for i in range(nx):
         for j in range(ny):
-            q_x, q_y = shear[0, i, j], shear[1, i, j]
+            q_x, q_y, limit = shear[0, i, j], shear[1, i, j], bound[i, j]
             length = math.sqrt(q_x * q_x + q_y * q_y)  # faster than hypot
-            slips = contact[i, j] and (slipping[i, j] or length > bound[i, j])
+            slips = contact[i, j] & (slipping[i, j] | (length > limit))
+            inverse = 1.0 / length
+            inverse = inverse if slips & (length > 0.0) else 0.0
+            n_x, n_y = q_x * inverse, q_y * inverse
             slipping[i, j] = slips
-            if slips:
-                inverse = 1.0 / length if length > 0.0 else 0.0
-                n_x, n_y = q_x * inverse, q_y * inverse
-                normal[0, i, j], normal[1, i, j] = n_x, n_y
-                shear[0, i, j], shear[1, i, j] = n_x * bound[i, j], n_y * bound[i, j]
-            else:
-                normal[0, i, j], normal[1, i, j] = 0.0, 0.0
+            normal[0, i, j], normal[1, i, j] = n_x, n_y
+            shear[0, i, j], shear[1, i, j] = n_x * limit if slips else q_x, n_y * limit if slips else q_y
 
 
 @kernel
 def excess(shear: Any, bound: Any) -> float:
     nx, ny = bound.shape
-    largest = -math.inf
+    largest = np.full(ny, -math.inf)
     for i in range(nx):
         for j in range(ny):
             q_x, q_y = shear[0, i, j], shear[1, i, j]
-            beyond = math.sqrt(q_x * q_x + q_y * q_y) - bound[i, j]
-            if beyond > largest or beyond != beyond:
-                largest = beyond
-    return largest
+            largest[j] = larger(math.sqrt(q_x * q_x + q_y * q_y) - bound[i, j], largest[j])
+    return float(largest_of(largest))

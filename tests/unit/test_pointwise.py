@@ -11,15 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretsolve.pointwise import cg_plain, friction_plain, spectral_plain
+from fretsolve.pointwise import cg_plain, friction_plain, normal_plain, spectral_plain
 
 pytest.importorskip("numba")
 
-from fretsolve.pointwise import cg_compiled, friction_compiled, spectral_compiled
+from fretsolve.pointwise import cg_compiled, friction_compiled, normal_compiled, spectral_compiled
 from fretsolve.pointwise.compiling import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
 CG = ["finish_search", "turn", "finish_image", "advance", "restrict", "weigh_moments", "remove", "add", "largest_part"]
+NORMAL = ["rigid_displacement", "sum_gaps", "take_gap", "take_residual", "gram", "sum_modes", "stretch"]
 FRICTION = ["take_slip", "move", "gram", "add_motion", "violation", "scale_tangential", "return_to_circle", "excess"]
 
 
@@ -60,6 +61,28 @@ def arguments(function, shape, components, dtype, seed=0):
     return [value(name) for name in inspect.signature(getattr(plain, function)).parameters]
 
 
+def normal_arguments(function, shape, dtype=np.float64, seed=0):
+    """The same for the kernels of the normal problem; no material in a corner out of contact."""
+    random = np.random.default_rng(seed)
+    contact = random.random(shape) < 0.6
+    separation = random.normal(size=shape)
+    separation[-1, -1], contact[-1, -1] = np.inf, False
+    values = {
+        "separation": separation,
+        "contact": contact,
+        "weight": contact.copy() if dtype is bool else random.random(shape) * contact,
+        "x": random.normal(size=shape[0]),
+        "y": random.normal(size=shape[1]),
+        "rigid": random.normal(size=3),
+        "sums": np.ones(3),
+        "result": np.ones((3, 3)),
+        "factor": -0.7,
+        "residual": np.ones(shape, np.float32),
+    }
+    names = inspect.signature(getattr(normal_plain, function)).parameters
+    return [values[name] if name in values else random.normal(size=shape) for name in names]
+
+
 def assert_same(plain, compiled, found, expected, tolerance):
     np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance)
     for one, other in zip(plain, compiled, strict=True):
@@ -85,6 +108,34 @@ def test_slip_law(function, shape):
     expected = getattr(friction_plain, function)(*plain)
     found = getattr(friction_compiled, function)(*compiled)
     assert_same(plain, compiled, 0.0 if found is None else found, 0.0 if expected is None else expected, 1e-10)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("function", NORMAL)
+def test_normal_problem(function, shape):
+    plain, compiled = (normal_arguments(function, shape) for _ in range(2))
+    expected = getattr(normal_plain, function)(*plain)
+    found = getattr(normal_compiled, function)(*compiled)
+    tolerance = 1e-6 if function == "take_residual" else 1e-11
+    assert_same(plain, compiled, 0.0 if found is None else found, 0.0 if expected is None else expected, tolerance)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_moments_of_a_contact_zone(shape):
+    plain, compiled = (normal_arguments("gram", shape, bool) for _ in range(2))
+    normal_plain.gram(*plain)
+    normal_compiled.gram(*compiled)
+    np.testing.assert_allclose(compiled[-1], plain[-1], rtol=1e-11)
+
+
+@pytest.mark.parametrize("module", [normal_plain, normal_compiled])
+@pytest.mark.parametrize("touches", [False, True])
+def test_a_nan_of_the_gap_is_not_lost(module, touches):
+    uz, nothing = np.zeros((4, 4)), np.zeros(4)
+    uz[1, 1] = np.nan
+    contact = np.full((4, 4), touches)
+    errors = module.take_gap(np.zeros((4, 4)), uz, np.zeros(3), nothing, nothing, contact, np.zeros((4, 4)))
+    assert np.isnan(errors[0] if touches else errors[1])
 
 
 @pytest.mark.parametrize("rows", [1, 4, 10])
