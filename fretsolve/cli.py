@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fretsolve import __version__
-from fretsolve.cli_frame import CommandLine, output_option, overrides_option, quiet_option
+from fretsolve.cli_frame import CommandLine, output_option, overrides_option, overwrite_option, quiet_option
 from fretsolve.cli_sweep import sweep
 from fretsolve.commands.threads import available, set_up_numerics
 from fretsolve.export import FORMATS
@@ -48,7 +48,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 
 @main.command()
 @click.argument("case", type=click.Path(path_type=Path))
-@output_option("The result file; by default that of the case with .h5.")
+@output_option("The result file, which ends on .h5; by default that of the case with .h5.")
 @overrides_option
 @click.option(
     "--error-bars",
@@ -56,7 +56,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     help="Estimate the errors of the history, from coarser companion runs (solver.error_estimate).",
 )
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
-@click.option("--overwrite", is_flag=True, help="Replace a result that is there.")
+@overwrite_option("a result")
 @click.option(
     "--threads",
     type=click.IntRange(1),
@@ -114,7 +114,7 @@ def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
 @main.command()
 @_CASES
 @click.option(
-    "--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write the outcome as JUnit XML as well."
+    "--junit", type=click.Path(path_type=Path), metavar="FILE.xml", help="Write the outcome as JUnit XML as well."
 )
 @overrides_option
 def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...]) -> int:
@@ -256,7 +256,8 @@ def plot(
     metavar="N",
     help="An increment, instead of all with fields; may be repeated.",
 )
-def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...]) -> int:
+@overwrite_option("files")
+def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...], overwrite: bool) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
     It may still be growing.
@@ -270,7 +271,7 @@ def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, .
     """
     from fretsolve.commands.export import ExportOrder, export_result
 
-    return export_result(ExportOrder(out, file_format, target, steps))
+    return export_result(ExportOrder(out, file_format, target, steps, overwrite))
 
 
 @main.command()
@@ -294,7 +295,8 @@ def new(kind: str, target: Path | None) -> int:
 
 @main.command()
 @output_option("A .json file to write it to.", "FILE", "target")
-def schema(target: Path | None) -> int:
+@overwrite_option("a file")
+def schema(target: Path | None, overwrite: bool) -> int:
     """Print the JSON Schema of the case file, for editors.
 
     With the first line `# yaml-language-server: $schema=FILE` in a case, editors that have the YAML language server
@@ -303,7 +305,7 @@ def schema(target: Path | None) -> int:
     from fretsolve.commands.schema import schema_text, write_schema
 
     if target is not None:
-        return write_schema(target)
+        return write_schema(target, overwrite=overwrite)
     print(schema_text())
     return 0
 

@@ -93,5 +93,10 @@ def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Ca
 
 
 quiet_option = click.option(
-    "-q", "--quiet", is_flag=True, help="Print nothing but errors, and of a run what makes its result doubtful."
+    "-q", "--quiet", is_flag=True, help="Print nothing but errors and what makes results doubtful."
 )
+
+
+def overwrite_option(what: str) -> Callable[[Command], Command]:
+    """The option `--overwrite`; what: that it replaces."""
+    return click.option("--overwrite", is_flag=True, help=f"Replace {what} that is there.")

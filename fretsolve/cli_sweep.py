@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from fretsolve.cli_frame import output_option, quiet_option
+from fretsolve.cli_frame import output_option, overwrite_option, quiet_option
 from fretsolve.commands.threads import set_up_numerics
 from fretsolve.interrupt import StopRequest
 
@@ -122,11 +122,15 @@ def status(folder: Path) -> int:
     help="What to collect at the end of a stage (the last by default); by default what the sweep file names.",
 )
 @click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
-def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool) -> int:
-    """Write one table of the settings and results of the sweep in DIR, with error bars where there are any."""
+@overwrite_option("a FILE")
+def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
+    """Write one table of the settings and results of the sweep in DIR, with error bars where there are any.
+
+    The tables in DIR are the sweep's own and written anew each time.
+    """
     from fretsolve.commands.sweep import collect_sweep
 
-    return collect_sweep(folder, out, quantities, fields=fields)
+    return collect_sweep(folder, out, quantities, fields=fields, overwrite=overwrite)
 
 
 @sweep.command()

@@ -14,6 +14,7 @@ from fretsolve.commands.doubts import doubts
 from fretsolve.commands.junit import write_junit
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.estimate import require_memory
+from fretsolve.files import require_ending
 from fretsolve.scene import prepare
 from fretsolve.simulation import run
 
@@ -95,7 +96,9 @@ class Outcome:
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check each case and report it at once; the worst exit code."""
+    """Check each case and report it at once; the worst exit code. Raises CaseError for a `junit` of another ending."""
+    if junit is not None:
+        require_ending(junit, "JUnit XML, which replaces what is there", ".xml")
     outcomes = []
     for path in cases:
         outcome = check_case(path, overrides)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError
 from fretsolve.export.xdmf import points_file
+from fretsolve.files import require_ending, require_free, writing
 from fretsolve.history import open_result
 
 if TYPE_CHECKING:
@@ -21,12 +22,16 @@ SUFFIXES = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
 
 @dataclass(frozen=True)
 class ExportOrder:
-    """What the command line asks for. out: None for the result's name with the format's suffix; steps: none for all."""
+    """What the command line asks for.
+
+    out: None for the result's name with the format's suffix; steps: none for all; overwrite: files that are there.
+    """
 
     result: Path
     file_format: str
     out: Path | None
     steps: tuple[int, ...]
+    overwrite: bool
 
 
 def export_result(order: ExportOrder) -> int:
@@ -37,12 +42,10 @@ def export_result(order: ExportOrder) -> int:
         if not result.increments:
             raise CaseError("the result has no increment yet", (), result.path)
         out = order.out or result.path.with_suffix(SUFFIXES[order.file_format])
-        _require_name(out, order.file_format, result)
+        _require_target(out, order, result)
         steps = _chosen(result, order.steps)
-        try:
+        with writing(out):
             notes = _write(result, order.file_format, steps, out)
-        except OSError as error:
-            raise FileError(f"cannot be written: {error.strerror or error}", out) from error
     for note in notes:
         print(f"{result.path}: warning: {note}", file=sys.stderr)
     print(out, flush=True)
@@ -72,16 +75,14 @@ def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) ->
     return write_vtk(result, steps, out)
 
 
-def _require_name(out: Path, file_format: str, result: Result) -> None:
-    """Raise CaseError where `out` is no name for the format, or that of the result."""
-    suffix = SUFFIXES[file_format]
-    if out.is_dir():
-        raise CaseError(f"a folder; the name of a file that ends on {suffix} is needed", (), out)
-    if out.suffix.lower() != suffix:
-        raise CaseError(f"no name for {file_format}; one that ends on {suffix} is needed", (), out)
-    for path in (out, points_file(out)) if file_format == "xdmf" else (out,):
+def _require_target(out: Path, order: ExportOrder, result: Result) -> None:
+    """Raise CaseError where `out` is no name for the format, that of the result, or that of a file not to replace."""
+    require_ending(out, order.file_format, SUFFIXES[order.file_format])
+    targets = (out, points_file(out)) if order.file_format == "xdmf" else (out,)
+    for path in targets:
         if path.resolve() == result.path.resolve() or _same(path, result.path):
             raise CaseError("would replace the result itself; give another name with -o", (), path)
+    require_free(*targets, overwrite=order.overwrite)
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from fretsolve.errors import FileError
+from fretsolve.files import writing
 
 if TYPE_CHECKING:
     from fretsolve.commands.check import Comparison, Outcome
@@ -20,10 +20,8 @@ def write_junit(path: Path, outcomes: Sequence[Outcome]) -> None:
         suites.append(_suite(outcome))
     ElementTree.indent(suites)
     text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
-    try:
+    with writing(path):
         path.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", path) from error
 
 
 def _suite(outcome: Outcome) -> ElementTree.Element:

@@ -6,7 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from fretsolve.errors import CaseError, FileError
+from fretsolve.files import require_ending, require_free, writing
 
 HEIGHTS = "HEIGHTS"
 """What stands in a template for the name of its height map."""
@@ -20,22 +20,16 @@ RMS, HURST, LONGEST = 1e-4, 0.8, 0.25
 
 def new_case(kind: str, out: Path) -> int:
     """Write the case, and the height map that it names if any; the exit code. Raises CaseError, FileError."""
-    if out.suffix.lower() not in (".yaml", ".yml"):
-        raise CaseError("no name for a case; one that ends on .yaml is needed", (), out)
+    require_ending(out, "a case", ".yaml", ".yml")
     text = resources.files("fretsolve.templates").joinpath(f"{kind}.yaml").read_text(encoding="utf-8")
     files = {out: text}
     if HEIGHTS in text:
         heights = out.with_suffix(".heights.txt")
         files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
-    for path in files:
-        if path.exists():
-            raise FileError("exists, and is not touched; give another name with -o", path)
+    require_free(*files, advice="it is not touched; give another name with -o")
     for path, content in files.items():
-        try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(content)
-        except OSError as error:
-            raise FileError(f"cannot be written: {error.strerror or error}", path) from error
+        with writing(path), path.open("x", encoding="utf-8") as file:
+            file.write(content)
         print(path)
     return 0
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError
 from fretsolve.extras import how_to_install
+from fretsolve.files import make_folder, writing
 from fretsolve.history import open_result
 from fretsolve.plots import KINDS
 from fretsolve.plots.problem import PictureError
@@ -82,7 +83,7 @@ def _files(order: PlotOrder, kinds: Sequence[Kind], result: Path) -> list[Path]:
     out = order.out
     if out is None or out.is_dir() or order.to_folder or (len(kinds) > 1 and not out.suffix):
         folder = result.parent if out is None else out
-        _make_folder(folder)
+        make_folder(folder)
         return [folder / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
     if len(kinds) > 1:
         raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder", (), out)
@@ -90,13 +91,6 @@ def _files(order: PlotOrder, kinds: Sequence[Kind], result: Path) -> list[Path]:
         allowed = ", ".join(f".{name}" for name in kinds[0].formats)
         raise CaseError(f"no name for {kinds[0].name}; one that ends on {allowed} is needed", (), out)
     return [out]
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot be made a folder: {error.strerror or error}", folder) from error
 
 
 def picture_format(path: Path) -> str:
@@ -124,7 +118,7 @@ def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, f
         require_increments(result)
     except PictureError as error:
         raise CaseError(str(error), (), result.path) from error
-    _make_folder(folder)
+    make_folder(folder)
     entries = []
     for kind in kinds:
         try:
@@ -142,8 +136,6 @@ def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, f
 
 def write_picture(path: Path, content: bytes) -> None:
     """Write a file and say so. Raises FileError."""
-    try:
+    with writing(path):
         path.write_bytes(content)
-    except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", path) from error
     print(path, flush=True)

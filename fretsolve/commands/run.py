@@ -10,6 +10,7 @@ from fretsolve.case import load_case
 from fretsolve.commands.telling import Quiet, teller
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.estimate import require_memory
+from fretsolve.files import require_ending
 from fretsolve.history import HistoryWriter
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.recording import height_maps, record, run_header
@@ -18,6 +19,9 @@ from fretsolve.scene import Scene, prepare
 if TYPE_CHECKING:
     from fretsolve.case import Case
     from fretsolve.interrupt import StopRequest
+
+
+RESULT_ENDINGS = (".h5", ".hdf5")
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ def run_case(order: Order, stop: StopRequest) -> int:
     """Solve, save and report. Returns the exit code 0 or 75; raises the errors that stand for the others."""
     case = load_case(order.case, order.overrides)
     _keep_inputs(order.output, case)
+    require_ending(order.output, "a result", *RESULT_ENDINGS)
     scene = prepare(case)
     require_memory(scene)
     header = run_header(scene, order.threads, order.overrides)

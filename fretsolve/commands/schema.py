@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from fretsolve.case import case_schema
-from fretsolve.errors import CaseError, FileError
+from fretsolve.files import require_ending, require_free, writing
 
 
 def schema_text() -> str:
@@ -14,13 +14,11 @@ def schema_text() -> str:
     return json.dumps(case_schema(), indent=2, ensure_ascii=False)
 
 
-def write_schema(path: Path) -> int:
+def write_schema(path: Path, *, overwrite: bool) -> int:
     """Write the schema and tell where it lies; the exit code. Raises CaseError, FileError."""
-    if path.suffix.lower() != ".json":
-        raise CaseError("no name for a JSON Schema; one that ends on .json is needed", (), path)
-    try:
+    require_ending(path, "a JSON Schema", ".json")
+    require_free(path, overwrite=overwrite)
+    with writing(path):
         path.write_text(schema_text() + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", path) from error
     print(path)
     return 0

@@ -12,7 +12,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from fretsolve.errors import FileError
+from fretsolve.files import writing
 
 
 class TolerantStream:
@@ -39,12 +39,13 @@ class TolerantStream:
 
     @contextmanager
     def _tolerance(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            self._drop()
-            if not isinstance(error, BrokenPipeError):
-                raise FileError(f"cannot be written: {error.strerror or error}", self._name) from error
+        with writing(self._name):
+            try:
+                yield
+            except OSError as error:
+                self._drop()
+                if not isinstance(error, BrokenPipeError):
+                    raise
 
     def _drop(self) -> None:
         """Send what is buffered and all that follows to nowhere, so that the interpreter can flush it at its exit."""

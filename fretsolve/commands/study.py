@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from fretsolve.commands.study_progress import study_progress
-from fretsolve.errors import CaseError, FileError, NoSolutionError
+from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.extras import how_to_install
+from fretsolve.files import make_folder, writing
 from fretsolve.history import durable
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.report import NARROWEST, WIDTH
@@ -53,7 +54,7 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
     plan = make_plan(
         order.case, order.overrides, order.varied, order.quantities, order.truth, order.folder
     )
-    _make_folder(order.folder)
+    make_folder(order.folder)
     _introduce(order, plan)
     outcomes: list[Outcome] = []
     with study_progress(plan.trials, quiet=order.quiet) as display:
@@ -71,13 +72,6 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
         done = f"stopped with {len(outcomes)} of {len(plan.trials)} runs done"
         print(f"{done}; the same command goes on", file=sys.stderr)
     return EXIT_STOPPED
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot be made a folder: {error.strerror or error}", folder) from error
 
 
 def _introduce(order: StudyOrder, plan: Plan) -> None:
@@ -113,12 +107,10 @@ def _write(order: StudyOrder, study: Assessment, *, picture: bool) -> None:
     write_csv(order.folder / CSV_NAME, study)
     write_hdf5(order.folder / HDF5_NAME, study, list(advice(study)))
     path = order.folder / PICTURE_NAME
-    try:
+    with writing(path):
         durable.remove(path)
         if picture:
             _draw(path, study, _title(order, study.finest))
-    except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", path) from error
 
 
 def _draw(path: Path, study: Assessment, title: str) -> None:

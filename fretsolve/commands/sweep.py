@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.commands.threads import processors
 from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.files import require_free
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.plots.problem import PictureError
 from fretsolve.study.observable import NAMES, read_observable
@@ -199,13 +200,16 @@ def _conclude(order: SweepOrder, manifest: Manifest, stop: StopRequest) -> int:
     return 0
 
 
-def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool) -> int:
-    """Write the table of what there is by now; by default as CSV and HDF5 in the folder."""
+def collect_sweep(
+    folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool, overwrite: bool
+) -> int:
+    """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are its own."""
     manifest = read_manifest(folder)
     for text in quantities:
         read_observable(text)
     if out is not None:
         writers = {out: writer_of(out, fields=fields)}
+        require_free(out, overwrite=overwrite)
     else:
         tables = folder / CSV_NAME, folder / HDF5_NAME
         writers = {path: writer_of(path, fields=fields and path.name == HDF5_NAME) for path in tables}

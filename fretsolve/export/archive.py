@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.files import replacing
+from fretsolve.files import replacing
 
 if TYPE_CHECKING:
     from fretsolve.history import Result

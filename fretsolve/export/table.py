@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.export.files import replacing
+from fretsolve.files import replacing
 
 if TYPE_CHECKING:
     from fretsolve.history import Result

@@ -16,8 +16,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.files import replacing
 from fretsolve.export.surfaces import BodySurface, FlatError, Surfaces
+from fretsolve.files import replacing
 
 if TYPE_CHECKING:
     from fretsolve.history import Result

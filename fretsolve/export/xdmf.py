@@ -15,7 +15,7 @@ from xml.sax.saxutils import escape, quoteattr
 import h5py
 import numpy as np
 
-from fretsolve.export.files import replacing
+from fretsolve.files import replacing
 from fretsolve.history import durable
 from fretsolve.history.layout import create_field, is_single, stored_fields
 
@@ -38,7 +38,7 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
     whole = result.status in ("complete", "failed")
-    durable.remove(beside.with_name(beside.name + durable.TEMPORARY_SUFFIX))
+    durable.remove_stale(beside)
     with durable.new_hdf5(beside, beside.parent) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)

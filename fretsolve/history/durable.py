@@ -7,8 +7,11 @@ Every call that changes something goes through this module's `os`, which the tes
 from __future__ import annotations
 
 import errno
+import glob
 import io
 import os
+import secrets
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -16,10 +19,13 @@ from typing import Any
 
 import h5py
 
-from fretsolve.errors import FileError
+from fretsolve.files import writing
 from fretsolve.history.layout import LIBRARY_VERSIONS
 
 TEMPORARY_SUFFIX = ".tmp"
+
+STALE = 3600.0
+"""Age in seconds at which a temporary file was left by a kill, where other processes may be writing the same file."""
 
 
 class WriteThroughFile(io.RawIOBase):
@@ -104,10 +110,10 @@ class WriteThroughFile(io.RawIOBase):
 def new_file(target: Path, folder: Path) -> Iterator[WriteThroughFile]:
     """A file to write, which replaces `target` in one step once the block is left without an error.
 
-    Until then it lies in `folder` under a temporary name (`remove_temporaries` clears up after a kill).
-    `folder` must be on the file system of `target`. Raises OSError.
+    Until then it lies in `folder` under a name of its own, so that several processes may write `target` at the same
+    time (`remove_temporaries` clears up after a kill). `folder` must be on the file system of `target`. Raises OSError.
     """
-    temporary = folder / (target.name + TEMPORARY_SUFFIX)
+    temporary = folder / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
     file = WriteThroughFile(temporary)
     try:
         try:
@@ -144,12 +150,9 @@ def write_text(target: Path, text: str) -> None:
 @contextmanager
 def reported(target: Path) -> Iterator[None]:
     """Around writing a file anew: clears up what a kill has left of it, and raises FileError for an OSError."""
-    try:
-        remove(target.with_name(target.name + TEMPORARY_SUFFIX))
+    with writing(target):
+        remove_stale(target)
         yield
-    except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise FileError(f"cannot be written: {reason}", target) from error
 
 
 def sync_folder(folder: Path) -> None:
@@ -187,5 +190,14 @@ def remove_folder(folder: Path) -> None:
 
 
 def remove_temporaries(folder: Path) -> None:
-    """Clear up what a killed run left half written. Raises OSError."""
+    """Clear up what a killed run left half written, in a folder that nobody else writes to. Raises OSError."""
     remove(*sorted(folder.glob("*" + TEMPORARY_SUFFIX)))
+
+
+def remove_stale(target: Path) -> None:
+    """Clear up what kills have left of a file that other processes may be writing. Raises OSError."""
+    begun = time.time() - STALE
+    for path in target.parent.glob(f"{glob.escape(target.name)}.*{TEMPORARY_SUFFIX}"):
+        with suppress(FileNotFoundError):
+            if path.stat().st_mtime < begun:
+                remove(path)

@@ -6,7 +6,6 @@ the run is complete or has failed. Where OUT exists it is the truth and its part
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,7 +15,8 @@ from typing import Literal, Self
 
 import h5py
 
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseError, FileError
+from fretsolve.files import reason_of, require_free
 from fretsolve.history import durable
 from fretsolve.history.final import write_result
 from fretsolve.history.header import RunHeader, require_same_run
@@ -36,6 +36,9 @@ from fretsolve.state import State, Summary, SummaryErrors
 
 MERGE_EVERY = 32
 """Increments per merged part: bounds the number of files and the restart data that is kept without use."""
+
+TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
+"""What to do about a result that is there."""
 
 
 class HistoryWriter:
@@ -68,13 +71,13 @@ class HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
-        Raises FileError where `out` or its parts exist and neither option is given, where they belong to
+        Raises CaseError where `out` or its parts exist and neither option is given, FileError where they belong to
         another run or are damaged, where another run writes them, and where the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
         with _reported("cannot begin the result", out):
-            _require_free(out, allowed=resume or overwrite)
+            require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
             if overwrite:
                 _require_replaceable(out)
             if resume and out.exists() and _status(out, header) == "complete":
@@ -160,7 +163,8 @@ class HistoryWriter:
         return writer
 
     def _begin(self, resume: bool, overwrite: bool) -> None:
-        _require_free(self.out, allowed=resume or overwrite)  # another run may have ended since
+        # Another run may have ended since.
+        require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
         durable.remove_temporaries(self._folder)
         if overwrite:
             self._clear()
@@ -173,9 +177,8 @@ class HistoryWriter:
         elif resume:
             self._take_up_stopped()
         else:
-            raise FileError(
-                "a stopped run is there: --resume goes on with it, --overwrite starts anew", self._folder
-            )
+            message = "a stopped run is there: --resume goes on with it, --overwrite starts anew"
+            raise CaseError(message, (), self._folder)
         if not self._pause:
             self._write_header()
 
@@ -228,13 +231,6 @@ class HistoryWriter:
         self._parts = []
 
 
-def _require_free(out: Path, *, allowed: bool) -> None:
-    if out.is_dir():
-        raise FileError("is a folder, the result must be a file", out)
-    if out.exists() and not allowed:
-        raise FileError("exists: --overwrite replaces it, --resume goes on unless it is complete", out)
-
-
 def _require_replaceable(out: Path) -> None:
     if out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
         raise FileError("is no HDF5 file, which --overwrite leaves alone: remove it, or give another name", out)
@@ -254,6 +250,5 @@ def _reported(action: str, file: Path, *, resumable: bool = False) -> Iterator[N
     try:
         yield
     except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
         advice = "; the increments so far are kept, --resume goes on" if resumable else ""
-        raise FileError(f"{action}: {reason}{advice}", file) from error
+        raise FileError(f"{action}: {reason_of(error)}{advice}", file) from error

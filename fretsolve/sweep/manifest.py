@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve.errors import FileError
+from fretsolve.files import reason_of
 from fretsolve.history import durable
 from fretsolve.study.variation import Setting
 
@@ -101,12 +101,9 @@ def write_manifest(manifest: Manifest) -> None:
     cases = ",\n  ".join(lines)
     text = json.dumps(head, indent=1, ensure_ascii=False)[:-2] + f',\n "cases": [\n  {cases}\n ]\n}}\n'
     path = manifest.folder / MANIFEST_NAME
-    try:
+    with durable.reported(path):
         (manifest.folder / RESULTS_NAME).mkdir(parents=True, exist_ok=True)
-        durable.remove_temporaries(manifest.folder)
         durable.write_text(path, text)
-    except OSError as error:
-        raise FileError(f"cannot be written: {os.strerror(error.errno) if error.errno else error}", path) from error
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -128,8 +125,8 @@ def read_manifest(folder: Path) -> Manifest:
             tuple(_row(row) for row in values["cases"]),
         )
     except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise FileError(f"cannot be read: {reason}; a folder is needed that sweep run has made", path) from None
+        needed = "a folder is needed that sweep run has made"
+        raise FileError(f"cannot be read: {reason_of(error)}; {needed}", path) from None
     except (ValueError, KeyError, TypeError) as error:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
 

@@ -6,7 +6,6 @@ import csv
 import itertools
 import json
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from fretsolve.case import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import YamlSyntaxError, case_error, parse
 from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.files import reason_of
 from fretsolve.study.variation import STRAY_STAR, Setting, has_stray_star
 from fretsolve.sweep.spec import LARGEST_SWEEP, CsvAxis, LatinHypercubeAxis, Range
 
@@ -162,7 +162,7 @@ def _read_csv(path: Path, source: CaseSource, key: KeyPath) -> Iterator[Point]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if any(row)]
     except (OSError, ValueError) as error:  # ValueError: no UTF-8, or a NUL in the name
-        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+        reason = reason_of(error) if isinstance(error, OSError) else str(error)
         raise FileError(f"can't be read: {reason}", path) from None
     except csv.Error as error:
         raise CaseError(f"no CSV: {error}", (), path) from None

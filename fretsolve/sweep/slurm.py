@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError
 from fretsolve.history import durable
 from fretsolve.sweep.manifest import Manifest, Row, index_list
 
@@ -100,12 +100,9 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
 
 def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
     script = manifest.folder / FOLDER_NAME / SCRIPT_NAME
-    try:
+    with durable.reported(script):
         script.parent.mkdir(exist_ok=True)
-        durable.remove_temporaries(script.parent)
         durable.write_text(script, script_text(manifest, spec))
-    except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", script) from error
     return script
 
 

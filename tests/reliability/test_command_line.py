@@ -122,7 +122,7 @@ def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
         process.kill()
         process.communicate()
     code, _, messages = finish("run", case)
-    assert code == 4
+    assert code == 2
     assert messages.endswith("a stopped run is there: --resume goes on with it, --overwrite starts anew\n")
 
 

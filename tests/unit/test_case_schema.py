@@ -164,6 +164,13 @@ def test_schema_is_written_for_editors(tmp_path: Path) -> None:
     done = invoke("schema", "-o", file)
     assert (done.exit_code, done.stdout) == (0, f"{file}\n")
     assert file.read_text() == invoke("schema").stdout
+    file.write_text("mine")
+    again = invoke("schema", "-o", file)
+    assert again.exit_code == 2
+    assert again.stderr == f"{file}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert file.read_text() == "mine"
+    assert invoke("schema", "-o", file, "--overwrite").exit_code == 0
+    assert file.read_text() == invoke("schema").stdout
     wrong = invoke("schema", "-o", tmp_path / "case.yaml")
     assert wrong.exit_code == 2
     assert wrong.stderr == f"{tmp_path}/case.yaml: no name for a JSON Schema; one that ends on .json is needed\n"

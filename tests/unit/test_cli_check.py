@@ -119,6 +119,15 @@ def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
     assert "gross sliding" in error.get("message", "")
 
 
+def test_junit_file_is_no_case(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("check", case, "--junit", case)
+    assert result.exit_code == 2
+    message = "no name for JUnit XML, which replaces what is there; one that ends on .xml is needed"
+    assert result.output == f"{case}: {message}\n"
+    assert case.read_text() == CASE
+
+
 def test_junit_file_that_cannot_be_written(tmp_path: Path) -> None:
     file = tmp_path / "missing" / "report.xml"
     result = invoke("check", write_case(tmp_path), "--junit", file)

@@ -96,7 +96,12 @@ def test_show_something_else(content: bytes, tmp_path: Path) -> None:
 def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     folder = invoke("run", case, "-o", tmp_path)
-    assert (folder.exit_code, folder.output) == (4, f"{tmp_path}: is a folder, the result must be a file\n")
+    assert folder.exit_code == 2
+    assert folder.output == f"{tmp_path}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+    (tmp_path / "folder.h5").mkdir()
+    folder = invoke("run", case, "-o", tmp_path / "folder.h5", "--overwrite")
+    message = f"{tmp_path}/folder.h5: is a folder; the name of a file is needed\n"
+    assert (folder.exit_code, folder.output) == (2, message)
     missing = invoke("run", case, "-o", tmp_path / "missing" / "out.h5")
     assert missing.exit_code == 4
     assert missing.output == (

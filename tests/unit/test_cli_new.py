@@ -38,14 +38,14 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     case, heights = tmp_path / "my.case.yaml", tmp_path / "my.case.heights.txt"
     heights.write_text("mine")
     result = invoke("new", "rough", "-o", case)
-    assert result.exit_code == 4
-    assert result.stderr == f"{heights}: exists, and is not touched; give another name with -o\n"
+    assert result.exit_code == 2
+    assert result.stderr == f"{heights}: exists: it is not touched; give another name with -o\n"
     assert not case.exists()
     heights.unlink()
     assert invoke("new", "rough", "-o", case).stdout == f"{heights}\n{case}\n"
     assert yaml.safe_load(case.read_text())["surface"][1]["heights"]["file"] == heights.name
     before = case.read_text()
-    assert invoke("new", "hertz", "-o", case).exit_code == 4
+    assert invoke("new", "hertz", "-o", case).exit_code == 2
     assert case.read_text() == before
 
 
@@ -56,7 +56,7 @@ def test_wrong_names(tmp_path: Path) -> None:
     assert invoke("new").exit_code == 2
     suffix = invoke("new", "hertz", "-o", tmp_path / "case.h5")
     assert suffix.exit_code == 2
-    assert suffix.stderr == f"{tmp_path}/case.h5: no name for a case; one that ends on .yaml is needed\n"
+    assert suffix.stderr == f"{tmp_path}/case.h5: no name for a case; one that ends on .yaml, .yml is needed\n"
     missing = invoke("new", "hertz", "-o", tmp_path / "none" / "case.yaml")
     assert missing.exit_code == 4
     assert missing.stderr == f"{tmp_path}/none/case.yaml: cannot be written: No such file or directory\n"

@@ -11,6 +11,7 @@ import pytest
 from command_line import CASE, invoke, saved_steps, write_case
 
 from fretsolve import open_result
+from fretsolve.commands.threads import available
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +100,7 @@ def test_set_and_threads_and_output(tmp_path: Path) -> None:
     with open_result(out) as found:
         assert (len(found.x), len(found.y)) == (12, 10)
         provenance = json.loads(found.attributes["provenance"])
-    assert provenance["threads"] == 2
+    assert provenance["threads"] == available(2)
     assert provenance["overrides"] == ["grid.points=[12, 10]", "load_path.1.increments=2"]
 
 
@@ -109,7 +110,7 @@ def test_result_that_exists_is_not_touched(tmp_path: Path) -> None:
     assert invoke("run", case, "-q").exit_code == 0
     before = out.read_bytes()
     again = invoke("run", case)
-    assert again.exit_code == 4
+    assert again.exit_code == 2
     assert again.output == f"{out}: exists: --overwrite replaces it, --resume goes on unless it is complete\n"
     resumed = invoke("run", case, "--resume")
     assert (resumed.exit_code, resumed.output) == (0, f"{out}: already complete, 5 increments\n")
@@ -173,6 +174,17 @@ def test_case_is_never_replaced(tmp_path: Path, words: tuple[str, ...]) -> None:
     assert result.exit_code == 2
     assert result.output == f"{case}: the result would replace the case itself; give another name with -o\n"
     assert case.read_text() == CASE
+
+
+@pytest.mark.parametrize("name", ["mine.yaml", "mine", "mine.npz"])
+def test_result_has_the_ending_of_hdf5(tmp_path: Path, name: str) -> None:
+    other = write_case(tmp_path, name=name)
+    for words in ((), ("--overwrite",), ("--resume",)):
+        result = invoke("run", write_case(tmp_path), "-o", other, *words)
+        assert result.exit_code == 2
+        assert result.output == f"{other}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+    assert other.read_text() == CASE
+    assert not (tmp_path / f"{name}.parts").exists()
 
 
 def test_height_map_is_never_replaced(tmp_path: Path) -> None:

@@ -236,7 +236,7 @@ WRONG = {
     ("npz", "--step", "9"): "--step 9: there are the increments 0 to 2",
     ("npz", "--step", "-4"): "--step -4: there are the increments 0 to 2",
     ("vtk", "-o", "x.vtk"): "x.vtk: no name for vtk; one that ends on .pvd is needed",
-    ("csv", "-o", "."): ".: a folder; the name of a file that ends on .csv is needed",
+    ("csv", "-o", "."): ".: no name for csv; one that ends on .csv is needed",
     ("hdf5",): "'hdf5' is not one of 'vtk', 'xdmf', 'csv', 'npz'",
 }
 
@@ -275,6 +275,22 @@ def test_result_is_never_replaced(tmp_path: Path) -> None:
     assert done.exit_code == 2
     assert done.stderr == f"{out}: would replace the result itself; give another name with -o\n"
     assert out.read_bytes() == before
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_files_are_replaced_only_where_that_is_asked_for(to: str, tmp_path: Path) -> None:
+    out = made_up(tmp_path)
+    first = invoke("export", out, "--to", to)
+    assert first.exit_code == 0
+    target = Path(first.stdout.strip())
+    content = target.read_bytes()
+    target.write_text("mine")
+    again = invoke("export", out, "--to", to)
+    assert again.exit_code == 2
+    assert again.stderr == f"{target}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert target.read_text() == "mine"
+    assert invoke("export", out, "--to", to, "--overwrite").exit_code == 0
+    assert len(target.read_bytes()) == len(content)
 
 
 @pytest.mark.parametrize("to", FORMATS)

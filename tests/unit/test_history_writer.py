@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from fake_states import assert_same_state, fake_header, fake_states
 
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.history import HistoryWriter, RunHeader, durable, open_result
 from fretsolve.history.lock import RunLock
 from fretsolve.history.parts import all_parts, contiguous_parts, parts_folder
@@ -101,10 +101,23 @@ def test_leftover_parts_of_a_complete_result_are_cleared(out: Path) -> None:
     assert not parts_folder(out).exists()
 
 
+def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
+    target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123abcd.tmp"
+    stale.touch()
+    os.utime(stale, (0.0, 0.0))
+    with durable.reported(target), durable.new_file(target, tmp_path) as first:
+        first.write(b"first")
+        with durable.reported(target), durable.new_file(target, tmp_path) as second:
+            second.write(b"second")
+        assert target.read_bytes() == b"second"
+    assert target.read_bytes() == b"first"
+    assert list(tmp_path.iterdir()) == [target]
+
+
 def test_existing_result_is_not_touched_without_an_option(out: Path) -> None:
     write(out, fake_header())
     before = out.read_bytes()
-    with pytest.raises(FileError, match=r"out\.h5: exists: --overwrite replaces it, --resume"):
+    with pytest.raises(CaseError, match=r"out\.h5: exists: --overwrite replaces it, --resume"):
         HistoryWriter.open(out, fake_header())
     assert out.read_bytes() == before
     write(out, fake_header(increments=3), overwrite=True, count=3)
@@ -113,7 +126,7 @@ def test_existing_result_is_not_touched_without_an_option(out: Path) -> None:
 
 def test_stopped_run_is_not_touched_without_an_option(out: Path) -> None:
     write(out, fake_header(), stop_after=2)
-    with pytest.raises(FileError, match="a stopped run is there: --resume goes on with it, --overwrite"):
+    with pytest.raises(CaseError, match="a stopped run is there: --resume goes on with it, --overwrite"):
         HistoryWriter.open(out, fake_header())
     with open_result(out) as result:
         assert (result.status, result.increments) == ("stopped", 2)
@@ -129,7 +142,7 @@ def test_run_killed_before_its_first_increment_needs_no_option(out: Path) -> Non
 
 
 def test_folder_in_the_way(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="is a folder"):
+    with pytest.raises(CaseError, match="is a folder"):
         HistoryWriter.open(tmp_path, fake_header(), overwrite=True)
 
 

@@ -401,7 +401,7 @@ def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
 def test_quiet(tmp_path: Path, undrawn: None) -> None:
     text = CASE.replace("coupling: none", "coupling: auto")
     (tmp_path / "case.study").mkdir()
-    (tmp_path / "case.study" / "study.csv.tmp").touch()  # as a kill leaves it
+    (tmp_path / "case.study" / "study.csv.01ab23cd.tmp").touch()  # as a kill leaves it
     result = invoke("study", write_case(tmp_path, text), "--vary", "grid.points=8,10", *BRIEF, "-q")
     assert (result.exit_code, result.output) == (0, "")
     assert len(rows_of(tmp_path / "case.study")) == 2

@@ -225,8 +225,16 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "there is no stage 'x'; one from 1 on is needed" in outcome.stderr
     outcome = invoke("sweep", "work", folder, "--cases", "6-7")
     assert (outcome.exit_code, outcome.stderr) == (2, f"{folder}: --cases 6-7: there are the cases 0 to 5\n")
-    (folder / "table.csv.tmp").touch()  # as a kill leaves it
+    (folder / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
     assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
+    mine = tmp_path / "mine.csv"
+    mine.write_text("mine")
+    refused = invoke("sweep", "collect", folder, "-o", mine)
+    assert refused.exit_code == 2
+    assert refused.stderr == f"{mine}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert mine.read_text() == "mine"
+    assert invoke("sweep", "collect", folder, "-o", mine, "--overwrite").exit_code == 0
+    assert mine.read_text() == (folder / "table.csv").read_text()
     with (folder / "table.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["status"] for row in rows] == ["no solution"] + 5 * ["complete"]
