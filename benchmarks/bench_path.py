@@ -21,8 +21,8 @@ import numpy as np
 from work_unit import work_unit
 
 import fretsolve
-from fretsolve.alternation import Start
 from fretsolve.increment import IncrementSolver, Solved
+from fretsolve.iterate import Start
 from fretsolve.load_path import Increment
 from fretsolve.scene import Scene, prepare
 

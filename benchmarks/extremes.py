@@ -5,9 +5,8 @@
     python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
     python benchmarks/extremes.py --into docs/extremes.md  # the whole table between the marks of a file
 
-Prints a Markdown table with a row for each family, and then every probe that does not end as it has to, with the reason
-where it is known. The families stand in ``tests/extremes/families``; the tests there drive the quick part of them, and
-random cases.
+Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. The families
+stand in ``tests/extremes/families``; the tests there drive the quick part of them, and random cases.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
 
 from families import FAMILIES  # noqa: E402
-from families.broken import why_broken  # noqa: E402
 from families.driving import Family, Probe, Verdict, judge  # noqa: E402
 from families.pairs import elastic  # noqa: E402
 
@@ -106,9 +104,8 @@ def print_table(names: list[str]) -> list[Row]:
     wrong = [(family, verdict) for family, verdict in verdicts if verdict.problem]
     print(f"\n{len(verdicts)} cases, {len(wrong)} failures{':' if wrong else ''}\n")
     for family, verdict in wrong:
-        known = why_broken(family.name, verdict.probe.label)
         problem = re.sub(r"\S*/case\.yaml", "case.yaml", verdict.problem)
-        print(f"- {family.name}, {verdict.probe.label}{f' ({known})' if known else ''}: {problem}")
+        print(f"- {family.name}, {verdict.probe.label}: {problem}")
     return rows
 
 

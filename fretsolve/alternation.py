@@ -7,7 +7,6 @@ together cost little more than one exact solve.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,22 +15,20 @@ from numpy.typing import NDArray
 from fretsolve.certificate import LEAST_MOTION
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.feasibility import sliding_error
-from fretsolve.joint import Estimate, Problem, solve_jointly
+from fretsolve.iterate import FIRST_TOLERANCE, Iterate, Start
+from fretsolve.joint_pass import JointPass, Reference
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
-from fretsolve.modes import TINY, Balance, TangentialModes, Vector
-from fretsolve.rounding import ROUNDING, circle_width, least_slip
+from fretsolve.modes import TINY, Balance, TangentialModes
+from fretsolve.rounding import ROUNDING, circle_width
 from fretsolve.sliding import AT_THE_LIMIT, load_factor
-from fretsolve.tangential import Accuracy, TangentialResult
+from fretsolve.tangential import SlipScales, TangentialResult
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
 
 FloatArray = NDArray[np.floating]
-
-FIRST_TOLERANCE = 1e-2
-"""Of the first pass of a coupled increment."""
 
 PASS_REDUCTION = 0.05
 """How much more exactly than the last pass's change a pass is solved."""
@@ -68,44 +65,6 @@ MOST_ALTERNATIONS = 200
 ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"
 
 
-@dataclass(frozen=True)
-class Start:
-    """What an increment starts from: tractions, tangential displacement, and rigid displacements.
-
-    pressure: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
-    normal: what was imposed of the normal problem; elastic_slip: (2, nx, ny), of the tractions that the passes begin
-    with, where these are not the start's and `displacement` does not tell it well enough.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    displacement: FloatArray
-    rigid: Vector
-    normal: Balance | None = None
-    elastic_slip: FloatArray | None = None
-
-
-@dataclass
-class Iterate:
-    """What the passes change: tractions, rigid displacements and the counts.
-
-    at_start: the tractions still are those that the increment starts from; approach: length that the gap is measured
-    against (mm); change: what the last pass's shear did to the gap, over the approach; jointly: the increment was
-    solved for both together.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    rigid: Vector
-    at_start: bool = True
-    approach: float = 0.0
-    change: float = FIRST_TOLERANCE
-    iterations_normal: int = 0
-    iterations_tangential: int = 0
-    alternations: int = 0
-    jointly: bool = False
-
-
 class Alternation:
     """Passes on the grid of `level` between surfaces of `separation` (nx, ny); tolerance: of the certificate."""
 
@@ -118,6 +77,7 @@ class Alternation:
         self._coupled = model.terms.coupled and model.sheared
         self._separation = np.array(separation) if self._coupled else separation
         self._tangential_modes = TangentialModes(level.grid)
+        self._joint = JointPass(level, separation, model, max_iterations)
         self._mixing: Mixing | None = None
         shape = level.grid.shape
         if model.sheared:
@@ -131,7 +91,15 @@ class Alternation:
 
         `work` is changed in place. Raises SlidingError or NotConvergedError.
         """
-        if work.jointly and self._solve_jointly(increment, start, work, target):
+        reference = Reference.of(start, work, self.level.operator.dtype) if self.model.sheared else None
+        self._least_slip = start.least_slip(self.level.grid, self._tolerance)
+
+        def solve_jointly() -> bool:
+            if reference is None or self._is_far(increment.tangential):
+                return False
+            return self._joint.solve(increment, start, work, reference, target, self._least_slip)
+
+        if work.jointly and solve_jointly():
             return
         self._mixing, self._target, self._slip_scale, passes = None, target, 0.0, 0
         if self.model.sheared:
@@ -144,7 +112,12 @@ class Alternation:
             tolerance = max(target, PASS_REDUCTION * work.change) if self._coupled else target
             settled = not self._coupled or work.change < SETTLED
             self._normal_pass(increment, start, work, tolerance, passes == 0)
-            tolerance = self._tangential_pass(increment, start, work, tolerance, settled, passes == 0)
+            try:
+                tolerance = self._tangential_pass(increment, start, work, tolerance, settled, passes == 0)
+            except NotConvergedError:
+                if solve_jointly():
+                    return
+                raise
             passes += 1
             work.alternations += 1
             work.at_start = False
@@ -154,7 +127,7 @@ class Alternation:
                 self._mixing = Mixing()
             if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
-            if work.alternations == ENOUGH_ALTERNATIONS and self._solve_jointly(increment, start, work, target):
+            if work.alternations == ENOUGH_ALTERNATIONS and solve_jointly():
                 return
             if work.alternations >= MOST_ALTERNATIONS:
                 raise NotConvergedError(self._unsettled(work))
@@ -166,48 +139,6 @@ class Alternation:
             f" of the normal displacement, and are not found together either: the coupling is strong, friction times"
             f" Dundurs' constant is {friction:g} x {beta:.2g}; take more increments, or less friction"
         )
-
-    def _solve_jointly(self, increment: Increment, start: Start, work: Iterate, target: float) -> bool:
-        """Solve for pressure and shear together; whether that succeeded, else `work` stays as it is."""
-        problem, first = self._joint_problem(increment, start), self._joint_start(increment, start)
-        found = solve_jointly(self.level.operator, self.level.grid, problem, first, target)
-        if found is None:
-            work.approach = 0.0  # the normal solver's uz may be that of the joint start
-            return False
-        work.pressure[:], work.shear[:] = found.pressure, found.shear
-        work.rigid[:3], work.rigid[3:] = found.rigid[:3], start.rigid[3:] + found.rigid[3:]
-        work.iterations_normal += found.iterations
-        work.iterations_tangential += found.iterations
-        work.alternations += 1
-        work.jointly = True
-        return True
-
-    def _joint_problem(self, increment: Increment, start: Start) -> Problem:
-        elastic = float(np.abs(start.displacement).max())
-        least = least_slip(elastic, float(np.abs(start.rigid[3:5]).max()), self._tolerance)
-        return Problem(
-            separation=self._undeformed,
-            known=start.displacement,
-            before=start.rigid[:3],
-            friction=self.model.friction,
-            normal=increment.normal,
-            tangential=increment.tangential.relative_to(start.rigid[3:]),
-            motion=max(LEAST_MOTION * elastic, least),
-            least_slip=least,
-        )
-
-    def _joint_start(self, increment: Increment, start: Start) -> Estimate:
-        """The increment's start, or without contact there the frictionless contact at its end."""
-        pressure, rigid = np.array(start.pressure, np.float64), np.concatenate([start.rigid[:3], np.zeros(3)])
-        if not pressure.any():
-            found = self.level.normal.solve(
-                self._undeformed, increment.normal, pressure, FIRST_TOLERANCE, self.max_iterations, rigid[:3]
-            )
-            rigid[:3] = found.rigid
-        shear = np.array(start.shear, np.float64)
-        bound = self.model.friction * (1.0 - circle_width(self.level.operator.dtype)) * pressure
-        slipping = (np.hypot(shear[0], shear[1]) >= bound) & shear.any(axis=0)
-        return Estimate(pressure, shear, slipping, np.zeros_like(shear), rigid)
 
     @property
     def _kept_tolerance(self) -> float:
@@ -264,8 +195,7 @@ class Alternation:
         balance = self._carried(increment, start, settled)
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.level.grid.size) / 2
-        elastic = float(np.abs(start.displacement).max())
-        least = least_slip(elastic, float(np.abs(start.rigid[3:5]).max()), self._tolerance)
+        elastic, least = start.elastic, self._least_slip
         largest = max(
             abs(motion[0]), abs(motion[1]) * reach, abs(motion[2]) * reach, LEAST_MOTION * elastic, least
         )
@@ -288,7 +218,7 @@ class Alternation:
             tolerance,
             self.max_iterations,
             largest,
-            Accuracy(self._kept_tolerance, self._slip_scale, least, elastic),
+            SlipScales(self._kept_tolerance, self._slip_scale, least, elastic),
         )
         self._slip_scale = result.least_scale
         work.iterations_tangential += result.iterations
@@ -324,12 +254,10 @@ class Alternation:
 
     def _unsheared(self, result: TangentialResult, tolerance: float, balance: Balance) -> str:
         """Why the tangential problem is given up."""
-        grid = self.level.grid
-        away = max(float(np.abs(grid.x).max()), float(np.abs(grid.y).max()))
-        if balance.forced[2] and away > FAR * max(grid.size):
+        if self._is_far(balance):
             return (
-                f"the torque about an origin {away:.3g} mm away is not balanced: so long an arm leaves too few digits"
-                " in double precision; move surface and grid towards the origin, or impose phi_z"
+                f"the torque about an origin {self.level.grid.farthest:.3g} mm away is not balanced: so long an arm leaves"
+                " too few digits in double precision; move surface and grid towards the origin, or impose phi_z"
             )
         if result.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
@@ -343,6 +271,10 @@ class Alternation:
             f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
             f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
         )
+
+    def _is_far(self, balance: Balance) -> bool:
+        """Whether a torque is imposed about an origin so far away that next to no force makes it."""
+        return balance.forced[2] and self.level.grid.farthest > FAR * max(self.level.grid.size)
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
         """Whether nothing is there that could cause shear: no load, no motion, no pressure that moves the surfaces."""

@@ -105,7 +105,7 @@ class Examiner:
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
         """What keeps gap or slip from being any better, in words; empty where it is not rounding."""
         certificate = evidence.certificate
-        farthest = max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
+        farthest = self._farthest
         if certificate.gap > self.tolerance:
             contact = solution.pressure > 0.0
             error = certificate.gap * self.normal.approach(solution.uz, contact, solution.rigid[:3])
@@ -138,8 +138,12 @@ class Examiner:
         return float(max(dz, dx, dy, turned, least))
 
     def _least_slip(self, solution: Solution) -> float:
-        farthest = float(np.abs(solution.rigid[3:5]).max())
-        return least_slip(_elastic(solution), farthest, self.tolerance)
+        return least_slip(_elastic(solution), solution.rigid, self._farthest, self.tolerance)
+
+    @property
+    def _farthest(self) -> float:
+        """Largest coordinate of a cell (mm)."""
+        return max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
 
     def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
         """Slip (mm) that the directions of slips are weighted by; largest: of all slips."""

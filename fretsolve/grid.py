@@ -74,6 +74,11 @@ class Grid:
         """Cell centres along y (mm), ``(ny,)``, read-only."""
         return cell_centers(self.ny, self.dy, self.y0)
 
+    @cached_property
+    def farthest(self) -> float:
+        """Largest coordinate of a cell's centre (mm)."""
+        return max(abs(float(end)) for end in (self.x[0], self.x[-1], self.y[0], self.y[-1]))
+
 
 def cell_centers(count: int, spacing: float, center: float) -> FloatArray:
     """`count` read-only points `spacing` apart about `center`.

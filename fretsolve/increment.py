@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.alternation import ADVICE, Alternation, Iterate, Start
+from fretsolve.alternation import ADVICE, Alternation
 from fretsolve.certificate import Evidence, Examiner, Solution
 from fretsolve.convolution import RowSpace
 from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import require_inside, require_supported
 from fretsolve.grid import Grid
+from fretsolve.iterate import Iterate, Start
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.modes import NormalModes, TangentialModes, Vector

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
+from fretsolve.following import Room
 from fretsolve.grid import Grid
-from fretsolve.joint_equations import JointEquations, Zones
+from fretsolve.joint_equations import Fields, JointEquations, Zones
 from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector, solve_modes
 from fretsolve.normal import grown
 from fretsolve.pointwise import friction
@@ -27,6 +28,10 @@ BoolArray = NDArray[np.bool_]
 
 MOST_STEPS = 20
 """Newton steps before the loads are taken in smaller parts."""
+
+ROUGHLY, CLOSELY = 1e-2, 1e-6
+"""By how much a step reduces the residual of its linear equations: at first, and where the steps then do not settle,
+as at strong friction, where a pressure too small to tell in the residual holds a large shear."""
 
 LEAST_PART = 0.01
 """Of the loads; an increment that needs smaller ones is given up."""
@@ -42,13 +47,16 @@ ROUGH = 1e-3
 class Problem:
     """An increment on one grid.
 
-    separation: undeformed (nx, ny); known: elastic tangential displacement at the start (2, nx, ny); before: delta_z,
-    phi_x, phi_y at the start; normal, tangential: what is imposed, the latter's displacements as increments;
-    motion, least_slip: lengths that slips are measured against at least (mm), as in `fretsolve.tangential`.
+    separation: undeformed (nx, ny); elastic_slip: since the increment's start, (2, nx, ny), at the tractions pressure
+    (nx, ny) and shear (2, nx, ny); before: delta_z, phi_x, phi_y at the start; normal, tangential: what is imposed, the
+    latter's displacements as increments; motion, least_slip: lengths that slips are measured against at least (mm), as
+    in `fretsolve.tangential`.
     """
 
     separation: FloatArray
-    known: FloatArray
+    pressure: FloatArray
+    shear: FloatArray
+    elastic_slip: FloatArray
     before: Vector
     friction: float
     normal: Balance
@@ -67,44 +75,37 @@ class Estimate:
     slipping: BoolArray
     direction: FloatArray
     rigid: Vector
-    iterations: int = 0
 
     def copy(self) -> Estimate:
         """With arrays of its own."""
-        return Estimate(
-            self.pressure.copy(),
-            self.shear.copy(),
-            self.slipping.copy(),
-            self.direction.copy(),
-            self.rigid.copy(),
-            self.iterations,
-        )
+        return Estimate(*(array.copy() for array in vars(self).values()))
 
 
 def solve_jointly(
-    operator: ElasticOperator, grid: Grid, problem: Problem, start: Estimate, tolerance: float
+    solver: JointSolver, problem: Problem, start: Estimate, tolerance: float, max_iterations: int
 ) -> Estimate | None:
-    """The solution, or None where none is found; `start` meets other loads than the problem's.
+    """The solution, or None where none is found in `max_iterations`; `start` meets other loads than the problem's.
 
     Its loads are moved to the problem's in as few parts as it takes.
     """
-    solver = JointSolver(operator, grid)
-    loads = solver.resultants(start)
-    reached, part = 0.0, 1.0
+    solver.begin(problem, max_iterations)
+    loads, rigid = solver.resultants(start), start.rigid.copy()
+    reached, part, reduction = 0.0, 1.0, ROUGHLY
     while reached < 1.0:
         to = min(1.0, reached + part)
         partial = replace(
             problem,
-            normal=_moved(problem.normal, loads[:3], start.rigid[:3], to),
-            tangential=_moved(problem.tangential, loads[3:], start.rigid[3:], to),
+            normal=_moved(problem.normal, loads[:3], rigid[:3], to),
+            tangential=_moved(problem.tangential, loads[3:], rigid[3:], to),
         )
         wanted = tolerance if to == 1.0 else ROUGH
-        found = solver.solve(partial, start, wanted, False) or solver.solve(partial, start, wanted, True)
-        if found is None and problem.tangential.imposed_displacement.any():
-            found = solver.solve(partial, solver.slid(partial, start), wanted, True)
+        found = solver.solve(partial, start, wanted, reduction)
+        if found is None and reduction == ROUGHLY:
+            reduction = CLOSELY
+            found = solver.solve(partial, start, wanted, reduction)
         if found is not None:
             start, reached, part = found, to, 2.0 * part
-        elif (part := part / 4.0) < LEAST_PART:
+        elif (part := part / 4.0) < LEAST_PART or solver.iterations >= max_iterations:
             return None
     return start
 
@@ -119,39 +120,61 @@ def _moved(balance: Balance, loads: Vector, rigid: Vector, part: float) -> Balan
 
 
 class JointSolver:
-    """Working arrays for problems on one grid."""
+    """Working arrays for problems on one grid; room: of the tangential solver on it, which rests meanwhile.
 
-    def __init__(self, operator: ElasticOperator, grid: Grid):
+    iterations: of GMRES in all attempts.
+    """
+
+    def __init__(self, operator: ElasticOperator, grid: Grid, room: Room):
         self.operator = operator
         self._normal, self._tangential = NormalModes(grid), TangentialModes(grid)
-        shape, vector = grid.shape, (2, *grid.shape)
-        self._uz, self._gap, self._forward, self._scratch = (np.zeros(shape) for _ in range(4))
-        self._displacement, self._slip = np.zeros(vector), np.zeros(vector)
+        shape = grid.shape
+        self._uz, self._uz_before, self._gap, self._forward, self._scratch = (np.zeros(shape) for _ in range(5))
+        self._moved, self._slip = np.zeros((2, *shape)), room.double
+        self._fields = Fields(self._scratch, self._slip, self._uz, self._moved, room.single[0][:1], room.single[1])
         self._contact: BoolArray = np.zeros(shape, dtype=bool)
         self._left: BoolArray = np.zeros(shape, dtype=bool)
         self._reach = max(grid.size) / 2.0
         self._arms = np.array([1.0, self._reach, self._reach, 1.0, 1.0, self._reach])
-        self._motions = np.zeros((6, 3, *shape))
-        for mode, amplitude in enumerate(np.diag(1.0 / self._arms)):
-            self._normal.displacement(amplitude[:3], self._motions[mode, 0])
-            self._tangential.displacement(amplitude[3:], self._motions[mode, 1:])
+        self.iterations = self._most = 0
+
+    def begin(self, problem: Problem, max_iterations: int) -> None:
+        """Take up a problem, to be solved whole and in parts."""
+        self.iterations, self._most = 0, max_iterations
+        self._uz_before.fill(0.0)
+        if problem.pressure.any():
+            np.copyto(self._scratch, problem.pressure)
+            np.copyto(self._slip, problem.shear)
+            self.operator.all(self._scratch, self._slip, self._uz_before, self._moved)
 
     def resultants(self, estimate: Estimate) -> Vector:
         """P, Mx, My, Qx, Qy, Mz (N, N mm)."""
         normal = self._normal.resultants(estimate.pressure)
         return np.concatenate([normal, self._tangential.resultants(estimate.shear)])
 
-    def solve(self, problem: Problem, start: Estimate, tolerance: float, sliding: bool) -> Estimate | None:
-        """The solution from `start`, or None where the steps do not settle.
+    def solve(self, problem: Problem, start: Estimate, tolerance: float, reduction: float) -> Estimate | None:
+        """The solution from `start`, or None where no way to it settles; reduction: of a step's linear equations.
 
-        sliding: cells that join the contact slip at first; else those beside slipping ones do.
+        Cells that join the contact slip if those beside them do; or all do; or all of the contact slides at first.
         """
-        work = start.copy()
+        ways = [(start, False), (start, True)]
+        if problem.tangential.imposed_displacement.any():
+            ways.append((self._slid(problem, start), True))
+        for first, sliding in ways:
+            found = self._settled(problem, first.copy(), tolerance, sliding, reduction)
+            if found is not None:
+                return found
+        return None
+
+    def _settled(
+        self, problem: Problem, work: Estimate, tolerance: float, sliding: bool, reduction: float
+    ) -> Estimate | None:
+        """`work` brought to the solution by Newton steps; sliding: cells that join the contact slip at first."""
         np.greater(work.pressure, 0.0, out=self._contact)
         self._left[:] = False
         for step in range(MOST_STEPS):
             self._put_on_circle(problem, work)
-            self.operator.all(work.pressure, work.shear, self._uz, self._displacement)
+            self._displace(problem, work)
             if step == 0:
                 self._fit_rigid(problem, work)
             self._take_gap_and_slip(problem, work)
@@ -160,14 +183,21 @@ class JointSolver:
             worst = max(error, self._unbalance(problem, work, missing))
             if worst <= tolerance:
                 return work
-            if not worst < DIVERGED:
+            if not worst < DIVERGED or self.iterations >= self._most:
                 return None
             self._change_zones(work, 0.3 * tolerance * scale, sliding)
-            if not self._step(problem, work, missing):
+            if not self._step(problem, work, missing, reduction):
                 return None
         return None
 
-    def slid(self, problem: Problem, start: Estimate) -> Estimate:
+    def _displace(self, problem: Problem, work: Estimate) -> None:
+        """uz, and how far the surfaces have moved tangentially since the tractions of the problem."""
+        np.subtract(work.pressure, problem.pressure, out=self._scratch)
+        np.subtract(work.shear, problem.shear, out=self._slip)
+        self.operator.all(self._scratch, self._slip, self._uz, self._moved)
+        self._uz += self._uz_before
+
+    def _slid(self, problem: Problem, start: Estimate) -> Estimate:
         """`start` with all of its contact sliding along the imposed motion."""
         work = start.copy()
         np.greater(work.pressure, 0.0, out=work.slipping)
@@ -207,8 +237,8 @@ class JointSolver:
         np.add(problem.separation, self._uz, out=self._gap)
         self._gap -= self._scratch
         self._tangential.displacement(work.rigid[3:], self._slip)
-        self._slip += problem.known
-        self._slip -= self._displacement
+        self._slip += problem.elastic_slip
+        self._slip -= self._moved
         np.einsum("kij,kij->ij", self._slip, work.direction, out=self._forward)
 
     def _missing(self, problem: Problem, work: Estimate) -> Vector:
@@ -253,29 +283,24 @@ class JointSolver:
         work.direction[:, fresh] = self._slip[:, fresh] / length[fresh]
         work.slipping |= fresh
 
-    def _step(self, problem: Problem, work: Estimate, missing: Vector) -> bool:
+    def _step(self, problem: Problem, work: Estimate, missing: Vector, reduction: float) -> bool:
         """A Newton step at the present zones, then cells under tension leave; whether it could be made."""
         contact, unit = self._contact, self.operator.inner.unit
         if not contact.any():
             return False
         forced = np.flatnonzero(_forced(problem))
-        slipping, normal = work.slipping[contact], work.direction[:, contact]
-        bound = problem.friction * work.pressure[contact]
-        stiffness = np.full(bound.shape, STIFFEST)
-        np.divide(self._forward[contact], bound * unit, out=stiffness, where=bound * unit > 0.0)
-        stiffness = np.where(slipping, np.clip(stiffness, 0.0, STIFFEST), 0.0)
-        zones = Zones(
-            contact, normal, problem.friction * slipping, stiffness, self._motions[forced][:, :, contact]
-        )
-        right = np.empty((3, bound.size))
+        zones = self._zones(problem, work, forced)
+        right = np.empty((3, zones.cells.size))
         right[0], right[1:] = -self._gap[contact], self._slip[:, contact]
-        right[1:] -= np.einsum("kn,kn->n", right[1:], normal) * normal
+        right[1:] -= np.einsum("kn,kn->n", right[1:], zones.normal) * zones.normal
+        right /= unit
         wanted = (missing / self._arms)[forced] / self._normal.cell_area
         try:
-            change, amplitudes, iterations = JointEquations(self.operator, zones).solve(right / unit, wanted)
+            equations = JointEquations(self.operator, self._fields, zones)
+            change, amplitudes, iterations = equations.solve(right, wanted, reduction, self._most - self.iterations)
         except np.linalg.LinAlgError:  # numbers without bounds, from zones that cannot bear the load
             return False
-        work.iterations += iterations
+        self.iterations += iterations
         work.pressure[contact] += change[0]
         work.shear[:, contact] += change[1:]
         work.rigid[forced] += amplitudes * unit / self._arms[forced]
@@ -284,6 +309,21 @@ class JointSolver:
         contact &= work.pressure > 0.0
         work.shear *= contact
         return True
+
+    def _zones(self, problem: Problem, work: Estimate, forced: NDArray[np.intp]) -> Zones:
+        """What a step takes as given, with the motions of the `forced` modes."""
+        contact, unit = self._contact, self.operator.inner.unit
+        slipping, bound = work.slipping[contact], problem.friction * work.pressure[contact]
+        stiffness = np.full(bound.shape, STIFFEST)
+        np.divide(self._forward[contact], bound * unit, out=stiffness, where=bound * unit > 0.0)
+        stiffness = np.where(slipping, np.clip(stiffness, 0.0, STIFFEST), 0.0)
+        row, column = np.nonzero(contact)
+        x, y = self._normal.x[row] / self._reach, self._normal.y[column] / self._reach
+        motions = np.zeros((6, 3, bound.size))
+        motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
+        motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
+        cells = np.flatnonzero(contact)
+        return Zones(cells, work.direction[:, contact], problem.friction * slipping, stiffness, motions[forced])
 
 
 def _forced(problem: Problem) -> NDArray[np.bool_]:

@@ -21,10 +21,6 @@ from fretsolve.elastic import ElasticOperator
 from fretsolve.krylov import gmres
 
 FloatArray = NDArray[np.floating]
-BoolArray = NDArray[np.bool_]
-
-REDUCTION = 1e-2
-"""By how much a step reduces the residual of the linear equations."""
 
 MOST_ITERATIONS = 100
 
@@ -36,94 +32,145 @@ DEPENDENT = 1e-10
 class Zones:
     """What a step takes as given, in the cells in contact, of which there are n.
 
-    contact: (nx, ny); normal: (2, n), 0 where a cell sticks; drag: friction coefficient where it slips, 0 elsewhere,
-    (n,); stiffness: S over the operator's inner unit, (n,); motions: M, (m, 3, n), the first for the gap.
+    cells: their places in a flattened field, (n,); normal: (2, n), 0 where a cell sticks; drag: friction coefficient
+    where it slips, 0 elsewhere, (n,); stiffness: S over the operator's inner unit, (n,); motions: M, (m, 3, n), the
+    first for the gap.
     """
 
-    contact: BoolArray
+    cells: NDArray[np.intp]
     normal: FloatArray
     drag: FloatArray
     stiffness: FloatArray
     motions: FloatArray
 
 
+@dataclass(frozen=True)
+class Fields:
+    """Room on the grid for tractions and displacements (components, nx, ny), in double precision, and for the inverse's
+    fields of one and of two components, in the inner one."""
+
+    pressure: FloatArray
+    shear: FloatArray
+    uz: FloatArray
+    displacement: FloatArray
+    one: FloatArray
+    two: FloatArray
+
+
 class JointEquations:
-    """The equations at `zones`, with lengths over the operator's inner unit."""
+    """The equations at `zones`, with lengths over the operator's inner unit; `fields` are worked in."""
 
-    def __init__(self, operator: ElasticOperator, zones: Zones):
-        self._inner, self._operator, self._zones = operator.inner, operator, zones
+    def __init__(self, operator: ElasticOperator, fields: Fields, zones: Zones):
+        self._inner, self._operator, self._fields, self._zones = operator.inner, operator, fields, zones
+        for field in (fields.pressure, fields.shear, fields.one, fields.two):
+            field.fill(0.0)
+        count = zones.cells.size
         self._weight = 1.0 / (1.0 + zones.stiffness)
-        shape, dtype = zones.contact.shape, self._inner.dtype
-        self._pressure, self._uz = np.zeros(shape), np.zeros(shape)
-        self._shear, self._displacement = np.zeros((2, *shape)), np.zeros((2, *shape))
-        self._one, self._two = np.zeros((1, *shape), dtype), np.zeros((2, *shape), dtype)
-        self._tilted = np.array([self._across(motion) for motion in zones.motions]).reshape(zones.motions.shape)
-        self._answers = [self._inverse(motion) for motion in self._tilted]
-        columns = [self._resultants(answer) for answer in self._answers]
-        self._schur = np.linalg.pinv(np.array(columns).T, rcond=DEPENDENT) if columns else np.zeros((0, 0))
+        self._rest = self._weight * (1.0 - self._weight**2)
+        self._change, self._part = np.empty((3, count)), np.empty((3, count))
+        self._column = np.empty(count, self._inner.dtype)
+        self._tilted = zones.motions.copy()
+        self._answers = np.empty_like(zones.motions)
+        columns = np.empty((len(zones.motions), len(zones.motions)))
+        for tilted, answer, column in zip(self._tilted, self._answers, columns, strict=True):
+            self._leave_across(tilted)
+            self._invert(tilted, answer)
+            column[:] = self._resultants(answer)
+        self._schur = np.linalg.pinv(columns.T, rcond=DEPENDENT) if columns.size else columns
 
-    def solve(self, right: FloatArray, missing: FloatArray) -> tuple[FloatArray, FloatArray, int]:
-        """(dp, dq) as (3, n), amplitudes (m,), and GMRES's iterations; right: (3, n); missing: (m,)."""
-        first, amplitudes = self._precondition(right, missing)
-        image = np.empty_like(right)
+    def solve(
+        self, right: FloatArray, missing: FloatArray, reduction: float, most: int
+    ) -> tuple[FloatArray, FloatArray, int]:
+        """(dp, dq) as (3, n), amplitudes (m,), and GMRES's iterations; right: (3, n); missing: (m,).
+
+        reduction: of the residual, if `most` iterations suffice.
+        """
+        first, direction, image = np.empty_like(right), np.empty_like(right), np.empty_like(right)
+        amplitudes = self._precondition(right, missing, first)
         self._apply(first, amplitudes, image)
         left, nothing = right - image, np.zeros_like(missing)
+        target = reduction * max(float(np.linalg.norm(right)), float(np.linalg.norm(left)))
 
-        def apply(direction: FloatArray, out: FloatArray) -> None:
-            self._apply(*self._precondition(direction, nothing), out)
+        def apply(residual: FloatArray, out: FloatArray) -> None:
+            self._apply(direction, self._precondition(residual, nothing, direction), out)
 
-        target = REDUCTION * max(float(np.linalg.norm(right)), float(np.linalg.norm(left)))
-        combined, iterations = gmres(apply, left, target, MOST_ITERATIONS)
-        more, rest = self._precondition(combined, nothing)
-        return self._tractions(first + more), amplitudes + rest, iterations
+        # pages of the basis that are not reached cost nothing
+        basis = np.empty((min(MOST_ITERATIONS, most) + 1, *right.shape))
+        combined, iterations = gmres(apply, left, target, basis)
+        rest = self._precondition(combined, nothing, direction)
+        first += direction
+        self._take_tractions(first)
+        return self._change, amplitudes + rest, iterations
 
-    def _across(self, field: FloatArray) -> FloatArray:
-        """T of the last two components."""
-        result, normal = field.copy(), self._zones.normal
-        result[1:] -= (result[1] * normal[0] + result[2] * normal[1]) * normal
-        return result
+    def _leave_across(self, field: FloatArray) -> None:
+        """T of the last two components, in place."""
+        along, pair, normal = self._part[0], self._part[1:], self._zones.normal
+        np.multiply(field[1:], normal, out=pair)
+        np.add(pair[0], pair[1], out=along)
+        field[1:] -= np.multiply(along, normal, out=pair)
 
-    def _tractions(self, unknown: FloatArray) -> FloatArray:
-        """(dp, dq) from (dp, y)."""
-        result = self._across(unknown)
-        result[1:] += self._zones.drag * self._zones.normal * unknown[0]
-        return result
+    def _take_tractions(self, unknown: FloatArray) -> None:
+        """(dp, dq) from (dp, y), into `_change`."""
+        change, along, pair, zones = self._change, self._part[0], self._part[1:], self._zones
+        np.copyto(change, unknown)
+        self._leave_across(change)
+        np.multiply(zones.drag, unknown[0], out=along)
+        change[1:] += np.multiply(along, zones.normal, out=pair)
 
     def _resultants(self, unknown: FloatArray) -> FloatArray:
-        return np.tensordot(self._zones.motions, self._tractions(unknown), axes=2)
+        self._take_tractions(unknown)
+        return np.tensordot(self._zones.motions, self._change, axes=2)
 
     def _apply(self, unknown: FloatArray, amplitudes: FloatArray, out: FloatArray) -> None:
-        contact = self._zones.contact
-        tractions = self._tractions(unknown)
-        self._pressure[contact], self._shear[:, contact] = tractions[0], tractions[1:]
-        self._operator.all(self._pressure, self._shear, self._uz, self._displacement)
-        out[0], out[1:] = self._uz[contact], self._displacement[:, contact]
+        fields, pair = self._fields, self._part[1:]
+        self._take_tractions(unknown)
+        self._spread(self._change, (fields.pressure, *fields.shear))
+        self._operator.all(fields.pressure, fields.shear, fields.uz, fields.displacement)
+        self._collect((fields.uz, *fields.displacement), out)
         out /= self._inner.unit
-        out[1:] += self._zones.stiffness * unknown[1:]
-        out[:] = self._across(out)
-        out -= np.tensordot(amplitudes, self._tilted, axes=1)
+        out[1:] += np.multiply(unknown[1:], self._zones.stiffness, out=pair)
+        self._leave_across(out)
+        for amplitude, tilted in zip(amplitudes, self._tilted, strict=True):
+            out -= np.multiply(tilted, amplitude, out=self._part)
 
-    def _precondition(self, right: FloatArray, missing: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Unknowns and amplitudes that meet `missing` exactly and `right` roughly."""
-        unknown = self._inverse(right)
+    def _precondition(self, right: FloatArray, missing: FloatArray, out: FloatArray) -> FloatArray:
+        """Unknowns, into `out`, and amplitudes that meet `missing` exactly and `right` roughly."""
+        self._invert(right, out)
         if not len(missing):
-            return unknown, np.zeros(0)
-        amplitudes: FloatArray = self._schur @ (missing - self._resultants(unknown))
+            return np.zeros(0)
+        amplitudes: FloatArray = self._schur @ (missing - self._resultants(out))
         for amplitude, answer in zip(amplitudes, self._answers, strict=True):
-            unknown += amplitude * answer
-        return unknown, amplitudes
+            out += np.multiply(answer, amplitude, out=self._part)
+        return amplitudes
 
-    def _inverse(self, right: FloatArray) -> FloatArray:
+    def _invert(self, right: FloatArray, out: FloatArray) -> None:
         """The symbol's inverse where cells stick, the diagonal where their own stiffness is large."""
-        contact, weight = self._zones.contact, self._weight
-        largest = float(np.abs(right).max()) or 1.0
-        scaled = right / largest
-        self._one[0][contact], self._two[:, contact] = scaled[0], weight * scaled[1:]
-        self._inner.inverse.normal(self._one, self._one)
-        self._inner.inverse.tangential(self._two, self._two)
-        result = np.empty_like(right)
-        result[0] = self._one[0][contact]
-        result[1:] = weight * (self._two[:, contact] + (1.0 - weight**2) * scaled[1:])
-        self._one[:], self._two[:] = 0.0, 0.0
-        result *= largest
-        return self._across(result)
+        fields, part, inverse = self._fields, self._part, self._inner.inverse
+        np.abs(right, out=part)
+        largest = float(part.max()) or 1.0
+        np.divide(right, largest, out=part)
+        part[1:] *= self._weight
+        self._spread(part, (fields.one[0], *fields.two))
+        inverse.normal(fields.one, fields.one)
+        inverse.tangential(fields.two, fields.two)
+        self._collect((fields.one[0], *fields.two), out)
+        fields.one.fill(0.0)
+        fields.two.fill(0.0)
+        out[1:] *= self._weight
+        np.divide(right[1:], largest, out=part[1:])
+        part[1:] *= self._rest
+        out[1:] += part[1:]
+        out *= largest
+        self._leave_across(out)
+
+    def _spread(self, values: FloatArray, fields: tuple[FloatArray, ...]) -> None:
+        """Values of the cells in contact into planes."""
+        for value, field in zip(values, fields, strict=True):
+            field.reshape(-1)[self._zones.cells] = value
+
+    def _collect(self, fields: tuple[FloatArray, ...], out: FloatArray) -> None:
+        """Values of the cells in contact out of planes."""
+        for value, field in zip(out, fields, strict=True):
+            column = value if field.dtype == value.dtype else self._column
+            np.take(field.reshape(-1), self._zones.cells, out=column, mode="clip")
+            value[:] = column

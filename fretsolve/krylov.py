@@ -11,18 +11,19 @@ FloatArray = NDArray[np.floating]
 
 
 def gmres(
-    apply: Callable[[FloatArray, FloatArray], None], right: FloatArray, target: float, most: int
+    apply: Callable[[FloatArray, FloatArray], None], right: FloatArray, target: float, basis: FloatArray
 ) -> tuple[FloatArray, int]:
-    """x with ``|right - A x| <= target`` and the number of iterations made, at most `most`.
+    """x with ``|right - A x| <= target`` and the number of iterations made.
 
-    apply: ``apply(v, out)`` writes A v; right: of any shape, which v, out and x have.
+    apply: ``apply(v, out)`` writes A v; right: of any shape, which v, out and x have, changed; basis: to work in, for
+    one iteration less than it has vectors of that shape.
     """
-    length = float(np.linalg.norm(right))
+    length, most = float(np.linalg.norm(right)), len(basis) - 1
     if length <= target or most < 1:
         return np.zeros_like(right), 0
-    basis = np.empty((most + 1, *right.shape))  # pages that are not reached cost nothing
     hessenberg = np.zeros((most + 1, most))
     np.divide(right, length, out=basis[0])
+    part = right
     wanted = np.zeros(most + 1)
     wanted[0] = length
     for k in range(most):
@@ -30,7 +31,7 @@ def gmres(
         apply(basis[k], image)
         for earlier in range(k + 1):
             hessenberg[earlier, k] = np.vdot(basis[earlier], image)
-            image -= hessenberg[earlier, k] * basis[earlier]
+            image -= np.multiply(basis[earlier], hessenberg[earlier, k], out=part)
         hessenberg[k + 1, k] = grown = float(np.linalg.norm(image))
         system = hessenberg[: k + 2, : k + 1]
         shares = np.linalg.lstsq(system, wanted[: k + 2], rcond=None)[0]

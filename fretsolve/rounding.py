@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Of a displacement or a gap, in parts of the largest length that it is computed from."""
@@ -21,13 +22,14 @@ def circle_width(precision: type[np.floating]) -> float:
     return 1e-6 if precision is np.float32 else 1e-10
 
 
-def least_slip(elastic: float, farthest: float, tolerance: float) -> float:
+def least_slip(elastic: float, rigid: NDArray[np.float64], farthest: float, tolerance: float) -> float:
     """Length (mm) that slips are measured against at least: with it `tolerance` of it is no less than rounding.
 
-    elastic: largest elastic displacement, which it does not exceed; farthest: largest rigid displacement since the
-    start (mm).
+    elastic: largest elastic displacement, which it does not exceed; rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
+    phi_z since the start; farthest: largest coordinate of a cell, which phi_z turns (mm).
     """
-    return min(ROUNDING * max(elastic, farthest) / tolerance, elastic)
+    dx, dy, turn = np.abs(rigid[3:])
+    return min(ROUNDING * float(max(elastic, dx, dy, turn * farthest)) / tolerance, elastic)
 
 
 def named_rounding(error: float, lengths: dict[str, float], precision: type[np.floating] = np.float64) -> str:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.alternation import Start
 from fretsolve.components import PAIRS
 from fretsolve.edges import contact_area, stick_area
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.grid import Grid
 from fretsolve.increment import IncrementSolver, Solved
+from fretsolve.iterate import Start
 from fretsolve.load_path import Increment
 from fretsolve.pointwise import compile_seconds
 from fretsolve.scene import Scene, prepare

@@ -40,7 +40,10 @@ STIFFEST = 1e25
 """Limit of lam/bound in units of the inner iterations, within single precision with room for products."""
 
 PATIENCE = 5
-"""Passes without halving the residual after which it is asked whether it is down to rounding."""
+"""Passes without halving the residual after which it is asked whether it is down to rounding ..."""
+
+STALLED = 100
+"""... and after which the zones go round in a circle, as they may where next to nothing sticks."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +59,8 @@ class TangentialResult:
 
 
 @dataclass(frozen=True)
-class Accuracy:
-    """What a solve is told of the increment that it is a part of.
+class SlipScales:
+    """What slips count against in the increment that a solve is a part of.
 
     last_tolerance: of the solves that go on from its elastic slip, for which the rounding must be small enough;
     least_scale: that of the last result (mm), 0 before the first; least_slip: that slips count by at least (mm);
@@ -105,7 +108,7 @@ class TangentialSolver:
         tolerance: float,
         max_iterations: int,
         motion: float,
-        accuracy: Accuracy | None = None,
+        scales: SlipScales | None = None,
     ) -> TangentialResult:
         """Solve in place for `shear` (2, nx, ny), which holds the first estimate; `slipping` tells its slip zone.
 
@@ -115,24 +118,24 @@ class TangentialSolver:
         known so far (mm), which scales the residual together with those found. On return `slipping` tells the slip
         zone.
         """
-        accuracy = accuracy or Accuracy(tolerance)
-        iterations, passes = 0, 0
+        scales = scales or SlipScales(tolerance)
+        iterations = 0
         least, since, unborne = np.inf, 0, 0
         np.copyto(self._slip, shear)
         self._start_zones(balance, bound, shear)
-        self._follow(elastic_slip, shear, accuracy.last_tolerance * accuracy.least_scale, 0.0)
+        self._follow(elastic_slip, shear, scales.last_tolerance * scales.least_scale, 0.0)
         while True:
             rigid = self._update_slip_and_zones(elastic_slip, balance, bound)
-            residual, largest, scale = self._violation(rigid, motion, accuracy.least_slip)
+            residual, largest, scale = self._violation(rigid, motion, scales.least_slip)
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
             excess = self._excess(bound, shear)
             unsettled = max(self._unbalance(balance, bound, shear), excess)
             if residual <= tolerance and unsettled <= tolerance:
                 return TangentialResult(rigid, iterations, residual, scale, True)
-            rounding = self._rounding(elastic_slip, rigid, accuracy.displacement) if since >= PATIENCE else 0.0
+            rounding = self._rounding(elastic_slip, rigid, scales.displacement) if since >= PATIENCE else 0.0
             if largest <= rounding and unsettled <= tolerance:
                 return TangentialResult(rigid, iterations, residual, scale, True)
-            if iterations >= max_iterations or passes >= max_iterations or not np.isfinite(residual):
+            if iterations >= max_iterations or since >= STALLED or not np.isfinite(residual):
                 return TangentialResult(rigid, iterations, residual, scale, False)
             unborne = 0 if residual > tolerance else unborne + 1
             largest = largest or 1.0
@@ -146,8 +149,7 @@ class TangentialSolver:
             elif residual > tolerance or excess > tolerance:
                 friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
             self._restore_balance(balance, self._cg.weight, shear)
-            self._follow(elastic_slip, shear, accuracy.last_tolerance * scale, largest)
-            passes += 1
+            self._follow(elastic_slip, shear, scales.last_tolerance * scale, largest)
 
     def _release(self) -> None:
         """All cells stick: all slip as they should, but these zones cannot bear the load."""

@@ -54,3 +54,8 @@ def test_grid_and_its_arrays_cannot_be_changed():
 def test_empty_or_degenerate_grid_is_refused(points, size):
     with pytest.raises(ValueError, match=r"grid needs|cell sides"):
         Grid.from_size(points, size)
+
+
+def test_farthest_coordinate():
+    assert Grid(4, 2, 1.0, 1.0).farthest == 1.5
+    assert Grid(4, 2, 1.0, 1.0, 3.0, -7.0).farthest == 7.5

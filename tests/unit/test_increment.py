@@ -7,9 +7,9 @@ import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
 from fretsolve import increment as increment_module
-from fretsolve.alternation import Start
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.increment import IncrementSolver
+from fretsolve.iterate import Start
 from fretsolve.load_path import Increment
 from fretsolve.modes import Balance
 from fretsolve.scene import prepare
