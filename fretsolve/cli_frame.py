@@ -16,6 +16,7 @@ import click
 
 from fretsolve.commands.streams import tolerant_streams
 from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.interrupt import end_by
 
 EXIT_BUG = 70
 
@@ -51,7 +52,7 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         what = " ".join(error.format_message().split())
         message, code = f"{place}: {what} (see {place} --help)", error.exit_code
     except click.Abort:
-        _end_by(signal.SIGINT)
+        end_by(signal.SIGINT)
         message, code = "interrupted", 128 + signal.SIGINT
     except FretsolveError as error:
         message, code = str(error), error.exit_code
@@ -67,12 +68,6 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         return code
     print(message, file=sys.stderr)
     return code
-
-
-def _end_by(number: signal.Signals) -> None:
-    """End as a process does that does not catch the signal, so that a shell's loop over cases ends as well."""
-    signal.signal(number, signal.SIG_DFL)
-    signal.raise_signal(number)
 
 
 def overrides_option(command: Command) -> Command:

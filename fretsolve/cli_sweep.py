@@ -73,7 +73,7 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
     The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
     exit code is 0 where every case has a result, also if that is that there is no solution.
     """
-    with StopRequest("stopping after the increments under way; a second signal stops at once") as stop:
+    with StopRequest("stopping after the increments under way; a second signal stops at once", idle=True) as stop:
         from fretsolve.commands.sweep import SweepOrder, run_sweep
 
         return run_sweep(SweepOrder(file, out, jobs, engine, quiet), stop)
@@ -143,7 +143,7 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
     metavar="KEY",
     help="A varied key or a quantity along an axis; twice for a map. By default the first keys of the sweep.",
 )
-@output_option("The picture (.png, .pdf, .svg); by default DIR/KIND.png.", "FILE")
+@output_option("The picture (.png, .pdf, .svg); by default DIR/QUANTITY.png or DIR/running-condition.png.", "FILE")
 def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
     """Draw the sweep in DIR as far as it is.
 

@@ -24,17 +24,26 @@ SAME_SIGNAL = 0.05
 """Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
 
 NOTICE = "stopping after this increment; a second signal stops at once"
+IDLE_NOTICE = "ended before anything was run"
+
+
+def end_by(number: signal.Signals) -> None:
+    """End as a process does that does not catch the signal, so that a shell's loop over cases ends as well."""
+    signal.signal(number, signal.SIG_DFL)
+    signal.raise_signal(number)
 
 
 class StopRequest:
     """Catches SIGTERM, SIGINT and SIGUSR1 inside a `with` block, which must be in the main thread.
 
     `requested` tells the load path to stop after its increment; `notice` is a line written to standard error
-    as soon as that is so (empty for none).
+    as soon as that is so (empty for none). idle: a signal ends the process at once until `begin` is called, since
+    nothing has been done that could be saved.
     """
 
-    def __init__(self, notice: str = NOTICE):
+    def __init__(self, notice: str = NOTICE, *, idle: bool = False):
         self._notice = notice
+        self._idle = idle
         self._first: float | None = None
         self._previous: dict[signal.Signals, Any] = {}
 
@@ -42,6 +51,10 @@ class StopRequest:
     def requested(self) -> bool:
         """Whether a signal has come."""
         return self._first is not None
+
+    def begin(self) -> None:
+        """From now on there is work to stop."""
+        self._idle = False
 
     def __enter__(self) -> StopRequest:
         for number in SIGNALS:
@@ -56,10 +69,19 @@ class StopRequest:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
+        if self._idle:
+            self._tell(number, IDLE_NOTICE)
+            if number == signal.SIGINT:
+                end_by(signal.SIGINT)
+            os._exit(EXIT_STOPPED)
         if self._first is None:
             self._first = now
             if self._notice:
-                with suppress(OSError):  # whoever read the messages may have ended by the same signal
-                    os.write(2, f"fretsolve: {signal.Signals(number).name}: {self._notice}\n".encode())
+                self._tell(number, self._notice)
         elif now - self._first > SAME_SIGNAL:
             os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open
+
+    @staticmethod
+    def _tell(number: int, text: str) -> None:
+        with suppress(OSError):  # whoever read the messages may have ended by the same signal
+            os.write(2, f"fretsolve: {signal.Signals(number).name}: {text}\n".encode())

@@ -59,13 +59,14 @@ class SweepOrder:
 def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     """Check the sweep, write its manifest and run what is missing. Returns the exit code."""
     plan = make_plan(order.sweep, order.folder)
+    stop.begin()
     write_manifest(plan.manifest)
     todo = missing(plan.manifest)
     _introduce(order, plan, todo)
     if not todo:
         return _conclude(order, plan.manifest, stop)
     if order.engine == SLURM:
-        _say(order, submit(plan.manifest, plan.spec.slurm, todo, order.jobs))
+        _say(order, submit(plan, todo, order.jobs))
         return 0
     for _ in _shown(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet):
         pass
@@ -76,7 +77,7 @@ def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: S
     if order.engine.startswith(DASK):
         return work_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop)
     jobs = order.jobs or max(1, processors() // manifest.threads)
-    return work_through(manifest, [row.index for row in todo], jobs, stop)
+    return work_through(manifest, todo, jobs, stop)
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
@@ -92,7 +93,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     chosen = {manifest.rows[index].id: manifest.rows[index] for index in indices if index not in beyond}
     todo = missing(manifest, list(chosen.values()))
     before = _progress(manifest, todo)
-    reports = list(_shown(work_through(manifest, [row.index for row in todo], 1, stop), len(todo), manifest))
+    reports = list(_shown(work_through(manifest, todo, 1, stop), len(todo), manifest))
     if not stop.requested or not missing(manifest, todo):
         return worst(reports)
     if requeued and _progress(manifest, todo) == before:
@@ -228,11 +229,11 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
     from fretsolve.plots.canvas import rendered
 
     manifest = read_manifest(folder)
-    target = out or folder / f"{kind}.png"
-    file_format = picture_format(target)
     if quantity is not None:
         read_observable(quantity)
     name = quantity or manifest.quantities[0]
+    target = out or folder / f"{kind if kind == RUNNING_CONDITION else name}.png"
+    file_format = picture_format(target)
     as_quantities = [text for text in over if text not in manifest.keys]
     for text in as_quantities:
         if text.partition("@")[0] not in NAMES:

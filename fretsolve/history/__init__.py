@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from fretsolve.history.header import RunHeader
 from fretsolve.history.reader import Result, open_result
-from fretsolve.history.writer import HistoryWriter
+from fretsolve.history.writer import SAME_COMMAND, HistoryWriter
 
-__all__ = ["HistoryWriter", "Result", "RunHeader", "open_result"]
+__all__ = ["SAME_COMMAND", "HistoryWriter", "Result", "RunHeader", "open_result"]

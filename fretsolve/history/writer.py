@@ -37,6 +37,9 @@ from fretsolve.state import State, Summary, SummaryErrors
 MERGE_EVERY = 32
 """Increments per merged part: bounds the number of files and the restart data that is kept without use."""
 
+RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
+"""How a run is gone on with: one of a case, one of several."""
+
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """What to do about a result that is there."""
 
@@ -49,8 +52,11 @@ class HistoryWriter:
     promises none. notes: what a person should hear of a resume.
     """
 
-    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0):
+    def __init__(
+        self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME
+    ):
         self.out = out
+        self._advice = advice
         self.header = header
         self._pause = pause
         self._saved_at = time.monotonic()
@@ -66,11 +72,19 @@ class HistoryWriter:
 
     @classmethod
     def open(
-        cls, out: Path, header: RunHeader, *, resume: bool = False, overwrite: bool = False, pause: float = 0.0
+        cls,
+        out: Path,
+        header: RunHeader,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+        pause: float = 0.0,
+        advice: str = RESUME,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
+        advice: what to tell where nothing more can be saved.
         Raises CaseError where `out` or its parts exist and neither option is given, FileError where they belong to
         another run or are damaged, where another run writes them, and where the folder cannot be written.
         """
@@ -82,7 +96,7 @@ class HistoryWriter:
                 _require_replaceable(out)
             if resume and out.exists() and _status(out, header) == "complete":
                 return cls._finished(out, header)
-            writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause)
+            writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause, advice)
             try:
                 writer._begin(resume, overwrite)
             except BaseException:
@@ -117,7 +131,7 @@ class HistoryWriter:
 
     def save(self) -> None:
         """Commit the increments that a pause has left unsaved. Raises FileError as `append` does."""
-        with _reported("cannot save the increment", self._folder, resumable=True):
+        with _reported("cannot save the increment", self._folder, self._advice):
             if not (self._folder / HEADER_NAME).exists():
                 self._write_header()
             while self._unsaved:
@@ -132,7 +146,7 @@ class HistoryWriter:
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
         """Write OUT from the parts and remove these. message, kind: why the run failed. Raises FileError."""
         failure = (message, kind) if status == "failed" else None
-        with _reported("cannot write the result", self.out, resumable=True):
+        with _reported("cannot write the result", self.out, self._advice):
             sources = [part.path for part in self._parts]
             unsaved = [state for state, _ in self._unsaved]
             told = self.summaries, self.errors, sources, unsaved, self.last_state, failure
@@ -245,10 +259,10 @@ def _status(out: Path, header: RunHeader) -> str:
 
 
 @contextmanager
-def _reported(action: str, file: Path, *, resumable: bool = False) -> Iterator[None]:
+def _reported(action: str, file: Path, advice: str = "") -> Iterator[None]:
     """Turn an OSError into a FileError that says what to do."""
     try:
         yield
     except OSError as error:
-        advice = "; the increments so far are kept, --resume goes on" if resumable else ""
-        raise FileError(f"{action}: {reason_of(error)}{advice}", file) from error
+        kept = f"; the increments so far are kept, {advice}" if advice else ""
+        raise FileError(f"{action}: {reason_of(error)}{kept}", file) from error

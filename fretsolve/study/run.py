@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fretsolve.components import PAIRS
 from fretsolve.errors import FretsolveError, NoSolutionError
-from fretsolve.history import HistoryWriter, Result, open_result
+from fretsolve.history import SAME_COMMAND, HistoryWriter, Result, open_result
 from fretsolve.recording import record
 from fretsolve.report import relevant_columns
 from fretsolve.simulation import run
@@ -77,7 +77,7 @@ def make_runs(
 
 def _solve(trial: Trial, stop: StopRequest, show: Show) -> bool:
     """Solve and save what is missing, until the end or a failure (True), or until a signal."""
-    with HistoryWriter.open(trial.out, trial.header, resume=True) as writer:
+    with HistoryWriter.open(trial.out, trial.header, resume=True, advice=SAME_COMMAND) as writer:
         try:
             return record(trial.scene, writer, stop, lambda summary, _: show(trial, summary))
         except NoSolutionError:

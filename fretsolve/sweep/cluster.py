@@ -60,19 +60,19 @@ def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: St
             left = missing(manifest, todo)
             if not left or stop.requested:
                 return
-            shares = [[row.index for row in share] for share in _shares(left, threads)]
+            shares = [[(row.index, row.id) for row in share] for share in _shares(left, threads)]
             futures = client.map(run_share, shares, folder=str(manifest.folder), halt=halt.name, pure=False)
             yield from _reports(futures, halt, stop)
 
 
-def run_share(indices: Sequence[int], folder: str, halt: str) -> list[dict[str, Any]]:
-    """What a Dask task does: the cases `indices`, one after another, unless the event `halt` is set."""
+def run_share(share: Sequence[tuple[int, str]], folder: str, halt: str) -> list[dict[str, Any]]:
+    """What a Dask task does: the cases of these indices and ids, one after another, unless the event `halt` is set."""
     stop = _Halt(halt)
     if stop.requested:
         return []
     manifest = read_manifest(Path(folder))
-    rows = missing(manifest, [manifest.rows[index] for index in indices])
-    return [asdict(report) for report in work_through(manifest, [row.index for row in rows], 1, stop)]
+    rows = missing(manifest, [manifest.row(*names) for names in share])
+    return [asdict(report) for report in work_through(manifest, rows, 1, stop)]
 
 
 class _Halt:

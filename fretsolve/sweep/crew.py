@@ -17,7 +17,7 @@ from fretsolve.sweep.worker import EXIT_BUG, Report, leave_note
 
 if TYPE_CHECKING:
     from fretsolve.recording import Stop
-    from fretsolve.sweep.manifest import Manifest
+    from fretsolve.sweep.manifest import Manifest, Row
 
 GLANCE = 0.1
 """Seconds between looks at whether to stop."""
@@ -38,12 +38,12 @@ class Worker:
         self.reports = self._process.stdout
         self.index: int | None = None
 
-    def order(self, index: int) -> None:
+    def order(self, row: Row) -> None:
         """Have it work on a case."""
-        self.index = index
+        self.index = row.index
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # it has died: so its reports will say
-            self._process.stdin.write(f"{index}\n")
+            self._process.stdin.write(f"{row.index} {row.id}\n")
             self._process.stdin.flush()
 
     def dismiss(self) -> None:
@@ -74,12 +74,12 @@ class Worker:
         )
 
 
-def work_through(manifest: Manifest, indices: Sequence[int], jobs: int, stop: Stop) -> Iterator[Report]:
-    """Run the cases `indices` with `jobs` at a time; a report as each ends, none of those that `stop` keeps from it.
+def work_through(manifest: Manifest, rows: Sequence[Row], jobs: int, stop: Stop) -> Iterator[Report]:
+    """Run the cases `rows` with `jobs` at a time; a report as each ends, none of those that `stop` keeps from it.
 
     A worker that dies costs the case that it was working on; another takes its place.
     """
-    queue = deque(indices)
+    queue = deque(rows)
     crew: list[Worker] = []
     with selectors.DefaultSelector() as selector:
 

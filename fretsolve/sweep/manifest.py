@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.files import reason_of
 from fretsolve.history import durable
 from fretsolve.study.variation import Setting
@@ -63,6 +63,13 @@ class Manifest:
     def unique(self) -> tuple[Row, ...]:
         """One row for each result: equal cases are run once."""
         return tuple({row.id: row for row in reversed(self.rows)}.values())[::-1]
+
+    def row(self, index: int, identity: str) -> Row:
+        """The case that was named so when it was given out. Raises CaseError where the sweep is another one by now."""
+        if index >= len(self.rows) or self.rows[index].id != identity:
+            message = f"case {index} is another one than when the run began; give the command sweep run again"
+            raise CaseError(message, (), self.folder / MANIFEST_NAME)
+        return self.rows[index]
 
     def result(self, row: Row) -> Path:
         """The result file of a case."""

@@ -33,6 +33,7 @@ class Plan:
 
     manifest: Manifest
     spec: SweepSpec
+    source: CaseSource
     warnings: tuple[str, ...]
 
 
@@ -66,7 +67,7 @@ def make_plan(path: Path, folder: Path) -> Plan:
         found.memory,
         found.rows,
     )
-    return Plan(manifest, spec, found.warnings)
+    return Plan(manifest, spec, text.source, found.warnings)
 
 
 def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Base:

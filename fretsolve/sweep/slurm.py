@@ -9,7 +9,7 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from fretsolve.history import durable
 from fretsolve.sweep.manifest import Manifest, Row, index_list
 
 if TYPE_CHECKING:
+    from fretsolve.sweep.plan import Plan
     from fretsolve.sweep.spec import SlurmSpec
 
 FOLDER_NAME, SCRIPT_NAME = "slurm", "job.sh"
@@ -29,22 +30,23 @@ PARENT_BYTES = 150e6
 """Of the process that watches over the one that solves."""
 
 
-def submit(manifest: Manifest, spec: SlurmSpec, todo: Sequence[Row], at_once: int | None) -> str:
-    """Write the job script and submit an array of the tasks that `todo` needs and that are in no queue.
+def submit(plan: Plan, todo: Sequence[Row], at_once: int | None) -> str:
+    """Write the job script and submit an array of the tasks for those of `todo` that no task in the queue has.
 
     Returns what was done, for people. Raises CaseError where Slurm refuses, FileError.
     """
+    manifest, spec = plan.manifest, plan.spec.slurm
     tasks = sorted({row.index // spec.cases_per_task for row in todo})
-    _require_allowed(max(tasks), len(manifest.rows))
+    _require_allowed(max(tasks), plan)
     script = _write_script(manifest, spec)
-    queued = set(_queued(manifest)) & set(tasks)
-    new = [task for task in tasks if task not in queued]
+    given = queued(manifest)
+    new = sorted({row.index // spec.cases_per_task for row in todo if row.index not in given})
     if not new:
         return f"all {len(tasks)} tasks that are missing are in the queue"
     limit = at_once or spec.at_once
     array = index_list(new) + (f"%{limit}" if limit else "")
     job = _slurm(["sbatch", "--parsable", f"--array={array}", str(script)]).strip().partition(";")[0]
-    there = f", {len(queued)} more are in the queue" if queued else ""
+    there = f", {len(tasks) - len(new)} more are in the queue" if len(new) < len(tasks) else ""
     return f"submitted job {job}: sbatch --array={array} {shlex.quote(str(script))}{there}"
 
 
@@ -61,10 +63,10 @@ def requeue() -> None:
         print(error, file=sys.stderr)
 
 
-def job_name(manifest: Manifest) -> str:
-    """The same for every array of a sweep's folder."""
+def job_name(manifest: Manifest, cases_per_task: int) -> str:
+    """That of the arrays of a sweep's folder whose tasks have so many cases."""
     readable = re.sub(r"[^A-Za-z0-9_.-]", "-", manifest.folder.name)
-    return f"{readable}-{hashlib.sha256(str(manifest.folder).encode()).hexdigest()[:8]}"
+    return f"{readable}-{hashlib.sha256(str(manifest.folder).encode()).hexdigest()[:8]}-{cases_per_task}"
 
 
 def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
@@ -72,7 +74,7 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
     folder = manifest.folder
     memory = spec.memory or f"{math.ceil((MEMORY_MARGIN * manifest.memory + PARENT_BYTES) / 1e6)}M"
     options = [
-        f"--job-name={job_name(manifest)}",
+        f"--job-name={job_name(manifest, spec.cases_per_task)}",
         f"--output={folder / FOLDER_NAME / '%A_%a.log'}",
         "--open-mode=append",
         "--requeue",
@@ -106,20 +108,27 @@ def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
     return script
 
 
-def _require_allowed(last: int, cases: int) -> None:
+def _require_allowed(last: int, plan: Plan) -> None:
     match = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm(["scontrol", "show", "config"]), re.MULTILINE)
     if match and last >= int(match[1]):
-        least = math.ceil(cases / int(match[1]))
-        raise CaseError(
-            f"slurm.cases_per_task: the array needs tasks up to {last}, this Slurm takes them up to"
-            f" {int(match[1]) - 1} (MaxArraySize); {least} cases per task or more are needed"
+        least = math.ceil(len(plan.manifest.rows) / int(match[1]))
+        raise plan.source.problem(
+            f"the array needs tasks up to {last}, this Slurm takes them up to {int(match[1]) - 1} (MaxArraySize);"
+            f" {least} cases per task or more are needed",
+            ("slurm", "cases_per_task"),
         )
 
 
-def _queued(manifest: Manifest) -> Iterable[int]:
-    """Tasks of the sweep that wait, run or are about to run again."""
-    line = ["squeue", "--noheader", "--array", f"--name={job_name(manifest)}", "--format=%K"]
-    return [int(word) for word in _slurm(line).split() if word.isdecimal()]
+def queued(manifest: Manifest) -> set[int]:
+    """The indices of the cases of all tasks of the sweep that wait, run or are about to run again."""
+    ours = job_name(manifest, 0).removesuffix("0")
+    found: set[int] = set()
+    for line in _slurm(["squeue", "--noheader", "--array", f"--user={os.getuid()}", "--format=%j %K"]).splitlines():
+        name, _, task = line.rpartition(" ")
+        size = name.removeprefix(ours)
+        if name.startswith(ours) and size.isdecimal() and task.isdecimal():
+            found.update(range(int(task) * int(size), (int(task) + 1) * int(size)))
+    return found
 
 
 def _slurm(line: Sequence[str]) -> str:

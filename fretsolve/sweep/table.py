@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.quantities import QuantityError, split_quantity
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.history import Result, open_result
 from fretsolve.state import ERROR_SUFFIX
 from fretsolve.study.observable import NAMES, Observable
@@ -55,13 +55,14 @@ class Table:
 
 @dataclass(frozen=True)
 class _Reading:
-    """What one result says of the quantities."""
+    """What one result says of the quantities. stages: of the whole path, 0 where the run did not get to its end."""
 
     values: tuple[float, ...] = ()
     errors: tuple[float, ...] = ()
     regime: str = ""
     increments: int = 0
     seconds: float = 0.0
+    stages: int = 0
 
 
 @dataclass
@@ -89,13 +90,14 @@ class _Reader:
             regime(result),
             result.increments,
             float(result.history["wall_time"].sum()),
+            int(result.history["stage"][-1]) if result.status == "complete" else 0,
         )
 
 
 def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
     """What there is by now; quantities: ``NAME`` or ``NAME@STAGE``, those of the manifest by default.
 
-    A result that cannot be read counts as an error of its case.
+    A result that cannot be read counts as an error of its case. Raises CaseError for a stage that none of them has.
     """
     texts = tuple(dict.fromkeys(quantities or manifest.quantities))
     reader = _Reader(manifest, tuple(_split(text) for text in texts))
@@ -109,6 +111,10 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
             failed = CaseState(state.row, "error", error.exit_code, str(error))
             readings.append(reader.read(failed))
             found.append(failed)
+    stages = max((reading.stages for reading in readings), default=0)
+    for text, (_, stage) in zip(texts, reader.quantities, strict=True):
+        if stages and stage is not None and stage > stages:
+            raise CaseError(f"--quantity {text}: there is no stage {stage}; the cases have stages 1 to {stages}")
     values = np.array([reading.values for reading in readings], np.float64).reshape(len(found), len(texts))
     errors = np.array([reading.errors for reading in readings], np.float64).reshape(len(found), len(texts))
     units = [UNITS[name] for name, _ in reader.quantities]

@@ -1,9 +1,9 @@
 """A process that solves cases of a sweep, one after another, each into its result file.
 
-It speaks with the process that started it by two pipes: an index on a line of standard input is an order, a line of
-JSON on standard output the report on it. The end of standard input asks it to stop after the increment, so that it
-does so as well when whoever started it is gone. A case that fails does not touch the next one; a crash ends this
-process alone.
+It speaks with the process that started it by two pipes: index and id of a case on a line of standard input are an
+order, a line of JSON on standard output the report on it. The end of standard input asks it to stop after the
+increment, so that it does so as well when whoever started it is gone. A case that fails does not touch the next one;
+a crash ends this process alone.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ class Orders:
         """Whether to stop: no order comes while one is worked on, so that what can be read is the end."""
         return self._signalled or bool(select.select([self._descriptor], [], [], 0.0)[0])
 
-    def next(self) -> int | None:
-        """The next order, None at the end."""
+    def next(self) -> tuple[int, str] | None:
+        """Index and id of the next case, None at the end."""
         line = b""
         while not line.endswith(b"\n"):
             if self._signalled:
@@ -82,7 +82,8 @@ class Orders:
             if not byte:
                 return None
             line += byte
-        return int(line)
+        index, identity = line.decode().split()
+        return int(index), identity
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         # That of the terminal is meant for the parent, which closes the pipe once it wants to stop.
@@ -100,8 +101,11 @@ def serve(folder: Path) -> int:
 
     manifest = read_manifest(folder)
     base = Base.read(manifest.case, manifest.overrides, manifest.threads)
-    while (index := orders.next()) is not None:
-        report = run_case(manifest, base, manifest.rows[index], orders)
+    while (order := orders.next()) is not None:
+        try:
+            report = run_case(manifest, base, manifest.row(*order), orders)
+        except CaseError as error:
+            report = Report(order[0], error.exit_code, str(error))
         reports.write(json.dumps(asdict(report)) + "\n")
         reports.flush()
         if report.code == EXIT_STOPPED:
@@ -116,7 +120,7 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
     if out.exists():
         return Report(row.index, 0)
 
-    from fretsolve.history import HistoryWriter
+    from fretsolve.history import SAME_COMMAND, HistoryWriter
     from fretsolve.recording import record
     from fretsolve.sweep.base import identity
 
@@ -127,7 +131,7 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
         if identity(header) != row.id:
             message = "is not as it was when the sweep was begun; give the command sweep run again"
             raise CaseError(message, (), manifest.case)
-        with HistoryWriter.open(out, header, resume=True, pause=UNSAVED) as writer:
+        with HistoryWriter.open(out, header, resume=True, pause=UNSAVED, advice=SAME_COMMAND) as writer:
             try:
                 code = 0 if record(scene, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
             finally:

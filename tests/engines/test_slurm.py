@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -35,7 +36,14 @@ axes:
   - load_path.0.P: [390 N, 400 N, 410 N, 420 N]
 """
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
+SHARES = (1, 3, 4)
+"""Cases per task in the sweeps of these tests."""
+
 PATIENCE = 300.0
+"""Seconds without any news, however long the whole takes on a machine that does other things as well."""
+
+LONGER_THAN_A_TASK = 75.0
+"""Seconds of the case that meets the time limit, whose tasks work for 25 s."""
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 
@@ -80,21 +88,29 @@ def sweep(slurm: dict[str, str], *words: object) -> str:
 
 def running(slurm: dict[str, str], folder: Path) -> list[str]:
     """Tasks of the sweep that run, such as ``3_1``."""
-    line = ("squeue", "--noheader", "--array", "--state=R", f"--name={job_name(read_manifest(folder))}")
+    line = ("squeue", "--noheader", "--array", "--state=R", f"--name={names_of(folder)}")
     return call(slurm, *line, "--format=%F_%K").split()
 
 
-def wait_for(condition: Callable[[], object], patience: float = PATIENCE) -> None:
-    end = time.monotonic() + patience
+def names_of(folder: Path) -> str:
+    """Of the jobs of a sweep, for Slurm's ``--name``."""
+    return ",".join(job_name(read_manifest(folder), count) for count in SHARES)
+
+
+def wait_for(condition: Callable[[], object], news: Callable[[], object] = lambda: None) -> None:
+    """Until `condition` holds; for `PATIENCE` from the start, and again from each change of `news`."""
+    seen, end = news(), time.monotonic() + PATIENCE
     while not condition():
+        if (found := news()) != seen:
+            seen, end = found, time.monotonic() + PATIENCE
         assert time.monotonic() < end
         time.sleep(0.1)
 
 
 def wait_until_empty(slurm: dict[str, str], folder: Path) -> None:
-    """Until no task waits, runs or is about to run again."""
-    line = ("squeue", "--noheader", f"--name={job_name(read_manifest(folder))}")
-    wait_for(lambda: not call(slurm, *line).strip())
+    """Until no task waits, runs or is about to run again, as long as results or increments of them are saved."""
+    line = ("squeue", "--noheader", f"--name={names_of(folder)}")
+    wait_for(lambda: not call(slurm, *line).strip(), lambda: sorted((folder / "results").glob("**/*.h5")))
 
 
 def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: Path, small_disk: Path) -> None:
@@ -104,6 +120,9 @@ def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: P
 
     assert "submitted job" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
     assert "in the queue" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    path.write_text((SWEEP + TASKS).replace("cases_per_task: 4", "cases_per_task: 3"))
+    assert "tasks that are missing are in the queue" in sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+    path.write_text(SWEEP + TASKS)
     if WHOLE:
         let_the_disk_be_full(slurm, folder)
         sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
@@ -168,10 +187,16 @@ def workers_of(folder: Path) -> list[int]:
 @pytest.mark.skipif(not WHOLE, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
 def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -> None:
     limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 35}\naxes: [friction: [0.1]]\n"
-    case = CASE.replace("increments: 2", "increments: 1500").replace("points: 12", "points: 96")
+    case = CASE.replace("points: 12", "points: 96")
     path = write_sweep(tmp_path, f"case: case.yaml\n{limit}", case)
+    probe = ("run", tmp_path / "case.yaml", "--set", "load_path.1.increments=41", "-o", tmp_path / "probe.h5")
+    call(slurm, sys.executable, "-m", "fretsolve", *probe)
+    with open_result(tmp_path / "probe.h5") as result:
+        seconds = float(result.history["wall_time"][1:].mean())
+    increments = math.ceil(LONGER_THAN_A_TASK / seconds)
+    (tmp_path / "case.yaml").write_text(case.replace("increments: 2", f"increments: {increments}"))
     folder = tmp_path / "sweep.sweep"
-    for _ in range(5):  # a task that is too slow to save an increment in its time is not requeued
+    for _ in range(10):  # a task that is too slow to save an increment in its time is not requeued
         sweep(slurm, "run", path, "--on", "slurm")
         wait_until_empty(slurm, folder)
         if "1 complete" in sweep(slurm, "status", folder):
@@ -217,4 +242,6 @@ def test_too_many_tasks_are_refused(slurm: dict[str, str], tmp_path: Path) -> No
         check=False,
     )
     assert done.returncode == 2
-    assert "slurm.cases_per_task: the array needs tasks up to 1001, this Slurm takes them up to 1000" in done.stderr
+    complaint = "slurm.cases_per_task: the array needs tasks up to 1001, this Slurm takes them up to 1000"
+    assert done.stderr.startswith(f"{path}:1: {complaint}")
+    assert done.stderr.count("\n") == 1

@@ -24,9 +24,13 @@ from fretsolve.case.loading import validated
 from fretsolve.errors import CaseError
 from fretsolve.history.lock import RunLock
 from fretsolve.history.parts import parts_folder
+from fretsolve.interrupt import StopRequest
+from fretsolve.sweep import slurm
+from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.points import points_of, text_of
+from fretsolve.sweep.slurm import job_name
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.table import collect
 
@@ -225,6 +229,15 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "there is no stage 'x'; one from 1 on is needed" in outcome.stderr
     outcome = invoke("sweep", "work", folder, "--cases", "6-7")
     assert (outcome.exit_code, outcome.stderr) == (2, f"{folder}: --cases 6-7: there are the cases 0 to 5\n")
+    for words in (("collect", folder), ("plot", folder)):
+        outcome = invoke("sweep", *words, "--quantity", "P@9")
+        message = "--quantity P@9: there is no stage 9; the cases have stages 1 to 2\n"
+        assert (outcome.exit_code, outcome.output) == (2, message)
+    assert not (folder / "table.csv").exists()
+    outcome = invoke("sweep", "plot", folder)
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'delta_x.png'}\n")
+    outcome = invoke("sweep", "plot", folder, "--quantity", "P@1", "--over", "friction")
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'P@1.png'}\n")
     (folder / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
     assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
     mine = tmp_path / "mine.csv"
@@ -281,6 +294,7 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     code, output, messages = finish("sweep", "run", path, preexec_fn=limit_file_size)
     assert code == 4
     assert "File too large" in messages
+    assert "--resume" not in messages
     assert "Traceback" not in messages
     assert output.splitlines()[-1] == "6 cases: 6 error"
     told = invoke("sweep", "status", folder).stdout
@@ -328,6 +342,81 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     assert outcome.exit_code == 2
     assert "is not as it was when the sweep was begun" in outcome.stderr
     assert missing_of(folder) == [0, 2, 3]
+
+
+def test_a_sweep_that_is_changed_while_it_runs_has_no_case_run_for_another(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    begun = make_plan(path, folder).manifest
+    path.write_text(SWEEP.replace("[0.08, 0.1, 0.12]", "[0.2, 0.1, 0.12]"))
+    changed = make_plan(path, folder).manifest
+    write_manifest(changed)
+    with StopRequest() as stop:
+        reports = list(work_through(begun, [begun.rows[0], begun.rows[2]], 1, stop))
+    assert [(report.index, report.code) for report in reports] == [(0, 2), (2, 0)]
+    assert reports[0].reason == (
+        f"{folder}/manifest.json: case 0 is another one than when the run began; give the command sweep run again"
+    )
+    assert [path.stem for path in (folder / "results").iterdir()] == [begun.rows[2].id]
+    with pytest.raises(CaseError, match="case 6 is another one"):
+        changed.row(6, begun.rows[0].id)
+
+
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    folder.mkdir()
+    theirs = folder / "manifest.json.01ab23cd.tmp"
+    theirs.touch()
+    write_manifest(make_plan(path, folder).manifest)
+    assert theirs.exists()
+
+
+def test_a_signal_during_the_check_ends_at_once(tmp_path: Path) -> None:
+    many = "case: case.yaml\naxes: [friction: {from: 0.1, to: 0.2, count: 100000}]\n"
+    path = write_sweep(tmp_path, many)
+    for number, code in ((signal.SIGINT, -signal.SIGINT), (signal.SIGTERM, 75)):  # a shell has 130 for the first
+        with start("sweep", "run", path) as process:
+            wait_for(lambda process=process: catches(process.pid), process)
+            process.send_signal(number)
+            output, messages = process.communicate(timeout=PATIENCE)
+        assert process.returncode == code
+        assert output == ""
+        assert messages == f"fretsolve: {number.name}: ended before anything was run\n"
+        assert not (tmp_path / "sweep.sweep").exists()
+
+
+# Slurm, as far as it goes without one
+
+
+def test_tasks_in_the_queue_count_by_the_cases_that_they_have(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, folder = write_sweep(tmp_path, SWEEP + "slurm: {cases_per_task: 2}\n"), tmp_path / "sweep.sweep"
+    plan = make_plan(path, folder)
+    write_manifest(plan.manifest)
+    in_queue = [f"{job_name(plan.manifest, 3)} 0", "another 1", f"{job_name(plan.manifest, 1)} N/A"]
+    asked: list[list[str]] = []
+
+    def answered(line: list[str]) -> str:
+        asked.append(line)
+        return {"scontrol": "MaxArraySize = 1001", "squeue": "\n".join(in_queue), "sbatch": "7"}[line[0]]
+
+    monkeypatch.setattr(slurm, "_slurm", answered)
+    told = slurm.submit(plan, plan.manifest.rows, None)
+    assert asked[-1][:3] == ["sbatch", "--parsable", "--array=1-2"]  # of 2-3 and 4-5, as 0-2 are in the queue
+    assert told.endswith(", 1 more are in the queue")
+    in_queue.append(f"{job_name(plan.manifest, 3)} 1")
+    assert slurm.submit(plan, plan.manifest.rows, None) == "all 3 tasks that are missing are in the queue"
+
+
+def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slurm, "_slurm", lambda line: "MaxArraySize            = 2")
+    path = write_sweep(tmp_path, SWEEP + "slurm:\n  cases_per_task: 2\n")
+    outcome = invoke("sweep", "run", path, "--on", "slurm")
+    assert outcome.exit_code == 2
+    assert outcome.stderr == (
+        f"{path}:7: slurm.cases_per_task: the array needs tasks up to 2, this Slurm takes them up to 1 (MaxArraySize);"
+        " 3 cases per task or more are needed\n"
+    )
 
 
 def test_quiet_sweep_tells_errors(tmp_path: Path) -> None:
@@ -387,6 +476,12 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], se
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def catches(pid: int) -> bool:
+    """Whether the process has a handler for SIGUSR1, as it has from the start of its work."""
+    (line,) = (line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("SigCgt:"))
+    return bool(int(line.split()[1], 16) & 1 << (signal.SIGUSR1 - 1))
 
 
 def workers(pid: int) -> list[int]:
