@@ -24,11 +24,12 @@ CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Error bars of the cells, where the contact is this many cells across: at most about this, of the stick radius, and
 how they fall with the number of cells. docs/error_bars.md has them."""
 
-ACROSS_SLIP, ACROSS_SLIP_ORDER = 0.9, 2.4
-"""Error bar of the work where the slip annulus of bodies alike is a cell wide, and how it falls with its cells."""
+SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
+"""Error bar of the work where the slip annulus is a cell wide, and the order with which it falls with its cells:
+between bodies alike under shear, and between bodies that differ and are pressed together."""
 
 MOST_FOR_SLIP = 4.0
-"""Times as many cells as else are taken at most for a narrow annulus, whose work is next to nothing."""
+"""Times as many cells, or increments, as else are taken at most for a narrow annulus: its work is next to nothing."""
 
 FEWEST_POINTS = 32
 
@@ -41,6 +42,10 @@ their number. Those of displacements begin at a third of it and fall with an ord
 
 FEWEST_REFINED = 0.5
 
+WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
+"""Width of the slip annulus, over the contact radius, between bodies that differ and are pressed together, below which
+it takes more increments, and how their number rises with its inverse."""
+
 TOLERANCE = 1e-4
 """Of the iteration, in parts of the accuracy: no part of the error is its, and the slip of small last steps is seen."""
 
@@ -51,26 +56,38 @@ LEAST_MOTION = 1e-3
 
 
 def points_for(
-    accuracy: float, size: tuple[float, float], extent: tuple[float, float], slip_width: float = 0.0
+    accuracy: float,
+    size: tuple[float, float],
+    extent: tuple[float, float],
+    sheared_width: float = 0.0,
+    pressed_width: float = 0.0,
 ) -> tuple[int, int]:
     """Points along x and y on an area of `size` (mm) for a contact of `extent` (mm).
 
-    slip_width: of the annulus that slips, over the contact radius; 0 where it is not known.
+    sheared_width, pressed_width: of the annulus that slips under shear and under pressure alone, over the contact
+    radius; 0 where there is none, or where it is not known.
     """
-    cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
-    if slip_width > 0.0:
-        across_slip = (ACROSS_SLIP / accuracy) ** (1.0 / ACROSS_SLIP_ORDER)
-        cells = max(cells, min(2.0 * across_slip / slip_width, MOST_FOR_SLIP * cells))
+    usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
+    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (pressed_width, PRESSED_SLIP)):
+        if width > 0.0:
+            across_slip = (error / accuracy) ** (1.0 / order)
+            cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
     wanted = (max(FEWEST_POINTS, cells * side / reach) for side, reach in zip(size, extent, strict=True))
     nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in wanted)
     return nx, ny
 
 
-def refinement(accuracy: float | None) -> float:
-    """Factor on the number of automatic increments where the slip depends on the path; 1 where nothing is asked for."""
+def refinement(accuracy: float | None, pressed_width: float = 0.0) -> float:
+    """Factor on the number of automatic increments where the slip depends on the path; 1 where nothing is asked for.
+
+    pressed_width: as in `points_for`.
+    """
     if accuracy is None:
         return 1.0
-    return max(FEWEST_REFINED, math.pow(INCREMENTS_ERROR / accuracy, 1.0 / INCREMENTS_ORDER))
+    factor = max(FEWEST_REFINED, math.pow(INCREMENTS_ERROR / accuracy, 1.0 / INCREMENTS_ORDER))
+    if pressed_width > 0.0:
+        factor *= min(max(1.0, math.pow(WIDE_SLIP / pressed_width, NARROW_ORDER)), MOST_FOR_SLIP)
+    return factor
 
 
 def settled(case: Case) -> Case:

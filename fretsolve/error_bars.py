@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from fretsolve.scene import Scene
     from fretsolve.state import State, Summary
 
-ORDER, ORDER_CONTACT_RADIUS = 0.8, 1.0
+ORDER, SURER_ORDERS = 0.8, {"contact_radius": 1.0, "work": 1.0, "work_total": 1.0}
 """Orders of the discretisation that are taken for granted. Sequences of grids show 1.3 to 2, but with fluctuations, as
-the edges cut the cells now so, now so; the radius of contact needs somewhat less safety."""
+the edges cut the cells now so, now so; the radius of contact and the work need somewhat less safety."""
 
 INCREMENTS_SAFETY = 2.0
 """On the difference that is the increments' error to first order; the order found is somewhat less than 1."""
@@ -91,7 +91,7 @@ class ErrorBars:
         self._stepped: Companion | None = None
         if scene.load_path.matters:
             self._follow_steps()
-        orders = np.where(np.array(ESTIMATED) == "contact_radius", ORDER_CONTACT_RADIUS, ORDER)
+        orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
         points, coarse_points = (math.prod(one.grid.shape) for one in (scene, self._coarse.scene))
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
         self._rows: list[Summary] = []

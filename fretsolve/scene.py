@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fretsolve.accuracy import picks, points_for, refinement, settled
+from fretsolve.closed_forms import spence_stick_ratio
+from fretsolve.components import TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.grid import Grid
 from fretsolve.load_path import LoadPath
@@ -55,7 +57,7 @@ def prepare(case: Case) -> Scene:
     """
     asked, case = case, settled(case)
     model = derive_model(case)
-    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy))
+    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, _pressed_width(case, model)))
     size = case.grid.size or _automatic_size(case, model, load_path)
     points = case.grid.points or points_needed(case, model, load_path, size)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
@@ -74,7 +76,19 @@ def points_needed(case: Case, model: Model, load_path: LoadPath, size: tuple[flo
     except CaseError:
         holds_contact = size
     extent = holds_contact[0] / MARGIN, holds_contact[1] / MARGIN
-    return points_for(case.solver.accuracy, size, extent, 0.0 if model.interacting else load_path.slip_width)
+    sheared_width = 0.0 if model.interacting else load_path.slip_width
+    return points_for(case.solver.accuracy, size, extent, sheared_width, _pressed_width(case, model))
+
+
+def _pressed_width(case: Case, model: Model) -> float:
+    """Width over contact radius of the annulus that slips where bodies that differ are pressed together; Spence.
+
+    0 where nothing is asked for, where nothing slips, and under tangential loads, most of whose work is their own.
+    """
+    sheared = any(value and name in TANGENTIAL for stage in case.stages() for name, value in stage.targets)
+    if case.solver.accuracy is None or not model.interacting or sheared:
+        return 0.0
+    return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 
 
 def _automatic_size(case: Case, model: Model, load_path: LoadPath) -> tuple[float, float]:
