@@ -107,6 +107,18 @@ def test_a_narrow_slip_annulus_takes_more_points() -> None:
     assert points[3] == pytest.approx(4 * pressed, abs=12)
 
 
+def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
+    """Spence's: nearly all of the radius at a friction of 0.05, a third at 0.12, a twelfth at 0.2, nothing at 5."""
+    scenes = [prepare(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.05))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
+    wide, third, twelfth, narrow, nothing = [(scene.grid.nx, scene.load_path.increments) for scene in scenes]
+    assert wide < third < twelfth < narrow
+    assert wide[1] < third[1] < twelfth[1] < narrow[1] <= 4 * wide[1]
+    assert narrow[0] == pytest.approx(4 * 1.2 * 18.3, abs=4)
+    assert nothing == wide
+    sheared = [{"P": 400.0}, {"Qx": 36.0}]
+    assert prepare(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
+
+
 def test_the_effective_case_runs_alike() -> None:
     scene = prepare(build(bodies=DISSIMILAR, solver=solver("draft")))
     again = prepare(build(**{k: v for k, v in scene.case.effective().items() if k != "title"}))
