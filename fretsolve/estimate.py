@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.compiler import compiler_wanted
@@ -72,7 +74,10 @@ FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields other than 8, before compression."""
 
 COMPRESSION = 0.35
-"""What is left of the fields in the file."""
+"""What is left of the fields in the file where the contact fills the grid."""
+
+EMPTIEST = 0.1
+"""What is left of that where the grid is several times as wide as the contact."""
 
 
 @dataclass(frozen=True)
@@ -101,13 +106,13 @@ class Estimate:
 
     def lines(self) -> Iterator[str]:
         """For people."""
-        yield f"about {_rounded_bytes(self.memory)} of memory, a result file of about {_rounded_bytes(self.file)}"
+        yield f"about {rounded_bytes(self.memory)} of memory, a result file of about {rounded_bytes(self.file)}"
         yield (
             f"about {self.applications // self.increments} operator applications per increment,"
             f" in all in the order of {_rounded_time(self.seconds)}"
         )
         if self.saved:
-            yield f"single precision saves {_rounded_bytes(self.saved)} of memory and half of the file, but little time"
+            yield f"single precision saves {rounded_bytes(self.saved)} of memory and half of the file, but little time"
 
 
 def estimate(scene: Scene) -> Estimate:
@@ -166,7 +171,7 @@ def memory_problem(scene: Scene) -> CaseError | None:
         return None
     nx, ny = scene.grid.shape
     return scene.case.source.problem(
-        f"{nx} x {ny} cells take about {_rounded_bytes(needed)} of memory, this machine has {_rounded_bytes(there)};"
+        f"{nx} x {ny} cells take about {rounded_bytes(needed)} of memory, this machine has {rounded_bytes(there)};"
         " fewer points are needed",
         ("grid", "points"),
     )
@@ -179,6 +184,37 @@ def require_memory(scene: Scene) -> None:
         raise problem
 
 
+def disk_problem(scene: Scene, out: Path) -> CaseError | None:
+    """The error of a result that would not fit on the disk of `out`; None where it would, or where that is unknown.
+
+    It lies there twice for a moment, as the increments that were saved and as the file made of them.
+    """
+    needed, free = 2.0 * estimate(scene).file, free_bytes(out)
+    if free is None or needed <= free:
+        return None
+    return scene.case.source.problem(
+        f"a result of about {rounded_bytes(0.5 * needed)}, twice that while it is written, is too much for the"
+        f" {rounded_bytes(free)} that are free in {out.parent}; a larger output.every, fewer output.fields or another"
+        " disk is needed",
+        ("output", "every"),
+    )
+
+
+def require_disk(scene: Scene, out: Path) -> None:
+    """Raise CaseError where the result cannot fit on the disk of `out`, however much of its fields is empty."""
+    problem, free = disk_problem(scene, out), free_bytes(out)
+    if problem is not None and free is not None and EMPTIEST * estimate(scene).file > free:
+        raise problem
+
+
+def free_bytes(out: Path) -> int | None:
+    """What a file `out` may take, in place of what is there; None where that is unknown."""
+    try:
+        return shutil.disk_usage(out.parent).free + (out.stat().st_size if out.is_file() else 0)
+    except OSError:
+        return None
+
+
 def _machine_bytes() -> int | None:
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -186,7 +222,8 @@ def _machine_bytes() -> int | None:
         return None
 
 
-def _rounded_bytes(size: float) -> str:
+def rounded_bytes(size: float) -> str:
+    """For people, such as ``1.7 MB``."""
     for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
         if size >= factor:
             return f"{_two_digits(size / factor)} {unit}"

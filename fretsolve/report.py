@@ -26,6 +26,9 @@ NARROWEST = 60
 NOTHING = 1e-8
 """Below this share of its group's scale a value is round-off: it is printed as 0, a column of it left out."""
 
+ROUNDING = 1e-14
+"""Share of a value to which double precision rounds it in a sum or two."""
+
 UNLIKE_THE_OTHER = 1e3
 """A tangential displacement below 1e-6 of the other one is within the usual tolerance: it counts as round-off."""
 
@@ -155,15 +158,17 @@ def error_table(result: Result) -> Table | None:
     columns = [
         Column(("at the", "end"), "", tuple(names)),
         Column(("", "value"), "", tuple(f"{value:.6g}" for value in values)),
-        Column(("estimated", "error"), "", tuple(_error(error) for error in errors)),
+        Column(("estimated", "error"), "", tuple(map(_error, values, errors))),
         Column(("", "units"), "", tuple(result.units(name) for name in names)),
     ]
     return _table(columns)
 
 
-def _error(error: float) -> str:
-    """An estimated error in the two digits that it deserves."""
-    return "unknown" if math.isnan(error) else f"± {error:.1e}"
+def _error(value: float, error: float) -> str:
+    """An estimated error in the two digits that it deserves; none where it is that of rounding, as of imposed loads."""
+    if math.isnan(error):
+        return "unknown"
+    return f"± {error:.1e}" if abs(error) > ROUNDING * abs(value) else "± 0"
 
 
 def stage_ends(stage: NDArray[np.int64]) -> NDArray[np.intp]:

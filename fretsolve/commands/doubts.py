@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from fretsolve.accuracy import percent
 from fretsolve.commands.hertz import Hertz, hertz_contacts
 from fretsolve.commands.outlook import first_slide, smallest_stick
+from fretsolve.commands.resolution import FEWEST_CELLS, cells_across, in_cells
 from fretsolve.components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model import UNCOUPLED_BELOW
@@ -17,9 +18,6 @@ from fretsolve.sizing import MARGIN
 
 if TYPE_CHECKING:
     from fretsolve.scene import Scene
-
-FEWEST_CELLS = 20
-"""Cells across the contact below which results are off by per cents."""
 
 FEWEST_STICK_CELLS = 3
 """Cells across the stick zone below which its size means little."""
@@ -121,15 +119,10 @@ def _about_motion(scene: Scene, hertz: Hertz) -> Iterator[str]:
 
 
 def _about_resolution(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
-    if hertz is not None:
-        cells = hertz.cells_across(scene.grid)
-    elif scene.case.grid.size is None:
-        cells = min(scene.grid.shape) / MARGIN
-    else:
-        return
-    if cells < FEWEST_CELLS:
+    cells = cells_across(scene, hertz)
+    if cells is not None and cells < FEWEST_CELLS:
         yield (
-            f"grid.points: only {cells:.1f} cells across the contact;"
+            f"grid.points: only {in_cells(cells)} cells across the contact;"
             f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
         )
 
@@ -139,7 +132,7 @@ def _about_stick(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str
     cell = max(scene.grid.dx, scene.grid.dy)
     if stick is not None and stick.cells_across(cell) < FEWEST_STICK_CELLS:
         yield (
-            f"grid.points: the stick zone shrinks to {stick.cells_across(cell):.2g} cells across in stage"
+            f"grid.points: the stick zone shrinks to {in_cells(stick.cells_across(cell))} cells across in stage"
             f" {stick.stage + 1} ({stick.authors}: c = {stick.radius:.3g} mm); {FEWEST_STICK_CELLS} or more are needed"
             " for its size to mean something"
         )

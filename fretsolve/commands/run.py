@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case import load_case
 from fretsolve.commands.telling import Quiet, teller
 from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.estimate import require_memory
+from fretsolve.estimate import require_disk, require_memory
 from fretsolve.files import require_ending
 from fretsolve.history import HistoryWriter
 from fretsolve.interrupt import EXIT_STOPPED
@@ -51,6 +51,8 @@ def run_case(order: Order, stop: StopRequest) -> int:
     require_ending(order.output, "a result", *RESULT_ENDINGS)
     scene = prepare(case)
     require_memory(scene)
+    if not order.resume:
+        require_disk(scene, order.output)
     header = run_header(scene, order.threads, order.overrides)
     with HistoryWriter.open(
         order.output, header, resume=order.resume, overwrite=order.overwrite

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,11 @@ from fretsolve import __version__, pointwise
 from fretsolve.accuracy import verdict
 from fretsolve.commands.description import accuracy_lines, grid_line, model_lines, stage_lines, warn
 from fretsolve.commands.doubts import doubts
+from fretsolve.commands.hertz import hertz_contact
 from fretsolve.commands.progress import Bar, Details, JsonLines, Lines, Silence, event
+from fretsolve.commands.resolution import doubt_of_result
+from fretsolve.errors import dotted
+from fretsolve.estimate import disk_problem
 from fretsolve.history import open_result
 from fretsolve.report import print_report
 
@@ -28,7 +32,7 @@ MOST_STAGES_SHOWN = 30
 
 
 class Quiet:
-    """Tells nothing of a run but what it met on the way, and an accuracy that is not met."""
+    """Tells nothing of a run but what makes its result doubtful, before it, on the way and at its end."""
 
     def __init__(self, scene: Scene, order: Order):
         self.scene, self.order = scene, order
@@ -40,6 +44,15 @@ class Quiet:
 
     def begin(self, writer: HistoryWriter) -> None:
         """Tell what is about to be solved, and what a person should hear of it."""
+        for text in self.doubts():
+            self.warn(text)
+
+    def doubts(self) -> Iterator[str]:
+        """What a person should hear before the run."""
+        yield from doubts(self.scene)
+        too_large = None if self.order.resume else disk_problem(self.scene, self.order.output)
+        if too_large is not None:
+            yield f"{dotted(too_large.key)}: {too_large.message}"
 
     def progress(self, done: int) -> Silence:
         """What tells of each increment; `done` of them are there already."""
@@ -58,7 +71,14 @@ class Quiet:
     def end(self) -> None:
         """Tell what came out and where it lies."""
         with open_result(self.order.output) as result:
+            self.tell_of_resolution(result)
             self.tell_of_accuracy(result)
+
+    def tell_of_resolution(self, result: Result) -> None:
+        """Tell of a contact of few cells."""
+        doubt = doubt_of_result(self.scene, hertz_contact(self.scene), result)
+        if doubt is not None:
+            self.warn(doubt)
 
     def tell_of_accuracy(self, result: Result) -> None:
         """Tell whether an accuracy that was asked for is not met."""
@@ -71,6 +91,7 @@ class Words(Quiet):
     """Lines and a table, with a bar on a terminal."""
 
     def begin(self, writer: HistoryWriter) -> None:
+        """Tell the model and the reasons for it, the grid, and what a person should hear."""
         scene, order = self.scene, self.order
         if pointwise.WHY_NOT:
             print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
@@ -84,8 +105,7 @@ class Words(Quiet):
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
         count = scene.load_path.increments
         print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
-        for text in doubts(scene):
-            self.warn(text)
+        super().begin(writer)
         for note in writer.notes:
             print(f"warning: {note}", file=sys.stderr)
 
@@ -103,6 +123,7 @@ class Words(Quiet):
         with open_result(self.order.output) as result:
             if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
                 print_report(result, heading=False)
+            self.tell_of_resolution(result)
             self.tell_of_accuracy(result)
             compiling = pointwise.compile_seconds()
             if compiling:
@@ -114,6 +135,7 @@ class Everything(Words):
     """Words, and with them the stages, how it is computed, and all of the history of each increment."""
 
     def begin(self, writer: HistoryWriter) -> None:
+        """The same, with the stages and how they are computed."""
         super().begin(writer)
         for line in stage_lines(self.scene):
             print(line)
@@ -133,6 +155,7 @@ class Events(Quiet):
     """One JSON object per line, each with the key `event`: start, warning, increment, end."""
 
     def begin(self, writer: HistoryWriter) -> None:
+        """Print the event `start`, and a `warning` for each thing that a person should hear."""
         scene, grid = self.scene, self.scene.grid
         increments, stages = self.counts
         event(
@@ -150,7 +173,7 @@ class Events(Quiet):
             **({} if scene.case.solver.accuracy is None else {"accuracy_picks": list(scene.picked)}),
             model=[asdict(decision) for decision in scene.model.decisions],
         )
-        for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *doubts(scene), *writer.notes):
+        for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *self.doubts(), *writer.notes):
             self.warn(text)
 
     def progress(self, done: int) -> Silence:
@@ -173,6 +196,7 @@ class Events(Quiet):
 
     def end(self) -> None:
         with open_result(self.order.output) as result:
+            self.tell_of_resolution(result)
             event("end", **_outcome(result, self.order.output))
 
 

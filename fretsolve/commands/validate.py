@@ -14,8 +14,8 @@ from fretsolve.commands.description import accuracy_lines, grid_line, model_tabl
 from fretsolve.commands.doubts import doubts
 from fretsolve.commands.hertz import hertz_contact, hertz_contacts
 from fretsolve.commands.outlook import sliding_displacement, smallest_stick
-from fretsolve.errors import CaseError, FileError
-from fretsolve.estimate import estimate, memory_problem
+from fretsolve.errors import CaseError, FileError, dotted
+from fretsolve.estimate import disk_problem, estimate, memory_problem
 from fretsolve.scene import prepare
 
 if TYPE_CHECKING:
@@ -115,6 +115,6 @@ def stick_lines(scene: Scene) -> Iterator[str]:
 def warnings(scene: Scene) -> Iterator[str]:
     """What a person should hear before running the case."""
     yield from doubts(scene)
-    too_large = memory_problem(scene)
-    if too_large is not None:
-        yield too_large.message
+    for too_large in (memory_problem(scene), disk_problem(scene, scene.case.source.path.with_suffix(".h5"))):
+        if too_large is not None:
+            yield f"{dotted(too_large.key)}: {too_large.message}"

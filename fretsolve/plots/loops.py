@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.plots.canvas import Canvas, Target, canvas
-from fretsolve.plots.marks import CLOSED_FORM, MOST_NAMED, line_colors, marks
+from fretsolve.plots.marks import CLOSED_FORM, MOST_INCREMENTS, MOST_NAMED, line_colors, marks, spacing
 from fretsolve.plots.path import Cycle, MovedPair, cycles, moved_pairs, require_increments
 from fretsolve.plots.problem import PictureError
 from fretsolve.plots.quantities import axis_label, readable, unit_of
@@ -68,7 +68,10 @@ def _draw(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
     handles: list[Any] = []
     for cycle, style in zip(found, styles, strict=True):
         steps = cycle.steps
-        handles += axes.plot(x[steps], y[steps], label=cycle.name, **style.options(len(x[steps])))
+        count = len(x[steps])
+        every = spacing(count, MOST_INCREMENTS)
+        label = cycle.name if every == 1 or not style.marker else f"{cycle.name}, one in {every} increments marked"
+        handles += axes.plot(x[steps], y[steps], label=label, **style.options(count, MOST_INCREMENTS))
     closed = [cycle for cycle in found if cycle.closed]
     for cycle in closed if len(closed) <= MOST_SHADED else closed[-1:]:
         color = styles[cycle.number].color

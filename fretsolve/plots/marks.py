@@ -12,7 +12,10 @@ MOST_NAMED = 7
 """More lines than these are told by a colour bar, not by a legend."""
 
 MOST_MARKERS = 12
-"""Markers along a line; all points are marked where there are fewer."""
+"""Markers along a line that only tell it from others; all points are marked where there are fewer."""
+
+MOST_INCREMENTS = 60
+"""Markers along a line on which each stands for an increment, or a case, so that none is left out up to here."""
 
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
@@ -28,9 +31,9 @@ class Mark:
     marker: str
     index: int = 0
 
-    def options(self, points: int) -> dict[str, Any]:
-        """For `Axes.plot` of a line of `points` points."""
-        every = max(1, -(-points // MOST_MARKERS))
+    def options(self, points: int, most: int = MOST_MARKERS) -> dict[str, Any]:
+        """For `Axes.plot` of a line of `points` points, of which about `most` may have a marker."""
+        every = spacing(points, most)
         return {
             "color": self.color,
             "linestyle": self.linestyle,
@@ -38,6 +41,11 @@ class Mark:
             "markevery": (2 * self.index % every, every),
             "markerfacecolor": "white",
         }
+
+
+def spacing(points: int, most: int) -> int:
+    """From one marker to the next along a line of `points` points."""
+    return max(1, -(-points // most))
 
 
 def line_colors() -> Colormap:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fretsolve.plots.canvas import Canvas, Target, canvas
 from fretsolve.plots.loops import add_cycle_colorbar, place_legend
-from fretsolve.plots.marks import CLOSED_FORM, MOST_NAMED, marks
+from fretsolve.plots.marks import CLOSED_FORM, MOST_INCREMENTS, MOST_NAMED, marks
 from fretsolve.plots.path import MovedPair, cycles, last_driven, moved_pairs, require_increments
 from fretsolve.plots.problem import PictureError
 from fretsolve.plots.quantities import axis_label, unit_of
@@ -61,7 +61,7 @@ def _draw(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
     handles: list[Any] = []
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         steps = cycle.steps
-        handles += axes.plot(load[steps], ratio[steps], label=cycle.name, **mark.options(len(load[steps])))
+        handles += axes.plot(load[steps], ratio[steps], label=cycle.name, **mark.options(len(load[steps]), MOST_INCREMENTS))
     form = stick_form(result, pair.force)
     if form is not None:
         handles += axes.plot(load, form.values, label=f"{form.name} (closed form)", **CLOSED_FORM)

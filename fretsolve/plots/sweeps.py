@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fretsolve.plots.canvas import Canvas, Target, canvas
-from fretsolve.plots.marks import MOST_NAMED, line_colors, marks
+from fretsolve.plots.marks import MOST_INCREMENTS, MOST_NAMED, line_colors, marks
 from fretsolve.plots.problem import PictureError
 from fretsolve.plots.quantities import readable
 
@@ -45,7 +45,7 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
         axes = sheet.axes[0]
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
             order = rows[np.argsort(x.values[rows], kind="stable")]
-            options = mark.options(len(order)) | ({"label": name} if name else {})
+            options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
             bars = unit.factor * errors.values[order] if errors is not None else None
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
         _logarithmic(axes, x, None)

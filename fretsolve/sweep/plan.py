@@ -12,12 +12,13 @@ from fretsolve.case import CaseErrors, read_case
 from fretsolve.case.loading import validated
 from fretsolve.case.source import Override
 from fretsolve.errors import CaseError, FileError
-from fretsolve.estimate import estimate, require_memory
+from fretsolve.estimate import estimate, free_bytes, require_memory, rounded_bytes
 from fretsolve.study.observable import read_observable, usual_observables
 from fretsolve.sweep.base import Base, identity, read_height_maps
 from fretsolve.sweep.manifest import Manifest, Row
 from fretsolve.sweep.points import Point, Value, common_values, points_of
 from fretsolve.sweep.spec import SweepSpec
+from fretsolve.sweep.state import missing
 
 if TYPE_CHECKING:
     from fretsolve.case import CaseSource
@@ -39,13 +40,17 @@ class Plan:
 
 @dataclass(frozen=True)
 class Findings:
-    """What the check of all cases finds. stages: how many every case has; usual: what is collected by default."""
+    """What the check of all cases finds. stages: how many every case has; usual: what is collected by default.
+
+    memory, files: estimated bytes, of the largest case and of all results.
+    """
 
     rows: tuple[Row, ...]
     warnings: tuple[str, ...]
     stages: int
     usual: tuple[str, ...]
     memory: float
+    files: float
 
 
 def make_plan(path: Path, folder: Path) -> Plan:
@@ -67,7 +72,14 @@ def make_plan(path: Path, folder: Path) -> Plan:
         found.memory,
         found.rows,
     )
-    return Plan(manifest, spec, text.source, found.warnings)
+    warnings, free = found.warnings, free_bytes(manifest.folder)
+    left = found.files * len(missing(manifest)) / len(manifest.unique)
+    if free is not None and left > free:
+        warnings += (
+            f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of {folder};"
+            " a larger output.every, fewer output.fields or another disk is needed",
+        )
+    return Plan(manifest, spec, text.source, warnings)
 
 
 def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Base:
@@ -88,6 +100,7 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
 def _check(base: Base, points: Sequence[Point]) -> Findings:
     """Every case, made ready as if it were run. Raises CaseError for all that are none."""
     rows: list[Row] = []
+    files: dict[str, float] = {}
     problems: dict[str, CaseError] = {}
     warnings: dict[str, None] = {}
     usual: tuple[str, ...] = ()
@@ -104,12 +117,13 @@ def _check(base: Base, points: Sequence[Point]) -> Findings:
             continue
         expected = estimate(scene)
         rows.append(Row(index, identity(base.header(scene, settings)), settings, expected.seconds))
+        files[rows[-1].id] = expected.file
         warnings |= dict.fromkeys(scene.model.warnings)
         stages, memory = min(stages, len(scene.load_path.last_steps)), max(memory, expected.memory)
         usual = usual or _usual(scene)
     if problems:
         raise _all_of(list(problems.values()))
-    return Findings(tuple(rows), tuple(warnings), stages, usual, memory)
+    return Findings(tuple(rows), tuple(warnings), stages, usual, memory, sum(files.values()))
 
 
 def _placed(error: CaseError, texts: Sequence[tuple[str, Value]]) -> Iterator[CaseError]:

@@ -16,6 +16,7 @@ from fretsolve.scene import prepare
 FINE = CASE.replace("points: 16", "points: 64")
 DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*.yaml"))
+PRESSED = "load_path.1.Qx=0 N"
 
 
 def scene_of(folder: Path, *sets: str, text: str = FINE) -> object:
@@ -25,6 +26,12 @@ def scene_of(folder: Path, *sets: str, text: str = FINE) -> object:
 DOUBTS = {
     ("grid.points=16",): "grid.points: only 13.3 cells across the contact; 20 or more",
     ("surface={cone: {angle: 2 deg}}", "grid.points=16"): "grid.points: only 13.3 cells across",
+    (PRESSED, "grid={points: 64, size: 40 mm}"): "grid.points: only 0.96 cells across the contact; 20 or more",
+    ("surface={punch: {radius: 1 um}}", "grid={points: 64, size: 1 mm}"): "grid.points: only 0.13 cells across",
+    (PRESSED, "surface={cone: {angle: 2 deg}}", "grid={points: 64, size: 8 mm}"): "grid.points: only 4.1 cells across",
+    ("surface={cylinder: {radius: 10 mm, axis: x}}", "grid={points: 64, size: [9 mm, 0.5 mm]}"): "only 18.3 cells",
+    ("surface={cylinder: {radius: 10 mm, axis: y}}", "grid={points: 64, size: [0.5 mm, 9 mm]}"): "only 18.3 cells",
+    ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
     ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
     ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",

@@ -47,7 +47,7 @@ def test_bar_gives_way_to_an_error(tmp_path: Path) -> None:
 
 
 def test_quiet_on_a_terminal(tmp_path: Path) -> None:
-    assert shown_on_a_terminal(write_case(tmp_path), "-q") == (0, "")
+    assert shown_on_a_terminal(write_case(tmp_path), "-q", "--set", "grid.points=32") == (0, "")
 
 
 def test_no_color_is_heeded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -157,6 +157,20 @@ def test_loop_is_the_history_cycle_by_cycle(results: dict[str, Result]) -> None:
     assert heading(figure).startswith("Fretting <mode> $I$ & $\\mathbf")
 
 
+@pytest.mark.parametrize(("increments", "marked", "told"), [(40, 41, ""), (120, 41, ", one in 3 increments marked")])
+def test_each_increment_of_a_loop_is_marked_or_it_is_said(
+    increments: int, marked: int, told: str, results: dict[str, Result]
+) -> None:
+    result = results["fretting"]
+    case = result.effective_case
+    case["load_path"] = [{"P": 400.0}, {"Qx": 36.0}]
+    result = _with_path(result, case, loads=np.linspace(0.0, 36.0, increments + 1).tolist())
+    line = panels(plots.loop(result))[0].lines[0]
+    first, every = line.get_markevery()
+    assert len(line.get_xdata()[first::every]) == marked
+    assert str(line.get_label()) == f"first loading{told}"
+
+
 def test_work_of_closed_cycles_is_shaded_and_labelled(results: dict[str, Result]) -> None:
     history = results["fretting"].history
     axes = panels(plots.loop(results["fretting"]))[0]

@@ -49,6 +49,18 @@ def test_every_increment(tmp_path: Path) -> None:
     assert [line.split()[0] for line in lines[8:-2]] == list("0123456")
 
 
+def test_error_bars_at_rounding_are_none(tmp_path: Path) -> None:
+    result = made_up(tmp_path)
+    bars = {"P": 1e-16, "delta_z": 1e-3, "max_pressure": np.nan}
+    result.history = {**result.history}
+    for name, share in bars.items():
+        result.history[f"{name}_error"] = share * np.abs(result.history[name])
+    cells = {line.split()[0]: line.split()[2:4] for line in printed(result) if "±" in line or "unknown" in line}
+    assert cells["P"] == ["±", "0"]
+    assert cells["delta_z"] == ["±", f"{1e-3 * result.history['delta_z'][-1]:.1e}"]
+    assert cells["max_pressure"][0] == "unknown"
+
+
 def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:
     names = relevant_columns(made_up(tmp_path, My=1e-13, delta_y=0.0, delta_z=0.0))
     assert not {"Mx", "My", "Qy", "Mz", "delta_y", "phi_z"} & set(names)
