@@ -61,7 +61,8 @@ def _draw(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
     handles: list[Any] = []
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         steps = cycle.steps
-        handles += axes.plot(load[steps], ratio[steps], label=cycle.name, **mark.options(len(load[steps]), MOST_INCREMENTS))
+        options = mark.options(len(load[steps]), MOST_INCREMENTS)
+        handles += axes.plot(load[steps], ratio[steps], label=cycle.name, **options)
     form = stick_form(result, pair.force)
     if form is not None:
         handles += axes.plot(load, form.values, label=f"{form.name} (closed form)", **CLOSED_FORM)

@@ -76,8 +76,8 @@ def make_plan(path: Path, folder: Path) -> Plan:
     left = found.files * len(missing(manifest)) / len(manifest.unique)
     if free is not None and left > free:
         warnings += (
-            f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of {folder};"
-            " a larger output.every, fewer output.fields or another disk is needed",
+            f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
+            f" {folder}; a larger output.every, fewer output.fields or another disk is needed",
         )
     return Plan(manifest, spec, text.source, warnings)
 

@@ -240,7 +240,7 @@ def test_quiet_run_tells_what_makes_its_result_doubtful(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("words", [(), ("-q",), ("--log-json",)])
-def test_contact_of_few_cells_is_told_of_afterwards_where_no_formula_knew(words: tuple[str, ...], tmp_path: Path) -> None:
+def test_contact_of_few_cells_is_told_of_where_no_formula_knew(words: tuple[str, ...], tmp_path: Path) -> None:
     spheres = "surface=[{sphere: {radius: 20 mm}}, {sphere: {radius: 20 mm}}]"
     case = write_case(tmp_path)
     result = invoke("run", case, *words, "--set", spheres, "--set", "grid.size=3 mm")

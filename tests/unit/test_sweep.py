@@ -361,6 +361,14 @@ def test_a_sweep_that_is_changed_while_it_runs_has_no_case_run_for_another(tmp_p
         changed.row(6, begun.rows[0].id)
 
 
+def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    assert make_plan(path, folder).warnings == ()
+    monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
+    (warning,) = make_plan(path, folder).warnings
+    assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
+
+
 def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
     folder.mkdir()
