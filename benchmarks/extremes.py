@@ -3,6 +3,7 @@
     python benchmarks/extremes.py                          # all of them, some six minutes on one core
     python benchmarks/extremes.py "mode II" torque         # the families whose names contain one of these
     python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
+    python benchmarks/extremes.py --precision single       # the same in single precision, with limits of its own
     python benchmarks/extremes.py --into docs/extremes.md  # the whole table between the marks of a file
 
 Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. The families
@@ -16,6 +17,7 @@ import os
 import re
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -26,7 +28,7 @@ TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
 
 from families import FAMILIES  # noqa: E402
-from families.driving import Family, Probe, Verdict, judge  # noqa: E402
+from families.driving import Family, Probe, Verdict, in_single, judge  # noqa: E402
 from families.pairs import elastic  # noqa: E402
 
 if TYPE_CHECKING:
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
 FRICTIONS = (1e-8, 1e-4, 1e-2, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 100.0, 1e4, 1e6)
 RATIOS = (0.5, 0.42, 0.3, 0.2, 0.1, 0.0)
 """Poisson's ratios of a body under a rigid one: Dundurs' constant is (1 - 2 nu)/2(1 - nu), 0 to 1/2."""
+
+PARTS = {"double": "extremes", "single": "extremes in single precision"}
+"""Marks of the tables of each precision."""
 
 KINDS = {
     "indentation": ({"P": 400.0, "increments": 5},),
@@ -85,20 +90,20 @@ class Row:
         return f"| {name} | {span or '-'} | {self.outcome} | {self.residual:.0e} | {limit} | {far} | {seconds:.1f} |"
 
 
-def driven(probe: Probe) -> Verdict:
+def driven(probe: Probe, precision: str = "double") -> Verdict:
     """How a probe ends."""
     with TemporaryDirectory() as folder:
-        return judge(probe, Path(folder))
+        return judge(in_single(probe) if precision == "single" else probe, Path(folder))
 
 
-def print_table(names: list[str]) -> list[Row]:
+def print_table(names: list[str], precision: str) -> list[Row]:
     """Drive the families, a row at a time, and list what is wrong."""
     chosen = [family for family in FAMILIES if not names or any(name in family.name for name in names)]
     print("| case | range | outcome | worst residual | limit of theory | distance (allowed) | s |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     rows = []
     for family in chosen:
-        rows.append(Row(family, [driven(probe) for probe in family.probes]))
+        rows.append(Row(family, [driven(probe, precision) for probe in family.probes]))
         print(rows[-1].markdown, flush=True)
     verdicts = [(row.family, verdict) for row in rows for verdict in row.verdicts]
     wrong = [(family, verdict) for family, verdict in verdicts if verdict.problem]
@@ -165,15 +170,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
     parser.add_argument("--picture", type=Path, help="file to draw to")
+    parser.add_argument("--precision", choices=PARTS, default="double", help="of the solver")
     parser.add_argument("--into", type=Path, help="a Markdown file with marks, which gets the table")
     options = parser.parse_args()
+    table = partial(print_table, options.names, options.precision)
     with TemporaryDirectory() as cache:
         os.environ.setdefault("FRETSOLVE_CACHE", cache)
         rows: list[Row] = []
         if options.into:
-            put_parts_into(options.into, {"extremes": lambda: rows.extend(print_table(options.names))})
+            put_parts_into(options.into, {PARTS[options.precision]: lambda: rows.extend(table())})
         else:
-            rows = print_table(options.names)
+            rows = table()
         if options.picture:
             draw(rows, options.picture)
 

@@ -22,7 +22,7 @@ from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
 from fretsolve.modes import TINY, Balance, TangentialModes
 from fretsolve.rounding import ROUNDING, circle_width
-from fretsolve.sliding import AT_THE_LIMIT, load_factor
+from fretsolve.sliding import at_the_limit, load_factor
 from fretsolve.tangential import SlipScales, TangentialResult
 
 if TYPE_CHECKING:
@@ -256,8 +256,8 @@ class Alternation:
         """Why the tangential problem is given up."""
         if self._is_far(balance):
             return (
-                f"the torque about an origin {self.level.grid.farthest:.3g} mm away is not balanced: so long an arm leaves"
-                " too few digits in double precision; move surface and grid towards the origin, or impose phi_z"
+                f"the torque about an origin {self.level.grid.farthest:.3g} mm away is not balanced: so long an arm"
+                " leaves too few digits in double precision; move surface and grid towards the origin, or impose phi_z"
             )
         if result.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
@@ -289,7 +289,7 @@ class Alternation:
         imposed = increment.tangential
         balance = imposed.relative_to(start.rigid[3:])
         factor = load_factor(self._bound, balance, self._tangential_modes)
-        if factor > 1.0 + AT_THE_LIMIT:
+        if factor > 1.0 + at_the_limit(self.level.operator.dtype):
             return balance
         only_forces = increment.normal.forced[0] and not imposed.forced[2]
         if settled or only_forces:

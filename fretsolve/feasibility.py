@@ -11,6 +11,9 @@ from fretsolve.modes import Balance
 
 FloatArray = NDArray[np.floating]
 
+JUST_BELOW = 2e-6
+"""Relative distance from sliding that six digits of a load do not show."""
+
 
 def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> None:
     """Raise ContactLostError where no pressure >= 0 on the grid has the imposed P, Mx, My.
@@ -20,13 +23,13 @@ def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> N
     load, mx, my = balance.imposed_resultant
     if not balance.forced[0]:
         return
+    material = np.isfinite(separation)
+    if not material.any():
+        raise ContactLostError("the surfaces nowhere face each other on the grid, so P cannot be imposed there", "P")
     if load == 0.0:
         if mx or my:
             raise ContactLostError("no contact can carry a moment at P = 0", "Mx" if mx else "My")
         return
-    material = np.isfinite(separation)
-    if not material.any():
-        raise ContactLostError("the surfaces nowhere face each other on the grid, so P = 0 is all they carry", "P")
     for name, mode, moment, axis, centers in (("Mx", 1, mx, 0, grid.y), ("My", 2, my, 1, grid.x)):
         reached = centers[material.any(axis=axis)]
         if balance.forced[mode] and not reached.min() <= moment / load <= reached.max():
@@ -76,7 +79,7 @@ def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingEr
             "Mz",
         )
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
-    if abs(factor - 1.0) < 1e-6:
+    if abs(factor - 1.0) < JUST_BELOW:
         carried = "no more than just below it"
     return SlidingError(
         f"gross sliding under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"

@@ -269,4 +269,5 @@ def _unproved(certificate: Certificate, tolerance: float, rounding: str, single:
     missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"
     if rounding:
         return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
-    return f"{missed}; {'what changes may be too little for solver.precision: single; else ' if single else ''}{ADVICE}"
+    digits = "what changes may be too little for solver.precision: single, take double; else " if single else ""
+    return f"{missed}; {digits}{ADVICE}"

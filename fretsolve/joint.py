@@ -26,7 +26,7 @@ from fretsolve.tangential import STIFFEST
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]
 
-MOST_STEPS = 20
+MOST_STEPS = 30
 """Newton steps before the loads are taken in smaller parts."""
 
 ROUGHLY, CLOSELY = 1e-2, 1e-6
@@ -84,9 +84,9 @@ class Estimate:
 def solve_jointly(
     solver: JointSolver, problem: Problem, start: Estimate, tolerance: float, max_iterations: int
 ) -> Estimate | None:
-    """The solution, or None where none is found in `max_iterations`; `start` meets other loads than the problem's.
+    """The solution, or None where none is found; `start` meets other loads than the problem's.
 
-    Its loads are moved to the problem's in as few parts as it takes.
+    Its loads are moved to the problem's in as few parts as it takes; max_iterations: of GMRES for each attempt.
     """
     solver.begin(problem, max_iterations)
     loads, rigid = solver.resultants(start), start.rigid.copy()
@@ -105,7 +105,7 @@ def solve_jointly(
             found = solver.solve(partial, start, wanted, reduction)
         if found is not None:
             start, reached, part = found, to, 2.0 * part
-        elif (part := part / 4.0) < LEAST_PART or solver.iterations >= max_iterations:
+        elif (part := part / 4.0) < LEAST_PART:
             return None
     return start
 
@@ -172,6 +172,7 @@ class JointSolver:
         """`work` brought to the solution by Newton steps; sliding: cells that join the contact slip at first."""
         np.greater(work.pressure, 0.0, out=self._contact)
         self._left[:] = False
+        last = self.iterations + self._most
         for step in range(MOST_STEPS):
             self._put_on_circle(problem, work)
             self._displace(problem, work)
@@ -183,10 +184,10 @@ class JointSolver:
             worst = max(error, self._unbalance(problem, work, missing))
             if worst <= tolerance:
                 return work
-            if not worst < DIVERGED or self.iterations >= self._most:
+            if not worst < DIVERGED or self.iterations >= last:
                 return None
             self._change_zones(work, 0.3 * tolerance * scale, sliding)
-            if not self._step(problem, work, missing, reduction):
+            if not self._step(problem, work, missing, reduction, last - self.iterations):
                 return None
         return None
 
@@ -283,7 +284,7 @@ class JointSolver:
         work.direction[:, fresh] = self._slip[:, fresh] / length[fresh]
         work.slipping |= fresh
 
-    def _step(self, problem: Problem, work: Estimate, missing: Vector, reduction: float) -> bool:
+    def _step(self, problem: Problem, work: Estimate, missing: Vector, reduction: float, most: int) -> bool:
         """A Newton step at the present zones, then cells under tension leave; whether it could be made."""
         contact, unit = self._contact, self.operator.inner.unit
         if not contact.any():
@@ -297,7 +298,7 @@ class JointSolver:
         wanted = (missing / self._arms)[forced] / self._normal.cell_area
         try:
             equations = JointEquations(self.operator, self._fields, zones)
-            change, amplitudes, iterations = equations.solve(right, wanted, reduction, self._most - self.iterations)
+            change, amplitudes, iterations = equations.solve(right, wanted, reduction, most)
         except np.linalg.LinAlgError:  # numbers without bounds, from zones that cannot bear the load
             return False
         self.iterations += iterations

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from fretsolve.case import Case
 
 
+RANGE_OF_SINGLE = 1e28
+"""Compliance of a cell, or one over it, in mm per MPa: within 1e-38 to 3e38 with ten digits of room."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A case made ready: the model it needs, its grid and its load path.
@@ -62,7 +66,19 @@ def prepare(case: Case) -> Scene:
     points = case.grid.points or points_needed(case, model, load_path, size)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     grid = Grid.from_size(points, size, case.grid.center)
+    _require_range_of_precision(case, model, grid)
     return Scene(case, model, grid, load_path, picks(asked, points, load_path))
+
+
+def _require_range_of_precision(case: Case, model: Model, grid: Grid) -> None:
+    """Raise CaseError where influence coefficients leave the range of single precision, if the case asks for it."""
+    yielding = max(grid.dx, grid.dy) / model.compliances.contact_modulus
+    if case.solver.precision == "single" and not 1.0 / RANGE_OF_SINGLE < yielding < RANGE_OF_SINGLE:
+        message = (
+            f"a cell yields by {yielding:.2g} mm under 1 MPa, which has no room in single precision (1e-38 to 3e38);"
+            " precision: double, or lengths and moduli nearer to those of metals, would do"
+        )
+        raise case.source.problem(message, ("solver", "precision"))
 
 
 def points_needed(case: Case, model: Model, load_path: LoadPath, size: tuple[float, float]) -> tuple[int, int]:

@@ -100,7 +100,9 @@ def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
 def _touching(state: State | None, separation: FloatArray) -> ContactState:
     """The contact after `state`; at first the surfaces touch at their nearest points."""
     if state is None:
-        return ContactState(nothing(separation.shape), separation - separation.min(), np.zeros(separation.shape, bool))
+        nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
+        gap = separation - (nearest if np.isfinite(nearest) else 0.0)
+        return ContactState(nothing(separation.shape), gap, np.zeros(separation.shape, bool))
     return ContactState(state.fields.pressure, state.fields.gap, state.fields.zone == Zone.SLIP)
 
 

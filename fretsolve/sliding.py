@@ -11,12 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.modes import Balance, TangentialModes, Vector, solve_modes
+from fretsolve.rounding import circle_width
 
 FloatArray = NDArray[np.floating]
 
 ITERATIONS = 100
 AT_THE_LIMIT = 1e-9
 """Relative distance from the limit that counts as sliding: at the limit the displacement is unbounded."""
+
+
+def at_the_limit(precision: type[np.floating]) -> float:
+    """The same for tractions stored in `precision`, which tell no smaller distance from the friction bound."""
+    return max(AT_THE_LIMIT, circle_width(precision))
 
 
 def load_factor(bound: FloatArray, balance: Balance, modes: TangentialModes) -> float:

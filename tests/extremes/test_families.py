@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from families import FAMILIES
-from families.driving import Probe, judge
+from families.driving import Family, Probe, in_single, judge
 
 
 @pytest.mark.parametrize(
@@ -21,6 +21,13 @@ from families.driving import Probe, judge
 def test_ends_as_it_has_to(probe: Probe, tmp_path: Path) -> None:
     """Certified and near its limit in theory, or refused in words: see `families.driving`."""
     assert judge(probe, tmp_path).problem == ""
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_in_single_precision(family: Family, tmp_path: Path) -> None:
+    """The first and the last of the quick ones: certified to 1e-5, or refused with the precision named."""
+    quick = [probe for probe in family.probes if probe.quick]
+    assert {judge(in_single(probe), tmp_path).problem for probe in (quick[0], quick[-1])} == {""}
 
 
 def test_every_family_has_a_quick_probe_and_no_label_twice() -> None:

@@ -6,13 +6,14 @@ increment beyond the tolerance, too long a run, another error) is named as the v
 
 from __future__ import annotations
 
+import math
 import re
 import signal
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,8 @@ class Probe:
 
     parts: of a case file, or what gives them, with the sphere on a flat as default; heights: of a map (mm), which is
     added to the surface with `spacing`. It ends certified, no further from theory than `allowed`, or, if `refused` is
-    given, in an error of that class whose message matches `says`; in either with `may_solve`.
+    given, in an error of that class whose message matches `says`; in either with `may_solve`. resolved: what theory
+    tells is above the least tolerance of single precision.
     """
 
     label: str
@@ -77,8 +79,36 @@ class Probe:
     may_solve: bool = False
     heights: Callable[[], FloatArray] | None = None
     spacing: float = 0.01
+    resolved: bool = True
     quick: bool = True
     seconds: float = 20.0
+
+
+SINGLE_TOLERANCE = 1e-5
+"""The least that single precision certifies."""
+
+OF_SINGLE = 10.0 * SINGLE_TOLERANCE
+"""What a distance may be larger by in single precision, which takes the double's tolerance ten times or more."""
+
+SINGLE_NAMED = "precision: single|in single precision|just below it"
+"""What an error says where double precision would have solved the case; the last next to sliding."""
+
+
+def in_single(probe: Probe) -> Probe:
+    """The same in single precision: where double solves it, to the least tolerance, or refused with precision named."""
+    given = _parts(probe)
+    asked = given.get("solver", {})
+    tolerance = max(asked.get("tolerance", SINGLE_TOLERANCE), SINGLE_TOLERANCE)
+    solvable = probe.refused is None
+    return replace(
+        probe,
+        parts=given | {"solver": asked | {"precision": "single", "tolerance": tolerance}},
+        allowed=probe.allowed + (OF_SINGLE if probe.resolved else math.inf),
+        refused=FretsolveError if solvable else probe.refused,
+        says=SINGLE_NAMED if solvable else f"{probe.says}|{SINGLE_NAMED}",
+        may_solve=solvable or probe.may_solve or tolerance > asked.get("tolerance", tolerance),
+        seconds=2.0 * probe.seconds,
+    )
 
 
 @dataclass(frozen=True)
@@ -189,9 +219,13 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
+def _parts(probe: Probe) -> Parts:
+    return probe.parts() if callable(probe.parts) else probe.parts
+
+
 def _written(probe: Probe, folder: Path) -> Parts:
     """The probe's parts, with its height map saved."""
-    parts = probe.parts() if callable(probe.parts) else probe.parts
+    parts = _parts(probe)
     if probe.heights is None:
         return parts
     np.save(folder / "map.npy", probe.heights())

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from solving import LOAD
 
-from fretsolve.errors import CaseError, GridEdgeError, NotConvergedError
+from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError
 
 from .driving import Family, Parts, Probe
 from .limits import of_hertz, of_mindlin, of_superposition, worst
 from .shapes import SHEARED, SPHERE, plain
+
+AWAY = {"punch": {"radius": 0.1, "center": [5.0, 0.0]}}
 
 AT_THE_EDGE = Family(
     "contact at the edge of the grid",
@@ -49,6 +51,15 @@ AT_THE_EDGE = Family(
             {"surface": {"cylinder": {"radius": 10.0, "axis": "x"}}, "grid": {"points": 24, "size": 1.0}},
             refused=GridEdgeError,
             says="no size would hold it",
+        ),
+        *(
+            Probe(
+                f"punch off the grid, {name}",
+                {"surface": AWAY, "grid": {"points": 16, "size": 1.0}, "load_path": [held]},
+                refused=ContactLostError if name == "P = 0" else None,
+                says="nowhere face each other",
+            )
+            for name, held in (("P = 0", {"P": 0.0}), ("held by delta_z", {"delta_z": 1e-3, "increments": 2}))
         ),
         Probe(
             "concave sphere",

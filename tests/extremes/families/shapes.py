@@ -151,6 +151,7 @@ FEW_CELLS = Family(
             "one cell, tilting moment",
             {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"My": 1e-9}]},
             cells(2),
+            resolved=False,
         ),
     ),
 )
