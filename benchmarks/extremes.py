@@ -4,6 +4,7 @@
     python benchmarks/extremes.py "mode II" torque         # the families whose names contain one of these
     python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
     python benchmarks/extremes.py --precision single       # the same in single precision, with limits of its own
+    python benchmarks/extremes.py --random 300             # so many new random cases of each kind instead
     python benchmarks/extremes.py --into docs/extremes.md  # the whole table between the marks of a file
 
 Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. The families
@@ -15,9 +16,9 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import subprocess
 import sys
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -114,6 +115,14 @@ def print_table(names: list[str], precision: str) -> list[Row]:
     return rows
 
 
+def print_random(count: int) -> None:
+    """Draw so many new random cases of each kind, and tell how they ended."""
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", str(TESTS / "extremes" / "test_random_cases.py")]
+    environment = os.environ | {"FRETSOLVE_RANDOM_CASES": str(count)}
+    done = subprocess.run(command, env=environment, cwd=TESTS.parent, capture_output=True, text=True, check=False)
+    print(*done.stdout.splitlines()[1 if done.returncode == 0 else 0 :], sep="\n")
+
+
 def draw(rows: list[Row], file: Path) -> None:
     """Distances from theory by family, and how far friction and coupling can go."""
     import matplotlib as mpl
@@ -171,16 +180,19 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
     parser.add_argument("--picture", type=Path, help="file to draw to")
     parser.add_argument("--precision", choices=PARTS, default="double", help="of the solver")
+    parser.add_argument("--random", type=int, metavar="N", help="draw N random cases of each kind instead")
     parser.add_argument("--into", type=Path, help="a Markdown file with marks, which gets the table")
     options = parser.parse_args()
-    table = partial(print_table, options.names, options.precision)
+    rows: list[Row] = []
+    name, figures = PARTS[options.precision], lambda: rows.extend(print_table(options.names, options.precision))
+    if options.random:
+        name, figures = "random cases", lambda: print_random(options.random)
     with TemporaryDirectory() as cache:
         os.environ.setdefault("FRETSOLVE_CACHE", cache)
-        rows: list[Row] = []
         if options.into:
-            put_parts_into(options.into, {PARTS[options.precision]: lambda: rows.extend(table())})
+            put_parts_into(options.into, {name: figures})
         else:
-            rows = table()
+            figures()
         if options.picture:
             draw(rows, options.picture)
 

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import pytest
 from families.driving import Findings, OutOfTimeError, Parts, Run, solve_parts, time_limit
 from families.pairs import elastic
 from hypothesis import HealthCheck, Phase, assume, given, settings
@@ -34,10 +35,24 @@ ODD_IN_Y = frozenset({"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z"})
 LENGTHS = frozenset({"delta_z", "delta_x", "delta_y", "radius", "radius_x", "radius_y", "half_width", "edge_radius"})
 
 
-def examples(count: int) -> Callable[[Any], Any]:
+TALLIES: list[dict[str, int]] = []
+"""How the cases of each test so far have ended, and their increments."""
+
+
+@pytest.fixture(autouse=True)
+def _tally(record_property: Callable[[str, object], None]) -> None:
+    TALLIES.append({})
+    record_property("random cases", TALLIES[-1])
+
+
+def count(how: str, number: int = 1) -> None:
+    TALLIES[-1][how] = TALLIES[-1].get(how, 0) + number
+
+
+def examples(number: int) -> Callable[[Any], Any]:
     """So many of them, the same ones each time, unless the environment asks for more."""
     return settings(
-        max_examples=ASKED or count,
+        max_examples=ASKED or number,
         deadline=None,
         derandomize=not ASKED,
         database=None,
@@ -119,14 +134,22 @@ def model_of(parts: Parts) -> Case:
 
 def solved(parts: Parts) -> Run | None:
     """The case, with every increment examined; None where it is refused in words."""
-    findings = Findings()
+    findings, ending = Findings(), "not solved"
     with TemporaryDirectory() as folder, time_limit(60.0):
         try:
             found = solve_parts(parts, Path(folder), findings)
+            ending = "certified"
         except REFUSED as error:
             found = None
+            ending = "refused in words"
             assert "\n" not in str(error)
             assert "nan" not in str(error)
+        except NotConvergedError:
+            ending = "given up in words"
+            raise
+        finally:
+            count(ending)
+            count("increments", findings.increments)
     assert findings.wrong == []
     return found
 
