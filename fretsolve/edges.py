@@ -141,6 +141,7 @@ class _Part:
 
     @classmethod
     def around(cls, zone: NDArray[np.bool_], grid: Grid) -> _Part:
+        """The part that holds all of `zone` (nx, ny; not empty), with a margin, beyond the grid if need be."""
         spans = [np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1)]
         low = [int(span[0]) - MARGIN for span in spans]
         high = [int(span[-1]) + MARGIN + 1 for span in spans]

@@ -17,6 +17,7 @@ from fretsolve.pointwise.compiling import kernel, larger, largest_of
 def finish_search(
     image: Any, residual: Any, weight: Any, normal: Any, constraints: Any, moments: Any
 ) -> float:
+    """As `fretsolve.pointwise.cg_plain.finish_search`."""
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
@@ -52,6 +53,7 @@ def finish_search(
 
 @kernel
 def turn(direction: Any, image: Any, weight: Any, constraints: Any, moments: Any, growth: float) -> None:
+    """As `fretsolve.pointwise.cg_plain.turn`."""
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
@@ -75,6 +77,7 @@ def finish_image(
     constraints: Any,
     moments: Any,
 ) -> float:
+    """As `fretsolve.pointwise.cg_plain.finish_image`."""
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     product = 0.0
@@ -111,6 +114,7 @@ def finish_image(
 def advance(
     solution: Any, residual: Any, direction: Any, image: Any, constraints: Any, moments: Any, length: float
 ) -> float:
+    """As `fretsolve.pointwise.cg_plain.advance`."""
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -135,6 +139,7 @@ def advance(
 
 @kernel
 def restrict(field: Any, normal: Any, zone: Any) -> None:
+    """As `fretsolve.pointwise.cg_plain.restrict`."""
     components, nx, ny = field.shape
     zero = field.dtype.type(0.0)
     for i in range(nx):
@@ -152,6 +157,7 @@ def restrict(field: Any, normal: Any, zone: Any) -> None:
 
 @kernel
 def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> None:
+    """As `fretsolve.pointwise.cg_plain.weigh_moments`."""
     components, nx, ny = field.shape
     moments[:] = 0.0
     for m in range(len(moments)):
@@ -165,6 +171,7 @@ def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> No
 
 @kernel
 def remove(field: Any, constraints: Any, moments: Any) -> float:
+    """As `fretsolve.pointwise.cg_plain.remove`."""
     components, nx, ny = field.shape
     squares = np.zeros(ny, field.dtype)
     for i in range(nx):
@@ -185,6 +192,7 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
 
 @kernel
 def add(field: Any, change: Any, factor: float) -> None:
+    """As `fretsolve.pointwise.cg_plain.add`."""
     components, nx, ny = field.shape
     for part in range(components):
         for i in range(nx):
@@ -194,6 +202,7 @@ def add(field: Any, change: Any, factor: float) -> None:
 
 @kernel
 def largest_part(field: Any) -> float:
+    """As `fretsolve.pointwise.cg_plain.largest_part`."""
     components, nx, ny = field.shape
     sizes = np.zeros(ny, field.dtype)
     for part in range(components):

@@ -21,6 +21,7 @@ def take_slip(
     weight: Any,
     sums: Any,
 ) -> None:
+    """As `fretsolve.pointwise.friction_plain.take_slip`."""
     nx, ny = weight.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -56,6 +57,7 @@ def move(
     unit: float,
     stiffest: float,
 ) -> None:
+    """As `fretsolve.pointwise.friction_plain.move`."""
     nx, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
@@ -80,6 +82,7 @@ def move(
 
 @kernel
 def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
+    """As `fretsolve.pointwise.friction_plain.gram`."""
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -104,6 +107,7 @@ def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
 
 @kernel
 def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any) -> None:
+    """As `fretsolve.pointwise.friction_plain.add_motion`."""
     nx, ny = weight.shape
     for i in range(nx):
         for j in range(ny):
@@ -116,6 +120,7 @@ def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any)
 
 @kernel
 def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
+    """As `fretsolve.pointwise.friction_plain.violation`."""
     nx, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -134,6 +139,7 @@ def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, floa
 
 @kernel
 def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None:
+    """As `fretsolve.pointwise.friction_plain.scale_tangential`."""
     _, nx, ny = slip.shape
     for i in range(nx):
         for j in range(ny):
@@ -145,6 +151,7 @@ def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None
 
 @kernel
 def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal: Any) -> None:
+    """As `fretsolve.pointwise.friction_plain.return_to_circle`."""
     nx, ny = bound.shape
     for i in range(nx):
         for j in range(ny):
@@ -161,6 +168,7 @@ def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal
 
 @kernel
 def excess(shear: Any, bound: Any) -> float:
+    """As `fretsolve.pointwise.friction_plain.excess`."""
     nx, ny = bound.shape
     largest = np.full(ny, -math.inf)
     for i in range(nx):

@@ -9,6 +9,7 @@ from fretsolve.pointwise.compiling import kernel as compiled_kernel
 
 @compiled_kernel
 def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply`."""
     rows, columns = field.shape
     half = kernel.shape[0]
     one = kernel.dtype.type(1.0)
@@ -21,6 +22,7 @@ def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
 
 @compiled_kernel
 def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply_pair`."""
     direct_x, direct_y, mixed = kernels
     field_x, field_y = fields
     result_x, result_y = results
@@ -39,6 +41,7 @@ def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: 
 
 @compiled_kernel
 def multiply_coupled(direct: Any, mixed: Any, odd: Any, fields: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply_coupled`."""
     direct_z, direct_x, direct_y = direct
     mixed_zx, mixed_zy, mixed_xy = mixed
     field_z, field_x, field_y = fields

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -25,6 +26,17 @@ def test_version_stands_in_one_place_and_the_citation_follows() -> None:
     assert PROJECT["dynamic"] == ["version"]
     assert str(citation["version"]) == fretsolve.__version__
     assert citation["license"] == PROJECT["license"]
+
+
+def test_public_functions_and_classes_say_what_they_are() -> None:
+    package = Path(fretsolve.__file__).parent
+    silent = [
+        f"{path.relative_to(package)}:{node.lineno} {node.name}"
+        for path in sorted(package.rglob("*.py"))
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[0] != "_" and ast.get_docstring(node) is None
+    ]
+    assert silent == []
 
 
 def test_package_is_typed() -> None:
