@@ -71,3 +71,11 @@ class TestSliding:
 
     def test_nothing_is_carried(self):
         assert "none of it" in str(sliding_error(Balance(ALL, (0.0, 2.0, 0.0)), 0.0, 0.0))
+
+
+def test_a_grid_without_material_bears_no_imposed_load():
+    for load in (0.0, 100.0):
+        with pytest.raises(ContactLostError, match="nowhere face each other") as caught:
+            require_supported(Balance(ALL, (load, 0.0, 0.0)), np.full(GRID.shape, np.inf), GRID)
+        assert caught.value.component == "P"
+    require_supported(Balance((False, False, False), (0.0, 0.0, 0.0)), np.full(GRID.shape, np.inf), GRID)

@@ -7,7 +7,8 @@ import pytest
 
 from fretsolve.grid import Grid
 from fretsolve.modes import Balance, TangentialModes
-from fretsolve.sliding import load_factor
+from fretsolve.rounding import circle_width
+from fretsolve.sliding import AT_THE_LIMIT, at_the_limit, load_factor
 
 GRID = Grid.from_size((60, 64), (2.2, 2.2))
 MODES = TangentialModes(GRID)
@@ -85,3 +86,8 @@ class TestSingleCell:
     def test_no_contact_carries_nothing(self):
         assert factor(qx=1.0, bound=np.zeros(GRID.shape)) == 0.0
         assert factor(mz=1.0, bound=np.zeros(GRID.shape)) == 0.0
+
+
+def test_what_counts_as_the_limit_is_the_width_of_the_friction_circle():
+    assert at_the_limit(np.float64) == AT_THE_LIMIT
+    assert at_the_limit(np.float32) == circle_width(np.float32) > AT_THE_LIMIT
