@@ -87,9 +87,6 @@ class Probe:
 SINGLE_TOLERANCE = 1e-5
 """The least that single precision certifies."""
 
-OF_SINGLE = 10.0 * SINGLE_TOLERANCE
-"""What a distance may be larger by in single precision, which takes the double's tolerance ten times or more."""
-
 SINGLE_NAMED = "precision: single|in single precision|just below it"
 """What an error says where double precision would have solved the case; the last next to sliding."""
 
@@ -97,13 +94,15 @@ SINGLE_NAMED = "precision: single|in single precision|just below it"
 def in_single(probe: Probe) -> Probe:
     """The same in single precision: where double solves it, to the least tolerance, or refused with precision named."""
     given = _parts(probe)
+    points = int(np.max(whole(given)["grid"]["points"]))
     asked = given.get("solver", {})
     tolerance = max(asked.get("tolerance", SINGLE_TOLERANCE), SINGLE_TOLERANCE)
     solvable = probe.refused is None
     return replace(
         probe,
         parts=given | {"solver": asked | {"precision": "single", "tolerance": tolerance}},
-        allowed=probe.allowed + (OF_SINGLE if probe.resolved else math.inf),
+        # a gap off from one cell to the next is a pressure off by that times the cells across, in any precision
+        allowed=probe.allowed + (points * tolerance if probe.resolved else math.inf),
         refused=FretsolveError if solvable else probe.refused,
         says=SINGLE_NAMED if solvable else f"{probe.says}|{SINGLE_NAMED}",
         may_solve=solvable or probe.may_solve or tolerance > asked.get("tolerance", tolerance),
