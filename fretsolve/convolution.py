@@ -2,8 +2,9 @@
 
 The padding is to at least 2n - 1 per side, so nothing wraps around. Rows of zeros are never transformed and
 unwanted rows never transformed back: rows are padded and transformed along y into a spectrum of ``(nx, my//2 + 1)``;
-then blocks of columns, small enough to stay in cache, are padded and transformed along x, multiplied with the
-kernels' spectra and transformed back at once. The padded two-dimensional spectrum never exists as a whole.
+then blocks of columns, small enough to stay in cache, are turned into padded lines and transformed along x,
+multiplied with the kernels' spectra and transformed back at once. The padded two-dimensional spectrum never exists as
+a whole.
 
 Kernels are even or odd in x and in y; so their spectra are real (even-even, odd-odd) or imaginary (odd in one)
 and mirrored. They are computed by cosine and sine transforms of the quadrant of non-negative offsets and stored real,
@@ -14,6 +15,7 @@ symmetric real matrix per wave vector.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -38,21 +40,34 @@ ALIGNMENT = 64
 """Bytes, of a cache line and of the longest vector instructions."""
 
 
+TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
+"""About how long FFTW takes per point of a transform whose length holds 2 that many times, relative to lengths with
+16, which vector instructions suit best (`benchmarks/transform_lengths.py`)."""
+
+
 def padded_length(points: int) -> int:
-    """Least fast even length of at least ``2 points - 1`` (1 for a single point)."""
-    if points == 1:
-        return 1
-    length = next_fast_len(2 * points - 1, real=True)
-    while length % 2:
+    """Even length of at least ``2 points - 1`` that is transformed fast (1 for a single point)."""
+    return 1 if points == 1 else fast_length(2 * points - 1, even=True)
+
+
+def fast_length(least: int, even: bool = False) -> int:
+    """Length of at least `least` on which square fields are transformed fastest; a product of 2, 3 and 5."""
+    best, least_time = 0, math.inf
+    length = next_fast_len(least, real=True)
+    while length * length < least_time:
+        twos = min((length & -length).bit_length(), len(TIME_BY_TWOS)) - 1
+        time = TIME_BY_TWOS[twos] * length * length
+        if time < least_time and (twos or not even):
+            best, least_time = length, time
         length = next_fast_len(length + 1, real=True)
-    return int(length)
+    return int(best)
 
 
 @dataclass(frozen=True)
 class KernelSpectrum:
     """Spectrum of an influence function on the padded grid, scaled for unnormalised inverse transforms.
 
-    values: ``(mx//2 + 1, my//2 + 1)``, real; odd_x: the function is odd in x.
+    values: ``(my//2 + 1, mx//2 + 1)``, real, x along the lines; odd_x: the function is odd in x.
     """
 
     values: FloatArray
@@ -69,7 +84,7 @@ KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
 
 @dataclass(frozen=True)
 class _ColumnBlock:
-    """A padded block of columns with its transforms in place."""
+    """A block of columns as padded lines with their transforms in place."""
 
     values: ComplexArray
     forward: pyfftw.FFTW
@@ -105,13 +120,19 @@ class RowSpace:
 class PaddedConvolution:
     """Plans and buffers for convolutions on an ``(nx, ny)`` grid.
 
-    One forward and one inverse transform of a field are counted together as one in `transforms` (half each).
+    padded: periods other than those in which nothing wraps around. One forward and one inverse transform of a field
+    are counted together as one in `transforms` (half each).
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: type[np.floating] = np.float64, threads: int = 1):
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        dtype: type[np.floating] = np.float64,
+        threads: int = 1,
+        padded: tuple[int, int] | None = None,
+    ):
         self.shape = shape
-        nx, ny = shape
-        self.padded = (padded_length(nx), padded_length(ny))
+        self.padded = padded or (padded_length(shape[0]), padded_length(shape[1]))
         self.columns = self.padded[1] // 2 + 1
         self.transforms = 0.0
         self._float = np.dtype(dtype)
@@ -142,20 +163,38 @@ class PaddedConvolution:
     @cached_property
     def _products(self) -> tuple[ComplexArray, ...]:
         """Room for products of a block where fields interact."""
-        return tuple(np.zeros((self.padded[0], self._block_columns), self._complex) for _ in range(2))
+        return tuple(np.zeros((self._block_columns, self.padded[0]), self._complex) for _ in range(2))
 
     def _column_blocks(self, count: int) -> list[_ColumnBlock]:
         """`count` padded blocks of columns with their plans, made at the first need."""
         while len(self._blocks) < count:
-            array = pyfftw.zeros_aligned((self.padded[0], self._block_columns), self._complex)
+            array = pyfftw.zeros_aligned((self._block_columns, self.padded[0]), self._complex)
             self._blocks.append(
                 _ColumnBlock(
                     array,
-                    plan(array, array, axes=(0,), **self._options),
-                    plan(array, array, axes=(0,), direction="FFTW_BACKWARD", **self._options),
+                    plan(array, array, axes=(1,), **self._options),
+                    plan(array, array, axes=(1,), direction="FFTW_BACKWARD", **self._options),
                 )
             )
         return self._blocks[:count]
+
+    def apply(
+        self,
+        kernels: KernelMatrix,
+        fields: Sequence[FloatArray],
+        displacements: Sequence[FloatArray],
+        space: RowSpace,
+        turned_field: int | None = None,
+        turned_displacement: int | None = None,
+    ) -> None:
+        """``displacements = kernels @ fields``, m from n fields (nx, ny); see `multiply_columns`."""
+        rows = self.row_spectra(max(len(fields), len(displacements)), space)
+        inputs, outputs = rows[: len(fields)], rows[: len(displacements)]
+        for field, spectrum in zip(fields, inputs, strict=True):
+            self.transform_rows(field, spectrum)
+        self.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
+        for displacement, spectrum in zip(displacements, outputs, strict=True):
+            self.restore_rows(spectrum, displacement)
 
     def row_spectra(self, count: int, space: RowSpace) -> list[ComplexArray]:
         """Arrays for the row spectra of `count` fields, not cleared."""
@@ -196,36 +235,36 @@ class PaddedConvolution:
         """
         blocks = self._column_blocks(max(len(fields), len(displacements)))
         inputs, outputs = blocks[: len(fields)], blocks[: len(displacements)]
-        nx = self.shape[0]
         for start in range(0, self.columns, self._block_columns):
             stop = min(start + self._block_columns, self.columns)
             width = stop - start
             for index, (spectrum, block) in enumerate(zip(fields, inputs, strict=True)):
-                block.values[:nx, :width] = spectrum[:, start:stop]
-                block.values[nx:] = 0.0
+                lines = block.values[:width]
+                spectral.take_columns(spectrum[:, start:stop], lines)
                 if index == turned_field:
-                    block.values[:nx, :width] *= 1j
+                    lines *= 1j
                 block.forward.execute()
-            transformed = [block.values[:, :width] for block in inputs]
-            self._multiply(kernels, transformed, [block.values[:, :width] for block in outputs], start)
+            transformed = [block.values[:width] for block in inputs]
+            self._multiply(kernels, transformed, [block.values[:width] for block in outputs], start)
             for index, (spectrum, block) in enumerate(zip(displacements, outputs, strict=True)):
                 block.backward.execute()
+                lines = block.values[:width]
                 if index == turned_displacement:
-                    block.values[:nx, :width] *= -1j
-                spectrum[:, start:stop] = block.values[:nx, :width]
+                    lines *= -1j
+                spectral.give_columns(lines, spectrum[:, start:stop])
 
     def _multiply(
         self, kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], start: int
     ) -> None:
         """``results = kernels @ fields`` for a block of columns from `start` on, the results in the fields' arrays;
         symmetric where there are as many of them."""
-        width = fields[0].shape[1]
+        width = len(fields[0])
         columns = slice(start, start + width)
         if len(fields) == len(results) == 1:
-            spectral.multiply(kernels[0][0].values[:, columns], kernels[0][0].odd_x, fields[0], results[0])
+            spectral.multiply(kernels[0][0].values[columns], kernels[0][0].odd_x, fields[0], results[0])
             return
-        room = self._products[0][:, :width], self._products[1][:, :width]
-        values = [[kernel.values[:, columns] for kernel in row] for row in kernels]
+        room = self._products[0][:width], self._products[1][:width]
+        values = [[kernel.values[columns] for kernel in row] for row in kernels]
         if len(fields) == len(results) == 2:
             (along_x, mixed), (_, along_y) = values
             pair = (fields[0], fields[1])
@@ -256,10 +295,10 @@ class PaddedConvolution:
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Spectrum of the influence function given at offsets 0..nx-1, 0..ny-1 in cells, ``(nx, ny)``."""
         mx, my = self.padded
-        values = np.zeros((mx // 2 + 1, my // 2 + 1))
-        values[: self.shape[0], : self.shape[1]] = quadrant
+        values = np.zeros((my // 2 + 1, mx // 2 + 1))
+        values[: self.shape[1], : self.shape[0]] = quadrant.T
         values /= mx * my
-        for axis, odd in enumerate((odd_x, odd_y)):
+        for axis, odd in enumerate((odd_y, odd_x)):
             _transform_half(values, odd, axis)
         if odd_x or odd_y:
             np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two

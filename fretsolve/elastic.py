@@ -73,7 +73,14 @@ class ElasticOperator:
             ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION),
         )
         inverse = SymbolInverse(
-            self.shape, self.spacing, self.compliances, self.terms.cross, unit, INNER_PRECISION, self.threads
+            self.shape,
+            self.spacing,
+            self.compliances,
+            self.terms.cross,
+            unit,
+            INNER_PRECISION,
+            self.threads,
+            self._space,
         )
         return InnerOperators(unit, INNER_PRECISION, elastic, inverse)
 
@@ -185,14 +192,7 @@ class ElasticOperator:
         turned_field: int | None = None,
         turned_displacement: int | None = None,
     ) -> None:
-        convolution = self._convolution
-        rows = convolution.row_spectra(max(len(fields), len(displacements)), self._space)
-        inputs, outputs = rows[: len(fields)], rows[: len(displacements)]
-        for field, spectrum in zip(fields, inputs, strict=True):
-            convolution.transform_rows(field, spectrum)
-        convolution.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
-        for displacement, spectrum in zip(displacements, outputs, strict=True):
-            convolution.restore_rows(spectrum, displacement)
+        self._convolution.apply(kernels, fields, displacements, self._space, turned_field, turned_displacement)
         self.applications += 1
 
 

@@ -1,7 +1,7 @@
 """Products of spectra with kernels in NumPy.
 
-Fields and results are complex (m, n); kernels are real and hold the non-negative wave numbers along the first axis,
-(m//2 + 1, n): the negative ones are mirrored, with a change of sign where the kernel is odd. A kernel of m rows is
+Fields and results are complex (n, m); kernels are real and hold the non-negative wave numbers along the last axis,
+(n, m//2 + 1): the negative ones are mirrored, with a change of sign where the kernel is odd. A kernel of m columns is
 whole.
 """
 
@@ -14,14 +14,26 @@ FloatArray = NDArray[np.floating]
 ComplexArray = NDArray[np.complexfloating]
 
 
+def take_columns(spectrum: ComplexArray, lines: ComplexArray) -> None:
+    """The columns of `spectrum` (nx, n) become `lines` (n, mx), filled up with zeros."""
+    nx = len(spectrum)
+    lines[:, :nx] = spectrum.T
+    lines[:, nx:] = 0.0
+
+
+def give_columns(lines: ComplexArray, spectrum: ComplexArray) -> None:
+    """The first nx numbers of `lines` (n, mx) become the columns of `spectrum` (nx, n)."""
+    spectrum[:] = lines[:, : len(spectrum)].T
+
+
 def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: ComplexArray) -> None:
     """``result = kernel field``; `result` may be the field."""
-    half = kernel.shape[0]
-    np.multiply(field[:half], kernel, out=result[:half])
-    mirrored = kernel[len(field) - half : 0 : -1]
-    np.multiply(field[half:], mirrored, out=result[half:])
+    half = kernel.shape[1]
+    np.multiply(field[:, :half], kernel, out=result[:, :half])
+    mirrored = kernel[:, field.shape[1] - half : 0 : -1]
+    np.multiply(field[:, half:], mirrored, out=result[:, half:])
     if odd:
-        np.negative(result[half:], out=result[half:])
+        np.negative(result[:, half:], out=result[:, half:])
 
 
 def multiply_pair(

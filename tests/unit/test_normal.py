@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic import ElasticOperator
+from fretsolve.following import SHARE
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
 from fretsolve.modes import Balance
@@ -36,8 +37,9 @@ def solve(separation=SPHERE, balance=LOAD, pressure=None, tolerance=TOLERANCE, m
 def assert_complementary(result, pressure, gap):
     assert result.converged
     assert (pressure >= 0.0).all()
-    assert gap.min() >= -TOLERANCE * result.scale
-    assert np.abs(gap[pressure > 0.0]).max(initial=0.0) <= TOLERANCE * result.scale
+    assert gap.min() >= -(1.0 + SHARE) * TOLERANCE * result.scale
+    # What follows the pressure may lose a part of the tolerance in rounding.
+    assert np.abs(gap[pressure > 0.0]).max(initial=0.0) <= (1.0 + SHARE) * TOLERANCE * result.scale
 
 
 def test_force():

@@ -138,12 +138,12 @@ def test_a_nan_of_the_gap_is_not_lost(module, touches):
     assert np.isnan(errors[0] if touches else errors[1])
 
 
-@pytest.mark.parametrize("rows", [1, 4, 10])
+@pytest.mark.parametrize("length", [1, 4, 10])
 @pytest.mark.parametrize("odd", [False, True])
-def test_products_of_spectra(rows, odd):
+def test_products_of_spectra(length, odd):
     random = np.random.default_rng(1)
-    kernels = tuple(random.normal(size=(rows // 2 + 1, 3)) for _ in range(3))
-    fields = tuple(random.normal(size=(rows, 3)) + 1j * random.normal(size=(rows, 3)) for _ in range(2))
+    kernels = tuple(random.normal(size=(3, length // 2 + 1)) for _ in range(3))
+    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(2))
     results = []
     for module in (spectral_plain, spectral_compiled):
         alone, pair = np.empty_like(fields[0]), tuple(np.empty_like(fields[0]) for _ in range(2))
@@ -154,17 +154,36 @@ def test_products_of_spectra(rows, odd):
     np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
 
 
-@pytest.mark.parametrize("rows", [4, 10])
 @pytest.mark.parametrize("module", [spectral_plain, spectral_compiled])
-def test_product_of_all_spectra(module, rows):
+@pytest.mark.parametrize("shape", [(1, 1), (8, 16), (13, 21), (20, 5)])
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+def test_columns_become_lines_and_come_back(module, shape, dtype):
+    random = np.random.default_rng(3)
+    whole = (random.normal(size=shape) + 1j * random.normal(size=shape)).astype(dtype)
+    spectrum = whole[:, shape[1] // 3 :]  # a part of the columns of a larger array
+    lines = np.full((spectrum.shape[1], shape[0] + 3), np.nan, dtype)
+    module.take_columns(spectrum, lines)
+    assert np.array_equal(lines[:, : shape[0]], spectrum.T)
+    assert not lines[:, shape[0] :].any()
+    before = whole.copy()
+    lines *= 2.0
+    module.give_columns(lines, spectrum)
+    assert np.array_equal(spectrum, 2.0 * before[:, shape[1] // 3 :])
+    assert np.array_equal(whole[:, : shape[1] // 3], before[:, : shape[1] // 3])
+
+
+@pytest.mark.parametrize("length", [4, 10])
+@pytest.mark.parametrize("module", [spectral_plain, spectral_compiled])
+def test_product_of_all_spectra(module, length):
     """That of a symmetric matrix per wave vector, mirrored and odd."""
-    random, half = np.random.default_rng(2), rows // 2 + 1
-    zz, xx, yy, zx, zy, xy = (random.normal(size=(half, 3)) for _ in range(6))
+    random, half = np.random.default_rng(2), length // 2 + 1
+    zz, xx, yy, zx, zy, xy = (random.normal(size=(3, half)) for _ in range(6))
     odd = (True, False, True)
-    fields = tuple(random.normal(size=(rows, 3)) + 1j * random.normal(size=(rows, 3)) for _ in range(3))
+    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(3))
 
     def whole(kernel, is_odd=False):
-        return np.concatenate([kernel, (-1.0 if is_odd else 1.0) * kernel[rows - half : 0 : -1]])
+        mirrored = (-1.0 if is_odd else 1.0) * kernel[:, length - half : 0 : -1]
+        return np.concatenate([kernel, mirrored], axis=1)
 
     links = [whole(kernel, is_odd) for kernel, is_odd in zip((zx, zy, xy), odd, strict=True)]
     matrix = [[whole(zz), links[0], links[1]], [links[0], whole(xx), links[2]], [links[1], links[2], whole(yy)]]
