@@ -4,10 +4,76 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from fretsolve.pointwise.compiling import kernel as compiled_kernel
 
 TILE = 8
 """Lines and columns that change places at a time: in double precision 8 complex numbers are two lines of cache."""
+
+
+@compiled_kernel
+def join_rows(upper: Any, lower: Any, lines: Any) -> None:
+    rows, ny = upper.shape
+    for r in range(rows):
+        if r < lower.shape[0]:
+            for j in range(ny):
+                lines[r, j] = complex(upper[r, j], lower[r, j])
+        else:
+            for j in range(ny):
+                lines[r, j] = upper[r, j]
+        lines[r, ny:] = 0.0
+
+
+@compiled_kernel
+def split_rows(lines: Any, upper: Any, lower: Any) -> None:
+    rows, ny = upper.shape
+    for r in range(rows):
+        for j in range(ny):
+            upper[r, j] = lines[r, j].real
+        if r < lower.shape[0]:
+            for j in range(ny):
+                lower[r, j] = lines[r, j].imag
+
+
+@compiled_kernel
+def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
+    rows, columns = upper.shape
+    length = lines.shape[1]
+    half = upper.real.dtype.type(0.5)
+    mirrored = np.empty(columns, lines.dtype)  # so that all else runs forward, in vector instructions
+    for r in range(rows):
+        mirrored[0] = lines[r, 0]
+        for k in range(1, columns):
+            mirrored[k] = lines[r, length - k]
+        if r < lower.shape[0]:
+            for k in range(columns):
+                a, b = lines[r, k], mirrored[k]
+                upper[r, k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
+                lower[r, k] = complex(half * (a.imag + b.imag), half * (b.real - a.real))
+        else:
+            for k in range(columns):
+                a, b = lines[r, k], mirrored[k]
+                upper[r, k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
+
+
+@compiled_kernel
+def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
+    rows, columns = upper.shape
+    length = lines.shape[1]
+    nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
+    for r in range(rows):
+        one, other = upper[r], lower[r] if r < lower.shape[0] else nothing
+        for k in range(columns):
+            a, b = one[k], other[k]
+            lines[r, k] = complex(a.real - b.imag, a.imag + b.real)
+            mirrored[k] = complex(a.real + b.imag, b.real - a.imag)
+        for k in range(columns, length):
+            lines[r, k] = mirrored[length - k]
+        # These wave numbers stand for both signs.
+        lines[r, 0] = complex(one[0].real, other[0].real)
+        if length % 2 == 0:
+            lines[r, length // 2] = complex(one[length // 2].real, other[length // 2].real)
 
 
 @compiled_kernel

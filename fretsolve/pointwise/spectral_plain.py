@@ -14,6 +14,42 @@ FloatArray = NDArray[np.floating]
 ComplexArray = NDArray[np.complexfloating]
 
 
+def join_rows(upper: FloatArray, lower: FloatArray, lines: ComplexArray) -> None:
+    """``lines = upper + i lower``, (r, m), filled up with zeros; upper: (r, ny), lower: as many rows or one less."""
+    ny = upper.shape[1]
+    lines[:] = 0.0
+    lines.real[:, :ny] = upper
+    lines.imag[: len(lower), :ny] = lower
+
+
+def split_rows(lines: ComplexArray, upper: FloatArray, lower: FloatArray) -> None:
+    """The real parts of `lines` (r, m) become `upper` (r, ny), the imaginary ones `lower`."""
+    ny = upper.shape[1]
+    upper[:] = lines.real[:, :ny]
+    lower[:] = lines.imag[: len(lower), :ny]
+
+
+def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray) -> None:
+    """Spectra (r, m//2 + 1) of two real rows from that of the one plus i times the other, (r, m)."""
+    turned = np.conj(np.roll(lines[:, ::-1], 1, axis=1))[:, : upper.shape[1]]
+    plain = lines[:, : upper.shape[1]]
+    upper[:] = 0.5 * (plain + turned)
+    lower[:] = -0.5j * (plain - turned)[: len(lower)]
+
+
+def join_spectra(upper: ComplexArray, lower: ComplexArray, lines: ComplexArray) -> None:
+    """The inverse of `split_spectra`; what is not real of wave numbers that stand for both signs is left out."""
+    length, columns = lines.shape[1], upper.shape[1]
+    single = slice(0, None, length // 2) if length % 2 == 0 else slice(0, 1)
+    parts = []
+    for part in (upper, lower):
+        half = part.copy()
+        half[:, single] = part[:, single].real
+        parts.append(np.concatenate([half, np.conj(half[:, length - columns : 0 : -1])], axis=1))
+    lines[:] = parts[0]
+    lines[: len(lower)] += 1j * parts[1]
+
+
 def take_columns(spectrum: ComplexArray, lines: ComplexArray) -> None:
     """The columns of `spectrum` (nx, n) become `lines` (n, mx), filled up with zeros."""
     nx = len(spectrum)

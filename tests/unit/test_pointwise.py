@@ -155,6 +155,26 @@ def test_products_of_spectra(length, odd):
 
 
 @pytest.mark.parametrize("module", [spectral_plain, spectral_compiled])
+@pytest.mark.parametrize("rows", [1, 2, 7])
+@pytest.mark.parametrize("length", [1, 6, 9])
+def test_two_real_rows_are_transformed_as_one(module, rows, length):
+    random, pairs = np.random.default_rng(4), (rows + 1) // 2
+    field = random.normal(size=(rows, max(1, length // 2)))
+    expected = np.fft.rfft(field, length, axis=1)
+    lines, spectrum = np.full((pairs, length), np.nan, complex), np.full_like(expected, np.nan)
+    module.join_rows(field[:pairs], field[pairs:], lines)
+    module.split_spectra(np.fft.fft(lines, axis=1), spectrum[:pairs], spectrum[pairs:])
+    np.testing.assert_allclose(spectrum, expected, atol=1e-14)
+
+    noise = random.normal(size=rows)  # of wave number 0 only the real part counts
+    expected[:, 0] += 1j * noise
+    module.join_spectra(expected[:pairs], expected[pairs:], lines)
+    found = np.full_like(field, np.nan)
+    module.split_rows(np.fft.ifft(lines, axis=1), found[:pairs], found[pairs:])
+    np.testing.assert_allclose(found, field, atol=1e-14)
+
+
+@pytest.mark.parametrize("module", [spectral_plain, spectral_compiled])
 @pytest.mark.parametrize("shape", [(1, 1), (8, 16), (13, 21), (20, 5)])
 @pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
 def test_columns_become_lines_and_come_back(module, shape, dtype):
