@@ -31,23 +31,32 @@ def split_rows(lines: ComplexArray, upper: FloatArray, lower: FloatArray) -> Non
 
 def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray) -> None:
     """Spectra (r, m//2 + 1) of two real rows from that of the one plus i times the other, (r, m)."""
-    turned = np.conj(np.roll(lines[:, ::-1], 1, axis=1))[:, : upper.shape[1]]
-    plain = lines[:, : upper.shape[1]]
-    upper[:] = 0.5 * (plain + turned)
-    lower[:] = -0.5j * (plain - turned)[: len(lower)]
+    columns, count = upper.shape[1], len(lower)
+    plain, mirrored = lines[:, 1:columns], lines[:, : lines.shape[1] - columns : -1]
+    np.conjugate(mirrored, out=upper[:, 1:])
+    np.subtract(plain[:count], upper[:count, 1:], out=lower[:, 1:])
+    lower *= -0.5j
+    upper[:, 1:] += plain
+    upper *= 0.5
+    upper[:, 0], lower[:, 0] = lines[:, 0].real, lines[:count, 0].imag
 
 
 def join_spectra(upper: ComplexArray, lower: ComplexArray, lines: ComplexArray) -> None:
     """The inverse of `split_spectra`; what is not real of wave numbers that stand for both signs is left out."""
-    length, columns = lines.shape[1], upper.shape[1]
-    single = slice(0, None, length // 2) if length % 2 == 0 else slice(0, 1)
-    parts = []
-    for part in (upper, lower):
-        half = part.copy()
-        half[:, single] = part[:, single].real
-        parts.append(np.concatenate([half, np.conj(half[:, length - columns : 0 : -1])], axis=1))
-    lines[:] = parts[0]
-    lines[: len(lower)] += 1j * parts[1]
+    length, columns, count = lines.shape[1], upper.shape[1], len(lower)
+    both = lines[:count]
+    lines[count:, :columns] = upper[count:]
+    np.multiply(lower, 1j, out=both[:, :columns])
+    both[:, :columns] += upper[:count]
+    mirrored = slice(length - columns, 0, -1)
+    lines[count:, columns:] = upper[count:, mirrored]
+    np.multiply(lower[:, mirrored], -1j, out=both[:, columns:])
+    both[:, columns:] += upper[:count, mirrored]
+    np.conjugate(lines[:, columns:], out=lines[:, columns:])
+    for single in {0, length // 2} if length % 2 == 0 else {0}:
+        lines.real[:, single] = upper[:, single].real
+        lines.imag[count:, single] = 0.0
+        both.imag[:, single] = lower[:, single].real
 
 
 def take_columns(spectrum: ComplexArray, lines: ComplexArray) -> None:
