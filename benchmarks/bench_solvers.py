@@ -12,10 +12,10 @@ import time
 import numpy as np
 from work_unit import work_unit
 
+from fretsolve.balance import Balance
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.modes import Balance
 from fretsolve.normal import NormalSolver
 from fretsolve.pointwise import COMPILED
 from fretsolve.tangential import TangentialSolver

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance
 from fretsolve.certificate import LEAST_MOTION
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.feasibility import sliding_error
@@ -20,8 +21,8 @@ from fretsolve.joint_pass import JointPass, Reference
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.mixing import Mixing
-from fretsolve.modes import TINY, Balance, TangentialModes
-from fretsolve.rounding import ROUNDING, circle_width
+from fretsolve.modes import TangentialModes
+from fretsolve.rounding import ROUNDING, TINY, circle_width
 from fretsolve.sliding import at_the_limit, load_factor
 from fretsolve.tangential import SlipScales, TangentialResult
 

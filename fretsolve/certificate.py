@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector
-from fretsolve.rounding import circle_width, least_slip, named_rounding
+from fretsolve.balance import Balance, Vector
+from fretsolve.modes import NormalModes, TangentialModes
+from fretsolve.rounding import TINY, circle_width, least_slip, named_rounding
 from fretsolve.state import Certificate, Zone, nothing
 
 FloatArray = NDArray[np.floating]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance
 from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance
 
 FloatArray = NDArray[np.floating]
 

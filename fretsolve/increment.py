@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.alternation import ADVICE, Alternation
+from fretsolve.balance import Vector
 from fretsolve.certificate import Evidence, Examiner, Solution
 from fretsolve.convolution import RowSpace
 from fretsolve.errors import NotConvergedError
@@ -18,7 +19,7 @@ from fretsolve.grid import Grid
 from fretsolve.iterate import Iterate, Start
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
-from fretsolve.modes import NormalModes, TangentialModes, Vector
+from fretsolve.modes import NormalModes, TangentialModes
 from fretsolve.state import Certificate, nothing
 from fretsolve.window import FREE_CELLS, Window, window_around
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance, Vector
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, Vector
 from fretsolve.rounding import least_slip
 
 FloatArray = NDArray[np.floating]

@@ -13,14 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance, Vector, solve_modes
 from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.following import Room
 from fretsolve.grid import Grid
 from fretsolve.joint_equations import Fields, JointEquations, Zones
-from fretsolve.modes import TINY, Balance, NormalModes, TangentialModes, Vector, solve_modes
+from fretsolve.modes import NormalModes, TangentialModes
 from fretsolve.normal import grown
 from fretsolve.pointwise import friction
+from fretsolve.rounding import TINY
 from fretsolve.tangential import STIFFEST
 
 FloatArray = NDArray[np.floating]

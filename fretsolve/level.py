@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance, Vector
 from fretsolve.coarse import Coarsening
 from fretsolve.convolution import RowSpace
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.feasibility import require_supported
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, Vector
 from fretsolve.normal import NormalSolver
 from fretsolve.tangential import TangentialSolver
 

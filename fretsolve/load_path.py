@@ -12,8 +12,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from fretsolve.balance import Balance
 from fretsolve.components import PAIRS, TANGENTIAL
-from fretsolve.modes import Balance
 from fretsolve.spacing import Course, Courses
 
 if TYPE_CHECKING:

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance, Vector, is_singular, solve_modes
 from fretsolve.elastic import ElasticOperator
 from fretsolve.errors import ContactLostError
 from fretsolve.following import Room
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, GapErrors, NormalModes, Vector, is_singular, solve_modes
+from fretsolve.modes import GapErrors, NormalModes
 from fretsolve.pointwise import cg
 from fretsolve.pointwise import normal as kernels
 from fretsolve.projected_cg import ProjectedCG, Space

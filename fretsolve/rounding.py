@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Of a displacement or a gap, in parts of the largest length that it is computed from."""
 
+TINY = float(np.finfo(np.float64).tiny)
+"""What scales are at least, so that nothing is divided by 0."""
+
 SINGLE_ROUNDING = 5e-7
 """Largest error of the elastic operator in single precision, over its largest displacement."""
 

@@ -26,8 +26,8 @@ from fretsolve.surface import map_spans
 from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
 
 if TYPE_CHECKING:
+    from fretsolve.balance import Balance
     from fretsolve.case import Case
-    from fretsolve.modes import Balance
 
 FEWEST_CELLS = 8
 """Per side: on fewer a contact reaches the edge because its cells are large."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.balance import Balance
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.modes import Balance, NormalModes
 from fretsolve.surface import separation
 from fretsolve.terms import Terms
 
@@ -151,9 +151,8 @@ def _contact(
 
     if not np.isfinite(gap).any():
         return None
-    reached = NormalModes(grid)
     p, mx, my = load.imposed_resultant
-    for mode, moment, centers in ((1, mx, reached.y), (2, my, reached.x)):
+    for mode, moment, centers in ((1, mx, grid.y), (2, my, grid.x)):
         if load.forced[0] and load.forced[mode] and not centers.min() <= moment / p <= centers.max():
             return None
     operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, Terms(False, False, False))

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.modes import Balance, TangentialModes, Vector, solve_modes
+from fretsolve.balance import Balance, Vector, solve_modes
+from fretsolve.modes import TangentialModes
 from fretsolve.rounding import circle_width
 
 FloatArray = NDArray[np.floating]

@@ -21,14 +21,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.balance import Balance, Vector, is_singular, solve_modes
 from fretsolve.certificate import LEAST_SLIP
 from fretsolve.elastic import ElasticOperator
 from fretsolve.following import Room
 from fretsolve.grid import Grid
-from fretsolve.modes import TINY, Balance, TangentialModes, Vector, is_singular, solve_modes
+from fretsolve.modes import TangentialModes
 from fretsolve.pointwise import cg, friction
 from fretsolve.projected_cg import ProjectedCG, Space
-from fretsolve.rounding import ROUNDING, rounding_of
+from fretsolve.rounding import ROUNDING, TINY, rounding_of
 
 FloatArray = NDArray[np.floating]
 BoolArray = NDArray[np.bool_]

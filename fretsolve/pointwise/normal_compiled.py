@@ -11,7 +11,7 @@ from fretsolve.pointwise.compiling import kernel, larger, largest_of
 
 @kernel
 def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
-    """See the kernel in NumPy of this name, as for all below."""
+    """As `fretsolve.pointwise.normal_plain.rigid_displacement`."""
     nx, ny = field.shape
     for i in range(nx):
         along = rigid[0] + rigid[2] * x[i]
@@ -21,7 +21,7 @@ def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
 
 @kernel
 def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, sums: Any) -> None:
-    """Sums over a row first."""
+    """As `fretsolve.pointwise.normal_plain.sum_gaps`."""
     nx, ny = uz.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -39,7 +39,7 @@ def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any,
 def take_gap(
     separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, gap: Any
 ) -> tuple[float, float, float]:
-    """A NaN comes through."""
+    """As `fretsolve.pointwise.normal_plain.take_gap`."""
     nx, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -56,7 +56,7 @@ def take_gap(
 
 @kernel
 def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
-    """In one pass."""
+    """As `fretsolve.pointwise.normal_plain.take_residual`."""
     nx, ny = gap.shape
     for i in range(nx):
         for j in range(ny):
@@ -65,7 +65,7 @@ def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
 
 @kernel
 def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
-    """Sums over a row first."""
+    """As `fretsolve.pointwise.normal_plain.gram`."""
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -86,7 +86,7 @@ def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
 
 @kernel
 def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
-    """Sums over a row first."""
+    """As `fretsolve.pointwise.normal_plain.sum_modes`."""
     nx, ny = field.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -101,7 +101,7 @@ def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
 
 @kernel
 def stretch(pressure: Any, rigid: Any, x: Any, y: Any) -> None:
-    """In one pass."""
+    """As `fretsolve.pointwise.normal_plain.stretch`."""
     nx, ny = pressure.shape
     for i in range(nx):
         along = 1.0 + rigid[0] + rigid[2] * x[i]

@@ -14,6 +14,7 @@ TILE = 8
 
 @compiled_kernel
 def join_rows(upper: Any, lower: Any, lines: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.join_rows`."""
     rows, ny = upper.shape
     for r in range(rows):
         if r < lower.shape[0]:
@@ -27,6 +28,7 @@ def join_rows(upper: Any, lower: Any, lines: Any) -> None:
 
 @compiled_kernel
 def split_rows(lines: Any, upper: Any, lower: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.split_rows`."""
     rows, ny = upper.shape
     for r in range(rows):
         for j in range(ny):
@@ -38,6 +40,7 @@ def split_rows(lines: Any, upper: Any, lower: Any) -> None:
 
 @compiled_kernel
 def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.split_spectra`."""
     rows, columns = upper.shape
     length = lines.shape[1]
     half = upper.real.dtype.type(0.5)
@@ -59,6 +62,7 @@ def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
 
 @compiled_kernel
 def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.join_spectra`."""
     rows, columns = upper.shape
     length = lines.shape[1]
     nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
@@ -78,6 +82,7 @@ def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
 
 @compiled_kernel
 def take_columns(spectrum: Any, lines: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.take_columns`."""
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for first in range(0, whole_columns, TILE):
@@ -96,6 +101,7 @@ def take_columns(spectrum: Any, lines: Any) -> None:
 
 @compiled_kernel
 def give_columns(lines: Any, spectrum: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.give_columns`."""
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for start in range(0, whole_rows, TILE):
@@ -113,6 +119,7 @@ def give_columns(lines: Any, spectrum: Any) -> None:
 
 @compiled_kernel
 def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply`."""
     lines, length = field.shape
     half = kernel.shape[1]
     one = kernel.dtype.type(1.0)
@@ -126,6 +133,7 @@ def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
 
 @compiled_kernel
 def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply_pair`."""
     direct_x, direct_y, mixed = kernels
     field_x, field_y = fields
     result_x, result_y = results
@@ -146,6 +154,7 @@ def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: 
 
 @compiled_kernel
 def multiply_coupled(direct: Any, mixed: Any, odd: Any, fields: Any) -> None:
+    """As `fretsolve.pointwise.spectral_plain.multiply_coupled`."""
     direct_z, direct_x, direct_y = direct
     mixed_zx, mixed_zy, mixed_xy = mixed
     field_z, field_x, field_y = fields

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, FRICTION, build, solve
 
+from fretsolve.balance import Balance
 from fretsolve.certificate import Examiner, Solution
 from fretsolve.elastic import ElasticOperator
-from fretsolve.modes import Balance, NormalModes, TangentialModes
+from fretsolve.modes import NormalModes, TangentialModes
 from fretsolve.scene import prepare
 from fretsolve.state import Zone
 

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.balance import Balance
 from fretsolve.errors import ContactLostError, GridEdgeError
 from fretsolve.feasibility import require_inside, require_supported, sliding_error
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance
 
 GRID = Grid.from_size((8, 6), (0.8, 0.6))
 FLAT = np.zeros(GRID.shape)

@@ -7,11 +7,11 @@ import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
 from fretsolve import increment as increment_module
+from fretsolve.balance import Balance
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.increment import IncrementSolver
 from fretsolve.iterate import Start
 from fretsolve.load_path import Increment
-from fretsolve.modes import Balance
 from fretsolve.scene import prepare
 
 PRESSED = Balance((True, False, False), (LOAD, 0.0, 0.0))

@@ -11,10 +11,11 @@ from solving import DISSIMILAR, LOAD, build, grid_of, solve_last
 import fretsolve.alternation
 import fretsolve.joint_pass
 from fretsolve import run
+from fretsolve.balance import Balance
 from fretsolve.errors import NotConvergedError
 from fretsolve.joint import Estimate, Problem, solve_jointly
 from fretsolve.krylov import gmres
-from fretsolve.modes import Balance, TangentialModes
+from fretsolve.modes import TangentialModes
 from fretsolve.sliding import load_factor
 
 RIGID = ("rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0})

@@ -3,8 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.balance import Balance, solve_modes
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, NormalModes, TangentialModes, solve_modes
+from fretsolve.modes import NormalModes, TangentialModes
 
 GRID = Grid.from_size((7, 5), (1.4, 0.9), (0.3, -0.2))
 ALL = [0, 1, 2]

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.balance import Balance
 from fretsolve.elastic import ElasticOperator
 from fretsolve.following import SHARE
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.modes import Balance
 from fretsolve.normal import NormalSolver
 from fretsolve.terms import Terms
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from solving import HERTZ, LOAD, MATERIAL, A, build
 
+from fretsolve.balance import Balance
 from fretsolve.closed_forms import hertz_elliptic, love_cone
 from fretsolve.errors import CaseError
-from fretsolve.modes import Balance
 from fretsolve.scene import prepare
 from fretsolve.sizing import MARGIN, contact_size
 

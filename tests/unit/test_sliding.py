@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from fretsolve.balance import Balance
 from fretsolve.grid import Grid
-from fretsolve.modes import Balance, TangentialModes
+from fretsolve.modes import TangentialModes
 from fretsolve.rounding import circle_width
 from fretsolve.sliding import AT_THE_LIMIT, at_the_limit, load_factor
 

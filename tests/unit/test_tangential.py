@@ -3,10 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.balance import Balance
 from fretsolve.elastic import ElasticOperator
 from fretsolve.grid import Grid
 from fretsolve.materials import Compliances
-from fretsolve.modes import Balance, TangentialModes
+from fretsolve.modes import TangentialModes
 from fretsolve.tangential import TangentialSolver
 from fretsolve.terms import Terms
 

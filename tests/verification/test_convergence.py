@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
 
+from fretsolve.balance import Balance
 from fretsolve.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
 from fretsolve.edges import stick_area
 from fretsolve.elastic import ElasticOperator
 from fretsolve.model import derive_model
-from fretsolve.modes import Balance
 from fretsolve.normal import NormalSolver
 from fretsolve.state import Zone
 from fretsolve.surface import separation

@@ -10,8 +10,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from solving import DISSIMILAR, FRICTION, LOAD
 
+from fretsolve.balance import Balance
 from fretsolve.errors import SlidingError
-from fretsolve.modes import Balance, TangentialModes
+from fretsolve.modes import TangentialModes
 from fretsolve.sliding import load_factor
 
 from .driving import Family, Parts, Probe, Run, solve_parts
