@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.rounding import TINY
 from fretsolve.state import Zone
 
 if TYPE_CHECKING:
@@ -73,8 +74,6 @@ the front's place, which on the discrete grid is GAINED_BEYOND of a link farther
 differs, where Spence's theory is exact, to 0.02 of h in the mean and within 0.03 of that from one place in a cell to
 another. The slip, in increments smaller than a cell, knows no more than which cell the front has reached."""
 
-TINY = np.finfo(np.float64).tiny
-
 MARGIN = 4
 """Cells kept around a zone: those that a link's share may refer to."""
 
@@ -107,9 +106,12 @@ def stick_area(
     sticking = zone == Zone.STICK
     if not sticking.any():
         return 0.0
+    slipping = zone == Zone.SLIP
+    if not slipping.any():
+        return contact
     part = _Part.around(sticking, grid)
     at_edge = _contact_share(part, pressure, gap, materials)
-    slips = part.cut(zone == Zone.SLIP, False)
+    slips = part.cut(slipping, False)
     if not slips.any():
         return _area(part, at_edge)
     reserve = part.cut(bound, 0.0) - np.hypot(part.cut(shear[0], 0.0), part.cut(shear[1], 0.0))

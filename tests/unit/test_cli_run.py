@@ -163,7 +163,7 @@ def test_contact_at_the_grids_edge_advises_a_size(tmp_path: Path) -> None:
 
 def test_not_converged_goes_on_with_more_iterations(tmp_path: Path) -> None:
     case = write_case(tmp_path)
-    result = invoke("run", case, "--set", "solver.max_iterations=8")
+    result = invoke("run", case, "--set", "solver.max_iterations=6")
     assert result.exit_code == 3
     assert "solver.max_iterations" in result.stderr
     before = saved_steps(result.stdout)
