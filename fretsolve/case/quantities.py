@@ -1,6 +1,6 @@
 """Quantities with units: read by pint, kept as plain floats in mm, N, MPa, rad (and s).
 
-A bare number is in these units already. pint and its registry are loaded only when a unit is met, and the
+A bare number is in these units already. pint and its registry are loaded only when an uncommon unit is met, and the
 registry holds the few units that a contact problem needs instead of pint's full file, which takes fifty times
 as long to load and would read "5 oil_bbl" as a volume.
 """
@@ -101,6 +101,19 @@ NUMBER = Dimension("a number", "", "0.1")
 _KNOWN = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, ANGLE, TIME, NUMBER)
 
 
+COMMON_FACTORS = {
+    ("m", LENGTH): 1e3,
+    ("um", LENGTH): 1e-3,
+    ("nm", LENGTH): 1e-6,
+    ("kN", FORCE): 1e3,
+    ("N*m", MOMENT): 1e3,
+    ("GPa", PRESSURE): 1e3,
+    ("deg", ANGLE): 0.017453292519943295,
+    ("%", NUMBER): 0.01,
+}
+"""Units that case files mostly have besides the internal ones: a quarter of a start would be pint's."""
+
+
 @functools.cache
 def _registry() -> pint.UnitRegistry[Any]:
     """The units of a case file (about 4 ms once pint is imported)."""
@@ -114,6 +127,8 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
     """One `unit` in the internal unit of `dimension`; `QuantityError` if it is of another dimension."""
     if unit == dimension.unit:
         return 1.0
+    if (unit, dimension) in COMMON_FACTORS:
+        return COMMON_FACTORS[unit, dimension]
     import pint
 
     registry = _registry()

@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from fretsolve.case.quantities import (
     ANGLE,
+    COMMON_FACTORS,
     ENERGY,
     FORCE,
     LENGTH,
@@ -145,11 +146,18 @@ def test_shown_value_is_short_however_large() -> None:
     assert "\n" not in shown("a\nb")
 
 
-def test_pint_is_loaded_only_for_a_unit_to_convert() -> None:
+@pytest.mark.parametrize(("unit", "dimension"), COMMON_FACTORS)
+def test_common_units_are_those_of_pint(unit: str, dimension: Dimension) -> None:
+    """The same unit in words that only pint knows."""
+    by_pint = to_internal(f"3 {unit} % / %" if unit != "%" else "3 % % / %", dimension)
+    assert to_internal(f"3 {unit}", dimension) == pytest.approx(by_pint, rel=1e-15)
+
+
+def test_pint_is_loaded_only_for_an_uncommon_unit() -> None:
     code = (
         "import sys; from fretsolve.case.quantities import to_internal, LENGTH, PRESSURE;"
-        "to_internal(3, LENGTH); to_internal('3 mm', LENGTH); assert 'pint' not in sys.modules;"
-        "to_internal('3 GPa', PRESSURE); assert 'pint' in sys.modules"
+        "to_internal(3, LENGTH); to_internal('3 mm', LENGTH); to_internal('3 GPa', PRESSURE);"
+        "assert 'pint' not in sys.modules; to_internal('3 ksi', PRESSURE); assert 'pint' in sys.modules"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
