@@ -30,6 +30,7 @@ import increments
 import numpy as np
 import precision
 import profile_increment
+import transform_lengths
 from marked import printed, put_parts_into
 
 import fretsolve
@@ -293,6 +294,7 @@ PARTS = {
     "profile": print_profile,
     "solvers": print_solvers,
     "operator": print_operator,
+    "lengths": transform_lengths.print_table,
     "without compiler": print_without_compiler,
     "savings": print_savings,
     "limits": precision.print_limits,

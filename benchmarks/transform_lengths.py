@@ -55,7 +55,7 @@ def times(length: int, dtype: type[np.complexfloating]) -> tuple[float, float]:
     return seconds(packed.execute) / lines, 2.0 * seconds(single.execute) / lines
 
 
-def print_table(shortest: int, longest: int) -> None:
+def print_table(shortest: int = 64, longest: int = 1024) -> None:
     """Medians by the powers of 2 in a length."""
     by_twos: dict[tuple[int, type], list[tuple[float, float]]] = defaultdict(list)
     for length in lengths(shortest, longest):
@@ -77,4 +77,4 @@ def print_table(shortest: int, longest: int) -> None:
 
 
 if __name__ == "__main__":
-    print_table(*(int(argument) for argument in sys.argv[1:] or (64, 1024)))
+    print_table(*(int(argument) for argument in sys.argv[1:]))
