@@ -1,7 +1,8 @@
 """Where the time of one coupled increment goes: ``python benchmarks/profile_increment.py [POINTS ..]`` prints a table.
 
 Mode I.3 of the base case on 0.9 mm, increments 31 to 35 (from B on towards C), by the part of the package that spends
-it. Time in functions of NumPy and FFTW counts for the part that calls them. The profiler itself adds about a tenth.
+it. Time in functions of NumPy and FFTW counts for the part that calls them; elastic operator and preconditioner share
+their convolutions in proportion to the time of their calls. The profiler itself adds about a tenth.
 """
 
 from __future__ import annotations
@@ -19,10 +20,14 @@ from fretsolve.pointwise import COMPILED
 
 FIRST, LAST = 31, 35
 
+TRANSFORMS = "elastic operator: transforms"
+PRODUCTS = "elastic operator: products with the influence spectra"
+PRECONDITIONER = "preconditioner"
+
 PARTS = {
-    "elastic operator: transforms": ("convolution", "elastic"),
-    "elastic operator: products with the influence spectra": ("spectral_plain", "spectral_compiled"),
-    "preconditioner": ("symbol_inverse",),
+    TRANSFORMS: ("convolution", "elastic", "spectral_plain", "spectral_compiled"),
+    PRODUCTS: (),
+    PRECONDITIONER: ("symbol_inverse",),
     "conjugate gradients": ("projected_cg", "cg_plain", "cg_compiled"),
     "slip law and balance": ("tangential", "friction_plain", "friction_compiled"),
     "normal problem": ("normal", "modes"),
@@ -57,7 +62,8 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
     def share(function: Function, time: float, depth: int) -> None:
         file = Path(function[0])
         if package in file.parents:
-            seconds[part_of_module.get(file.stem, "other")] += time
+            product = file.stem.startswith("spectral") and function[2].startswith("multiply")
+            seconds[PRODUCTS if product else part_of_module.get(file.stem, "other")] += time
             return
         callers = stats.stats[function][4]
         whole = sum(entry[2] for entry in callers.values())
@@ -69,7 +75,18 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
 
     for function, (_, _, own, _, _) in stats.stats.items():
         share(function, own, 6)
+    inverse = share_of_inverse(stats)
+    for part in (TRANSFORMS, PRODUCTS):
+        seconds[PRECONDITIONER] += inverse * seconds[part]
+        seconds[part] *= 1.0 - inverse
     return seconds
+
+
+def share_of_inverse(stats: pstats.Stats) -> float:
+    """Part of the time of all convolutions that the preconditioner asks for."""
+    convolve = next(at for at in stats.stats if Path(at[0]).stem == "convolution" and at[2] == "apply")
+    times = {caller: entry[3] for caller, entry in stats.stats[convolve][4].items()}
+    return sum(time for caller, time in times.items() if Path(caller[0]).stem == "symbol_inverse") / sum(times.values())
 
 
 def print_table(grids: list[int]) -> None:
