@@ -23,7 +23,7 @@ from fretsolve.sizing import MARGIN, contact_size
 from fretsolve.slip import ContactState, limit_to_contact, mean_pressure
 from fretsolve.state import Array, Certificate, Fields, State, Summary, Zone, nothing
 from fretsolve.surface import map_spans
-from fretsolve.wisdom import load_wisdom, plans_made, save_wisdom
+from fretsolve.wisdom import load_wisdom, measured_plans, save_wisdom
 
 if TYPE_CHECKING:
     from fretsolve.balance import Balance
@@ -64,7 +64,7 @@ def run(
         scene.map_border(),
         _precision(scene),
     )
-    state, summaries, plans = start, list(history), plans_made()
+    state, summaries, plans = start, list(history), measured_plans()
     for step in range(len(summaries), scene.load_path.increments):
         began = _working_seconds()
         increment = scene.load_path.increment(step, summaries)
@@ -74,10 +74,10 @@ def run(
         except NoSolutionError as error:
             _locate(error, scene, increment)
             raise
-        if plans_made() > plans:
+        if measured_plans() > plans:
             # Before the increment is given out: a resumed run must transform by the same plans.
             save_wisdom()
-            plans = plans_made()
+            plans = measured_plans()
         touching = _touching(state, solver.separation)
         state = _state(solved, state, touching, increment, scene, _working_seconds() - began)
         del solved  # what the state does not need of it

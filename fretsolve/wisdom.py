@@ -19,19 +19,23 @@ def planner_effort(padded: tuple[int, int]) -> str:
     return "FFTW_ESTIMATE" if padded[0] * padded[1] <= MEASURED_POINTS else "FFTW_MEASURE"
 
 
-_plans_made = 0  # as FFTW's wisdom itself, this is the process's
+_measured_plans = 0  # as FFTW's wisdom itself, this and what follows is the process's
+_known_file: tuple[str, int, int, int] | None = None
 
 
-def plan(*arguments: Any, **options: Any) -> pyfftw.FFTW:
-    """A plan of FFTW, counted in `plans_made`."""
-    global _plans_made
-    _plans_made += 1
-    return pyfftw.FFTW(*arguments, **options)
+def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
+    """A plan of FFTW; measured ones are counted in `measured_plans`."""
+    global _measured_plans
+    _measured_plans += "FFTW_MEASURE" in flags
+    return pyfftw.FFTW(*arguments, flags=flags, **options)
 
 
-def plans_made() -> int:
-    """How many plans this process has made; as many may have been measured since the wisdom was last saved."""
-    return _plans_made
+def measured_plans() -> int:
+    """How many measured plans this process has made: as many may be new since the wisdom was last saved.
+
+    Those that FFTW estimates are the same each time.
+    """
+    return _measured_plans
 
 
 def wisdom_file() -> Path:
@@ -44,16 +48,27 @@ def wisdom_file() -> Path:
 
 
 def load_wisdom() -> bool:
-    """Tell FFTW what earlier runs measured; False where there is nothing, or nothing readable."""
+    """Tell FFTW what earlier runs measured; False where there is nothing, or nothing readable.
+
+    Nothing is read where this process knows the file already.
+    """
+    global _known_file
     try:
-        parts = wisdom_file().read_bytes().split(b"\0")
+        path = wisdom_file()
+        found = _state_of(path)
+        if found == _known_file:
+            return True
+        parts = path.read_bytes().split(b"\0")
     except (OSError, RuntimeError):
         return False
-    return len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])
+    loaded = len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])
+    _known_file = found if loaded else None
+    return loaded
 
 
 def save_wisdom() -> None:
     """Keep what FFTW knows by now; a cache that cannot be written is no error."""
+    global _known_file
     with contextlib.suppress(OSError, RuntimeError):
         path = wisdom_file()
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -64,3 +79,10 @@ def save_wisdom() -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
         Path(name).replace(path)
+        _known_file = _state_of(path)
+
+
+def _state_of(path: Path) -> tuple[str, int, int, int]:
+    """What changes when the file is written anew."""
+    status = path.stat()
+    return str(path), status.st_ino, status.st_mtime_ns, status.st_size
