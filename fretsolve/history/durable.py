@@ -130,11 +130,12 @@ def new_file(target: Path, folder: Path) -> Iterator[WriteThroughFile]:
 
 
 @contextmanager
-def new_hdf5(target: Path, folder: Path) -> Iterator[h5py.File]:
-    """`new_file` as an HDF5 file. Raises OSError."""
+def new_hdf5(target: Path, folder: Path, image: bytes = b"") -> Iterator[h5py.File]:
+    """`new_file` as an HDF5 file; image: one to begin with. Raises OSError."""
     with new_file(target, folder) as raw:
         try:
-            with h5py.File(raw, "w", libver=LIBRARY_VERSIONS) as file:
+            raw.write(image)
+            with h5py.File(raw, "r+" if image else "w", libver=LIBRARY_VERSIONS) as file:
                 yield file
         except Exception:
             raw.check()  # whatever HDF5 met after a failed write, that write is the cause

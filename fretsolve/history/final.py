@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from fretsolve.history.header import RunHeader
 from fretsolve.history.layout import (
     ERRORS,
     HISTORY,
+    LIBRARY_VERSIONS,
     RESTART,
     STEP,
     Quantity,
@@ -51,9 +53,9 @@ def write_result(
     if last_state is not None and not header.stores_fields(last_state.summary.step):
         steps.append(last_state.summary.step)
     kept = header.stored_fields
-    with durable.new_hdf5(out, folder) as file:
+    with durable.new_hdf5(out, folder, _empty_history(len(summaries), header.errors)) as file:
         _write_attributes(file, header, failure)
-        _write_history(file.create_group("history"), summaries, errors if header.errors else None)
+        _fill_history(file["history"], summaries, errors)
         group = file.create_group("fields")
         scales = (_scale(group, STEP, steps), _scale(group, X, header.x), _scale(group, Y, header.y))
         for quantity in kept:
@@ -97,13 +99,28 @@ def _write_attributes(file: Any, header: RunHeader, failure: tuple[str, str] | N
         file.attrs[name] = value
 
 
-def _write_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors] | None) -> None:
-    """The columns of the history; errors: None for a run without error bars."""
-    scale = _scale(group, STEP, [summary.step for summary in summaries])
-    for quantity in HISTORY:
-        _attach(_column(group, quantity, [getattr(summary, quantity.name) for summary in summaries]), scale)
-    for quantity in ERRORS if errors is not None else ():
-        _attach(_column(group, quantity, [getattr(error, quantity.name) for error in errors or ()]), scale)
+@functools.lru_cache(maxsize=2)
+def _empty_history(increments: int, with_errors: bool) -> bytes:
+    """An HDF5 file with the columns of a history that are still to be filled.
+
+    To make them takes several times as long as to fill them, which counts where a sweep has thousands of small cases.
+    """
+    with h5py.File("history", "w", driver="core", backing_store=False, libver=LIBRARY_VERSIONS) as file:
+        group = file.create_group("history")
+        scale = _scale(group, STEP, np.arange(increments))
+        for quantity in HISTORY + (ERRORS if with_errors else ()):
+            _attach(_column(group, quantity, np.zeros(increments)), scale)
+        file.flush()
+        image: bytes = file.id.get_file_image()
+    return image
+
+
+def _fill_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
+    """Put the numbers into the columns of `_empty_history`."""
+    for quantities, rows in (((STEP, *HISTORY), summaries), (ERRORS, errors)):
+        for quantity in quantities if rows else ():
+            values = np.array([getattr(row, quantity.name) for row in rows], quantity.dtype)
+            h5d.open(group.id, quantity.name.encode()).write(h5s.ALL, h5s.ALL, values)
 
 
 def _scale(group: Any, quantity: Quantity, values: Any) -> h5d.DatasetID:
@@ -113,8 +130,7 @@ def _scale(group: Any, quantity: Quantity, values: Any) -> h5d.DatasetID:
 
 
 def _column(group: Any, quantity: Quantity, values: Any) -> h5d.DatasetID:
-    """A dataset of some numbers, by HDF5's own calls: the objects of h5py would take three times as long, which counts
-    where a sweep has thousands of small cases."""
+    """A dataset of some numbers, by HDF5's own calls: the objects of h5py would take three times as long."""
     data = np.asarray(values, quantity.dtype)
     layout = h5p.create(h5p.DATASET_CREATE)
     layout.set_obj_track_times(False)
