@@ -4,7 +4,8 @@
 
 The case is mode I of equal bodies (six increments) over friction and load. `pure` is the time of
 ``list(fretsolve.run(scene))``, from every tenth of the cases, one after another in one process that has solved one
-before; influence coefficients are in it, files are not. `efficiency` is pure over jobs times the wall-clock time of
+before; influence coefficients are in it, files are not. It is the mean of two measurements, before a sweep and after
+it, since the speed of a machine that others share drifts. `efficiency` is pure over jobs times the wall-clock time of
 ``fretsolve sweep run``, which has everything in it: start, check, files. The same of processor time tells what a sweep
 costs on a machine that is shared with others. Dask is a LocalCluster of as many workers of one thread; Slurm one node
 of this machine (root and Debian's packages needed).
@@ -124,7 +125,7 @@ def main() -> None:
     parser.add_argument("--on", nargs="+", choices=["local", "dask", "slurm"], default=["local"])
     options = parser.parse_args()
     cases = options.cases // LOADS * LOADS
-    wall, processor = pure(cases, options.points)
+    before = pure(cases, options.points)
     print(f"{cases} cases of {options.points} x {options.points} cells, {options.jobs} at a time\n")
     print("| engine | pure, s | wall clock, s | efficiency | pure, processor s | processor, s | efficiency |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
@@ -152,6 +153,9 @@ def main() -> None:
             with engine(name, options.jobs, folder) as (words, environment):
                 line = [sys.executable, "-m", "fretsolve", "sweep", "run", str(sweep), *words]
                 seconds, used = timed(line, environment, all_there)
+            after = pure(cases, options.points)
+            wall, processor = (0.5 * (one + other) for one, other in zip(before, after, strict=True))
+            before = after
             told = f"{processor:.1f} | {used:.1f} | {processor / used:.0%}" if name == "local" else "- | - | -"
             print(f"| {name} | {wall:.1f} | {seconds:.1f} | {wall / seconds / options.jobs:.0%} | {told} |", flush=True)
 
