@@ -1,8 +1,8 @@
 """Speed against accuracy of modes I.2, I.3, II and III: grids, increments, tolerances and precisions.
 
-    python benchmarks/trade.py                       # tables, some fifteen minutes on one core
+    python benchmarks/trade.py                       # tables, some forty minutes on one core
     python benchmarks/trade.py --modes I.3 II        # of some modes
-    python benchmarks/trade.py --points 32 64 128 256 512 1024     # finer grids too (hours)
+    python benchmarks/trade.py --points 32 64 128 256 512     # finer grids with all increments (half an hour more)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
 
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. Truth: the finest run of
@@ -40,7 +40,7 @@ MODES = {
 }
 """The shipped case of each mode, up to the first peak of its load."""
 
-POINTS = (32, 64, 128)
+POINTS = (32, 64, 128, 256)
 INCREMENTS = (1, 2, 5, 10, 20, 40, 80)
 TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
 TOLERANCE_POINTS, TOLERANCE_INCREMENTS = 64, 10
