@@ -105,7 +105,7 @@ def true_ends(case: CalibrationCase) -> Ends:
         known = case.exact(draft.model.compliances)
         return [known.get(stage, {}) for stage in range(1, len(draft.load_path.counts) + 1)]
     points = [min(MOST_POINTS, max(FEWEST_POINTS, FINER_POINTS * count)) for count in draft.grid.shape]
-    fine = prepare(case_of(case, grid={"points": points}, solver={"tolerance": 1e-5}))
+    fine = prepare(case_of(case, grid={"points": points}))
     if fine.load_path.matters:
         counts = [FINER_INCREMENTS * count if count > 1 else 1 for count in fine.load_path.counts]
         fine = replace(fine, load_path=fine.load_path.with_counts(counts))
