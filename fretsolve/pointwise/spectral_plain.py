@@ -1,8 +1,7 @@
 """Products of spectra with kernels in NumPy.
 
 Fields and results are complex (n, m); kernels are real and hold the non-negative wave numbers along the last axis,
-(n, m//2 + 1): the negative ones are mirrored, with a change of sign where the kernel is odd. A kernel of m columns is
-whole.
+(n, m//2 + 1): the negative ones are mirrored, with a change of sign where the kernel is odd.
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray)
     plain, mirrored = lines[:, 1:columns], lines[:, : lines.shape[1] - columns : -1]
     np.conjugate(mirrored, out=upper[:, 1:])
     np.subtract(plain[:count], upper[:count, 1:], out=lower[:, 1:])
-    lower *= -0.5j
+    lower[:, 1:] *= -0.5j
     upper[:, 1:] += plain
-    upper *= 0.5
+    upper[:, 1:] *= 0.5
     upper[:, 0], lower[:, 0] = lines[:, 0].real, lines[:count, 0].imag
 
 
