@@ -34,11 +34,11 @@ BUFFER_BYTES = 10e6
 """Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
 
 CELL_BYTES: dict[Part, float] = {
-    "normal problem": 140.0,
-    "tangential problem": 135.0,
-    "ux from qy, uy from qx": 25.0,
+    "normal problem": 125.0,
+    "tangential problem": 125.0,
+    "ux from qy, uy from qx": 20.0,
     "between pressure and shear": 80.0,
-    "slip and work": 100.0,
+    "slip and work": 85.0,
 }
 """Per cell, of each part of the model that is kept: influence coefficients, padded spectra, work arrays of the solvers,
 the states before and after an increment, buffers of the result file (`python benchmarks/scenes.py`)."""
