@@ -63,7 +63,8 @@ ENOUGH_ALTERNATIONS = 30
 MOST_ALTERNATIONS = 200
 """... or, where that fails as well, passes after which the increment is given up."""
 
-ADVICE = "raise solver.max_iterations, loosen solver.tolerance, or take more increments"
+EASIER = "loosen solver.tolerance, or take more increments"
+ADVICE = f"raise solver.max_iterations, {EASIER}"
 
 
 class Alternation:
@@ -268,9 +269,10 @@ class Alternation:
                 f"the tangential problem is not solved: the loads are within {spare:.1g} of those under which all"
                 " slides, where next to nothing sticks; lower them, raise P or the friction, or impose displacements"
             )
+        advice = ADVICE if result.iterations >= self.max_iterations else EASIER  # more would go round in circles
         return (
             f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
-            f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {ADVICE}"
+            f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {advice}"
         )
 
     def _is_far(self, balance: Balance) -> bool:

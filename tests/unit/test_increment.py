@@ -7,6 +7,7 @@ import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
 from fretsolve import increment as increment_module
+from fretsolve import joint_pass, tangential
 from fretsolve.balance import Balance
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.increment import IncrementSolver
@@ -177,3 +178,14 @@ def test_a_large_grid_gives_memory_back_and_solves_the_same(bodies, monkeypatch)
         shears.append(solver.solve(pulled, after(first)).solution.shear)
     assert not any(name in vars(solver.level) for name in ("normal", "tangential"))
     np.testing.assert_array_equal(shears[0], shears[1])
+
+
+@pytest.mark.parametrize(("stalled", "advised"), [(0, "loosen solver.tolerance"), (100, "raise solver.max_iterations")])
+def test_more_iterations_are_advised_only_where_they_ran_out(monkeypatch, stalled, advised):
+    monkeypatch.setattr(tangential, "STALLED", stalled)
+    monkeypatch.setattr(joint_pass, "solve_jointly", lambda *arguments: None)
+    scene = scene_of()
+    pressed = solver_of(scene).solve(increment(scene), nothing(scene.grid))
+    sheared = increment(scene, tangential=Balance((True, True, False), (36.0, 0.0, 0.0)), step=1)
+    with pytest.raises(NotConvergedError, match=f"tangential problem is not solved after .* needed; {advised}"):
+        solver_of(scene, most=2).solve(sheared, after(pressed))
