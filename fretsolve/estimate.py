@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from fretsolve.compiler import compiler_wanted
 from fretsolve.components import TANGENTIAL
 from fretsolve.errors import CaseError
+from fretsolve.grid import LARGE_GRID
 
 if TYPE_CHECKING:
     from fretsolve.model import Part
@@ -42,6 +43,9 @@ CELL_BYTES: dict[Part, float] = {
 }
 """Per cell, of each part of the model that is kept: influence coefficients, padded spectra, work arrays of the solvers,
 the states before and after an increment, buffers of the result file (`python benchmarks/scenes.py`)."""
+
+KEPT = 1.8
+"""Memory per cell on grids up to `LARGE_GRID`, where windows and coarser grids are kept, over that on larger ones."""
 
 PRESSED_APPLICATIONS = 20
 FOLLOWED_APPLICATIONS = 10
@@ -128,7 +132,7 @@ def estimate(scene: Scene) -> Estimate:
         seconds["slip and work"] = SLIP_SECONDS * increments * cells
     kept = [decision.part for decision in scene.model.decisions if decision.kept]
     single = scene.case.solver.precision == "single"
-    bytes_each = SINGLE if single else 1.0
+    bytes_each = (SINGLE if single else 1.0) * (KEPT if cells <= LARGE_GRID else 1.0)
     shares = {part: Share(bytes_each * CELL_BYTES[part] * cells, seconds.get(part, 0.0)) for part in kept}
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted()
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.cross, terms.coupled)))

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 
     FloatArray = NDArray[np.float64]
 
+LARGE_GRID = 5e5
+"""Cells from which on memory counts for more than the time to get it again: one window is kept, and arrays are given
+back as soon as they hold nothing of use."""
+
 
 @dataclass(frozen=True)
 class Grid:

@@ -15,7 +15,7 @@ from fretsolve.certificate import Evidence, Examiner, Solution
 from fretsolve.convolution import RowSpace
 from fretsolve.errors import NotConvergedError
 from fretsolve.feasibility import require_inside, require_supported
-from fretsolve.grid import Grid
+from fretsolve.grid import LARGE_GRID, Grid
 from fretsolve.iterate import Iterate, Start
 from fretsolve.level import Level
 from fretsolve.load_path import Increment
@@ -33,10 +33,6 @@ MARGIN = 0.3
 
 KEPT_WINDOWS = 2
 """A contact whose extent wavers between two sizes of window needs no new spectra at each increment."""
-
-LARGE_GRID = 5e5
-"""Cells from which on memory counts for more than the time to get it again: one window is kept, and arrays are given
-back as soon as they hold nothing of use."""
 
 MOST_PROOFS = 12
 """How often an increment is taken up again after a window too small or a certificate not met."""

@@ -156,7 +156,15 @@ print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads Linux's /proc")
-@pytest.mark.parametrize("sets", [NORMAL, (DISSIMILAR, "load_path.1.increments=1")], ids=["normal", "coupled"])
+@pytest.mark.parametrize(
+    "sets",
+    [
+        NORMAL,
+        (DISSIMILAR, "load_path.1.increments=1"),
+        (DISSIMILAR, "load_path=[{P: 400 N, increments: 2}]", "expect=[]", "grid.points=512"),
+    ],
+    ids=["normal", "coupled", "finer"],
+)
 def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     case = write_case(tmp_path)
     values = ["grid.points=256", *sets]
