@@ -33,7 +33,7 @@ def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW
 def measured_plans() -> int:
     """How many measured plans this process has made: as many may be new since the wisdom was last saved.
 
-    Those that FFTW estimates are the same each time.
+    Those that FFTW estimates are the same each time, with the same wisdom.
     """
     return _measured_plans
 
@@ -67,8 +67,10 @@ def load_wisdom() -> bool:
 
 
 def save_wisdom() -> None:
-    """Keep what FFTW knows by now; a cache that cannot be written is no error."""
+    """Keep what FFTW knows by now, and what other processes have saved meanwhile; a cache that cannot be written is no
+    error."""
     global _known_file
+    load_wisdom()
     with contextlib.suppress(OSError, RuntimeError):
         path = wisdom_file()
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -78,8 +80,9 @@ def save_wisdom() -> None:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
         with os.fdopen(handle, "wb") as file:
             file.write(content)
+        written = _state_of(Path(name))
         Path(name).replace(path)
-        _known_file = _state_of(path)
+        _known_file = (str(path), *written[1:])
 
 
 def _state_of(path: Path) -> tuple[str, int, int, int]:

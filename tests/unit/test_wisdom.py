@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pyfftw
@@ -108,3 +110,23 @@ def test_all_plans_are_kept_before_an_increment_is_given_out(cache, monkeypatch)
         assert kept == pyfftw.export_wisdom()
         sizes.append(sum(map(len, kept)))
     assert sizes[0] < sizes[1]
+
+
+def test_what_another_process_saved_meanwhile_is_kept(cache):
+    """Its run may be resumed, and must then transform by the same plans."""
+    plan = "import numpy, pyfftw; from fretsolve.wisdom import load_wisdom, save_wisdom; load_wisdom();"
+    plan += "pyfftw.FFTW(*2 * (pyfftw.zeros_aligned({0}, 'complex128'),), flags=('FFTW_MEASURE',));"
+    first = subprocess.Popen([sys.executable, "-c", plan.format(7 * 11 * 13) + "input(); save_wisdom()"], stdin=-1)
+    subprocess.run([sys.executable, "-c", plan.format(7 * 13 * 17) + "save_wisdom()"], check=True)
+    other = wisdom_file().read_bytes()
+    first.communicate(b"\n")
+    both = wisdom_file().read_bytes()
+    assert first.returncode == 0
+    assert set(other.splitlines()) < set(both.splitlines())
+
+
+def test_the_file_is_read_once(cache, monkeypatch):
+    save_wisdom()
+    assert load_wisdom()
+    monkeypatch.setattr(wisdom.pyfftw, "import_wisdom", lambda parts: pytest.fail("it was read again"))
+    assert load_wisdom()
