@@ -18,7 +18,7 @@ from fretsolve.study.observable import NAMES, read_observable
 from fretsolve.sweep.cluster import work_on_dask
 from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.files import writer_of
-from fretsolve.sweep.manifest import Manifest, index_list, read_manifest, write_manifest
+from fretsolve.sweep.manifest import Manifest, index_list, read_manifest, require_own, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.state import CaseState, counts, missing, state_of, states
@@ -58,6 +58,7 @@ class SweepOrder:
 
 def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     """Check the sweep, write its manifest and run what is missing. Returns the exit code."""
+    require_own(order.folder, order.sweep)
     plan = make_plan(order.sweep, order.folder)
     stop.begin()
     write_manifest(plan.manifest)

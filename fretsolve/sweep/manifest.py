@@ -80,6 +80,17 @@ class Manifest:
         return self.folder / RESULTS_NAME / f"{row.id}.note"
 
 
+def require_own(folder: Path, sweep: Path) -> None:
+    """Raise CaseError where `folder` has the manifest of another sweep, whose file is there; edited, it is the same."""
+    try:
+        there = read_manifest(folder).sweep
+        other = not there.samefile(sweep)
+    except (FileError, OSError):  # no manifest, or one or both of the sweep files are gone
+        return
+    if other:
+        raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
+
+
 def write_manifest(manifest: Manifest) -> None:
     """Write it into its folder, made if need be, in one step. Raises FileError."""
     head = {

@@ -77,7 +77,7 @@ class _Reader:
         """What there is of a case. Raises FileError."""
         nothing = (math.nan,) * len(self.quantities)
         if not state.has_result:
-            return _Reading(nothing, nothing)
+            return _Reading(nothing, nothing, increments=state.increments)
         if state.row.id not in self.known:
             with open_result(self.manifest.result(state.row)) as result:
                 self.known[state.row.id] = self._of(result)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 import re
 import resource
@@ -17,11 +18,13 @@ import h5py
 import numpy as np
 import pytest
 from command_line import finish, invoke, start
+from fake_states import fake_header, fake_states
 from sweeping import CASE, SWEEP, assert_as_serial, rows_of, write_sweep
 
 from fretsolve.case import read_case
 from fretsolve.case.loading import validated
 from fretsolve.errors import CaseError
+from fretsolve.history import HistoryWriter
 from fretsolve.history.lock import RunLock
 from fretsolve.history.parts import parts_folder
 from fretsolve.interrupt import StopRequest
@@ -359,6 +362,34 @@ def test_a_sweep_that_is_changed_while_it_runs_has_no_case_run_for_another(tmp_p
     assert [path.stem for path in (folder / "results").iterdir()] == [begun.rows[2].id]
     with pytest.raises(CaseError, match="case 6 is another one"):
         changed.row(6, begun.rows[0].id)
+
+
+def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
+    first, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    write_manifest(make_plan(first, folder).manifest)
+    before = (folder / "manifest.json").read_text()
+    second = tmp_path / "second.yaml"
+    second.write_text("case: case.yaml\naxes: [grid.points: [8]]\n")
+    refused = invoke("sweep", "run", second, "-o", folder)
+    told = f"{folder}: holds the sweep of {first}; give another folder with -o, or remove this one\n"
+    assert (refused.exit_code, refused.output) == (2, told)
+    assert (folder / "manifest.json").read_text() == before
+    first.write_text(second.read_text())  # edited, it is the same
+    assert invoke("sweep", "run", first, "-q").exit_code == 0
+    first.rename(second)  # as it is under another name
+    assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
+
+
+def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    with HistoryWriter.open(manifest.result(manifest.rows[1]), fake_header()) as writer:
+        for state in fake_states(3):
+            writer.append(state)
+    table = collect(manifest)
+    assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
+    assert table.increments.tolist() == [0, 3, 0, 0, 0, 0]
+    assert all(math.isnan(column.values[1]) for column in table.found)
 
 
 def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
