@@ -35,11 +35,11 @@ BUFFER_BYTES = 10e6
 """Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
 
 CELL_BYTES: dict[Part, float] = {
-    "normal problem": 125.0,
-    "tangential problem": 125.0,
+    "normal problem": 115.0,
+    "tangential problem": 110.0,
     "ux from qy, uy from qx": 20.0,
-    "between pressure and shear": 80.0,
-    "slip and work": 85.0,
+    "between pressure and shear": 110.0,
+    "slip and work": 75.0,
 }
 """Per cell, of each part of the model that is kept: influence coefficients, padded spectra, work arrays of the solvers,
 the states before and after an increment, buffers of the result file (`python benchmarks/scenes.py`)."""
@@ -55,17 +55,24 @@ COUPLED_APPLICATIONS = 10
 where there is shear; and more where both act on each other."""
 
 APPLICATION_SECONDS: dict[Part, float] = {
-    "normal problem": 0.06e-6,
-    "tangential problem": 0.055e-6,
-    "between pressure and shear": 0.06e-6,
+    "normal problem": 0.033e-6,
+    "tangential problem": 0.03e-6,
+    "between pressure and shear": 0.033e-6,
 }
 """Per application and cell, with all that is done besides."""
+
+CALL_SECONDS = 0.4e-3
+"""Per application, however few the cells are."""
+
+LARGE_CELLS, GROWTH = 2**20, 0.2
+"""Beyond so many cells the time of a cell grows like this power of their number: larger transforms leave the caches,
+and iterations become more."""
 
 CROSS_SHARE = 0.45
 """What ux from qy and uy from qx add to the time of the tangential problem."""
 
-PROOF_SECONDS = 0.15e-6
-SLIP_SECONDS = 0.1e-6
+PROOF_SECONDS = 0.08e-6
+SLIP_SECONDS = 0.055e-6
 """Per increment and cell: the certificate's application and the gap; slip and work with their part of it."""
 
 COMPANIONS = 0.25
@@ -124,12 +131,14 @@ def estimate(scene: Scene) -> Estimate:
     cells, increments = math.prod(scene.grid.shape), scene.load_path.increments
     terms = scene.model.terms
     applications = _applications(scene)
-    seconds = {part: APPLICATION_SECONDS[part] * count * cells for part, count in applications.items()}
-    seconds["normal problem"] += PROOF_SECONDS * increments * cells
+    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH
+    each = {part: APPLICATION_SECONDS[part] * effort + CALL_SECONDS for part in applications}
+    seconds = {part: each[part] * count for part, count in applications.items()}
+    seconds["normal problem"] += PROOF_SECONDS * increments * effort
     if terms.cross:
         seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
     if scene.model.slides:
-        seconds["slip and work"] = SLIP_SECONDS * increments * cells
+        seconds["slip and work"] = SLIP_SECONDS * increments * effort
     kept = [decision.part for decision in scene.model.decisions if decision.kept]
     single = scene.case.solver.precision == "single"
     bytes_each = (SINGLE if single else 1.0) * (KEPT if cells <= LARGE_GRID else 1.0)
