@@ -64,6 +64,8 @@ MOST_ALTERNATIONS = 200
 """... or, where that fails as well, passes after which the increment is given up."""
 
 EASIER = "loosen solver.tolerance, or take more increments"
+TOO_FEW_DIGITS = "what changes may be too little for solver.precision: single, take double; else "
+
 ADVICE = f"raise solver.max_iterations, {EASIER}"
 
 
@@ -270,9 +272,10 @@ class Alternation:
                 " slides, where next to nothing sticks; lower them, raise P or the friction, or impose displacements"
             )
         advice = ADVICE if result.iterations >= self.max_iterations else EASIER  # more would go round in circles
+        digits = TOO_FEW_DIGITS if self.level.operator.dtype is np.float32 else ""
         return (
             f"the tangential problem is not solved after {result.iterations} iterations: the largest slip error is"
-            f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {advice}"
+            f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {digits}{advice}"
         )
 
     def _is_far(self, balance: Balance) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.alternation import ADVICE, Alternation
+from fretsolve.alternation import ADVICE, TOO_FEW_DIGITS, Alternation
 from fretsolve.balance import Vector
 from fretsolve.certificate import Evidence, Examiner, Solution
 from fretsolve.convolution import RowSpace
@@ -266,5 +266,4 @@ def _unproved(certificate: Certificate, tolerance: float, rounding: str, single:
     missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"
     if rounding:
         return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
-    digits = "what changes may be too little for solver.precision: single, take double; else " if single else ""
-    return f"{missed}; {digits}{ADVICE}"
+    return f"{missed}; {TOO_FEW_DIGITS if single else ''}{ADVICE}"
