@@ -198,25 +198,33 @@ def require_memory(scene: Scene) -> None:
 
 
 def disk_problem(scene: Scene, out: Path) -> CaseError | None:
-    """The error of a result that would not fit on the disk of `out`; None where it would, or where that is unknown.
+    """The error of a result that may not fit on the disk of `out`; None where it does, or where that is unknown.
 
     It lies there twice for a moment, as the increments that were saved and as the file made of them.
     """
-    needed, free = 2.0 * estimate(scene).file, free_bytes(out)
-    if free is None or needed <= free:
+    file, free = estimate(scene).file, free_bytes(out)
+    if free is None or 2.0 * file <= free:
         return None
+    if _cannot_fit(file, free):
+        verdict, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
+    else:
+        verdict, advice = "may be too much for", "empty cells compress, the run goes on"
     return scene.case.source.problem(
-        f"a result of about {rounded_bytes(0.5 * needed)}, twice that while it is written, is too much for the"
-        f" {rounded_bytes(free)} that are free in {out.parent}; a larger output.every, fewer output.fields or another"
-        " disk is needed",
+        f"a result of about {rounded_bytes(file)}, twice that while it is written, {verdict} the"
+        f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
         ("output", "every"),
     )
+
+
+def _cannot_fit(file: float, free: float) -> bool:
+    """Whether an estimated `file` is too large however much of its fields is empty (bytes)."""
+    return EMPTIEST * file > free
 
 
 def require_disk(scene: Scene, out: Path) -> None:
     """Raise CaseError where the result cannot fit on the disk of `out`, however much of its fields is empty."""
     problem, free = disk_problem(scene, out), free_bytes(out)
-    if problem is not None and free is not None and EMPTIEST * estimate(scene).file > free:
+    if problem is not None and free is not None and _cannot_fit(estimate(scene).file, free):
         raise problem
 
 

@@ -40,7 +40,7 @@ def export_result(order: ExportOrder) -> int:
         raise CaseError("--step has no effect on csv, which holds the history; leave it out")
     with open_result(order.result) as result:
         if not result.increments:
-            raise CaseError("the result has no increment yet", (), result.path)
+            raise CaseError(result.why_empty, (), result.path)
         out = order.out or result.path.with_suffix(SUFFIXES[order.file_format])
         _require_target(out, order, result)
         steps = _chosen(result, order.steps)

@@ -37,6 +37,13 @@ ATTEMPTS = 20
 _UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
 
 
+class Columns(dict[str, NDArray[Any]]):
+    """Columns by their names; a KeyError for another name tells those that there are."""
+
+    def __missing__(self, name: str) -> NDArray[Any]:
+        raise KeyError(f"no column {name!r} in the history, which has {', '.join(self)}")
+
+
 class Result:
     """A result, read lazily; a context manager.
 
@@ -57,7 +64,7 @@ class Result:
     ):
         self.path = path
         self.attributes = attributes
-        self.history = history
+        self.history: Mapping[str, NDArray[Any]] = Columns(history)
         self.x, self.y = axes
         self.fields = tuple(fields)
         self.steps = tuple(steps)
@@ -85,6 +92,13 @@ class Result:
     def increments(self) -> int:
         """How many increments there are."""
         return len(self.history["step"])
+
+    @property
+    def why_empty(self) -> str:
+        """Why there is no increment, where there is none, for a message."""
+        if "failure" in self.attributes:
+            return f"the run failed before its first increment: {self.attributes['failure']}"
+        return "the result has no increment yet"
 
     def units(self, name: str) -> str:
         """Units of a column of the history, of a field or of an axis. Raises KeyError."""

@@ -61,7 +61,7 @@ class Cycle:
 def require_increments(result: Result) -> None:
     """Raise PictureError where the run has not saved one yet."""
     if not result.increments:
-        raise PictureError("the result has no increment yet")
+        raise PictureError(result.why_empty)
 
 
 def stored_case(result: Result) -> Case | None:

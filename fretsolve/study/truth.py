@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from fretsolve.errors import CaseError
-from fretsolve.study.closed_form import closed_form_values
+from fretsolve.study.closed_form import closed_form_values, why_left_out
 from fretsolve.study.observable import (
     NAMES,
     Observable,
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 TruthKind = Literal["finest", "closed-form", "expect"]
 
 NOUNS = {"closed-form": "closed form", "expect": "expected value"}
+
+OF_MINDLIN = ("delta_x", "delta_y", "stick_radius", "stick_area", "work_total")
+"""What Cattaneo and Mindlin would give under forces."""
 
 
 def known_values(kind: TruthKind, scene: Scene) -> Mapping[Observable, float] | None:
@@ -65,7 +68,9 @@ def chosen_observables(
             if known is not None and observable not in known:
                 same_name = [str(one) for one in in_order(list(known)) if one.name == observable.name]
                 there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(list(known))))
-                message = f"--truth {kind}: there is no {NOUNS[kind]} of it, but of {there}"
+                why = why_left_out(scene) if kind == "closed-form" and observable.name in OF_MINDLIN else ""
+                hint = f"; {why}" if why else ""
+                message = f"--truth {kind}: there is no {NOUNS[kind]} of it, but of {there}{hint}"
                 raise CaseError(message, (), f"--quantity {observable}")
         return asked
     usual = tuple(observable for observable in usual_observables(scene) if observable.stage <= stages)

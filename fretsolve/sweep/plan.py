@@ -77,7 +77,7 @@ def make_plan(path: Path, folder: Path) -> Plan:
     if free is not None and left > free:
         warnings += (
             f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
-            f" {folder}; a larger output.every, fewer output.fields or another disk is needed",
+            f" {folder}, which may be too little; empty cells compress, the sweep goes on",
         )
     return Plan(manifest, spec, text.source, warnings)
 

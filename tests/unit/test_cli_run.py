@@ -215,12 +215,16 @@ def test_grid_beyond_the_memory_is_refused(tmp_path: Path) -> None:
 def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case, out = write_case(tmp_path), tmp_path / "case.h5"
     size = estimate(prepare(load_case(case))).file
-    for share, code in ((3.0, 0), (1.5, 0), (0.05, 2)):
+    certain = "is too much for the"
+    for share, code, words in ((3.0, 0, ""), (1.5, 0, "may be too much for the"), (0.05, 2, certain)):
         monkeypatch.setattr(shutil, "disk_usage", lambda folder, share=share: SimpleNamespace(free=share * size))
-        told = "is too much for the" in invoke("validate", case).stderr
-        result = invoke("run", case, "-q")
+        checked, result = invoke("validate", case), invoke("run", case, "-q")
         assert result.exit_code == code, result.stderr
-        assert told == (share < 2.0) == ("output.every: a result of about" in result.stderr)
+        for told in (checked.stderr, result.stderr):
+            assert words in told
+            assert ("output.every: a result of about" in told) == (share < 2.0)
+            assert ("empty cells compress, the run goes on" in told) == (share == 1.5)
+            assert ("another disk is needed" in told) == (words == certain)
         assert out.exists() == (code == 0)
         assert not parts_folder(out).exists()
         out.unlink(missing_ok=True)

@@ -307,3 +307,11 @@ def test_missing_and_empty_results(tmp_path: Path) -> None:
     with HistoryWriter.open(tmp_path / "new.h5", fake_header()):
         done = invoke("export", tmp_path / "new.h5", "--to", "csv")
         assert (done.exit_code, "has no increment yet" in done.stderr) == (2, True)
+    failed = tmp_path / "failed.h5"
+    with HistoryWriter.open(failed, fake_header()) as writer:
+        writer.finish("failed", "everything slides", "sliding")
+    told = "the run failed before its first increment: everything slides\n"
+    done = invoke("export", failed, "--to", "csv")
+    assert (done.exit_code, done.stderr) == (2, f"{failed}: {told}")
+    done = invoke("plot", failed)
+    assert (done.exit_code, done.stderr) == (2, f"{failed}: loop: {told}")

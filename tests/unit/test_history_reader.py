@@ -268,5 +268,7 @@ def test_both_components_at_once(tmp_path):
     with open_result(write(tmp_path / "out.h5", "complete", 1)) as result:
         shear = result.field("shear", 2)
         np.testing.assert_array_equal(shear, [result.field("shear_x", 2), result.field("shear_y", 2)])
+        with pytest.raises(KeyError, match="no column 'nix' in the history, which has step, stage, "):
+            result.history["nix"]
         with pytest.raises(KeyError, match="no field 'stress'"):
             result.field("stress")

@@ -426,6 +426,11 @@ def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
     [
         (CASE.replace("none", "full"), ("--truth", "closed-form"), "no closed form is known for this case"),
         (CASE, ("--truth", "closed-form", "--quantity", "max_shear"), "max_shear@4: --truth closed-form: there is"),
+        (
+            CASE,
+            ("--truth", "closed-form", "--quantity", "delta_x@2", "--set", "coupling=tangential"),
+            "max_pressure; with Poisson's ratios other than 0 shear along x moves the surfaces along y too, which",
+        ),
         (CASE, ("--truth", "expect"), "expect: nothing is expected that --truth expect could compare with"),
         (CASE + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value of it, but of delta_x@2"),
     ],
