@@ -95,6 +95,11 @@ class FlatPunch:
     contact_radius: float
     delta_z: float
 
+    @property
+    def mean_pressure(self) -> float:
+        """P/(pi a^2)."""
+        return self.load / (math.pi * self.contact_radius**2)
+
     def pressure(self, r: FloatArray) -> FloatArray:
         """Pressure P/(2 pi a sqrt(a^2 - r^2)) at distances `r` < a; infinite at the edge, 0 outside."""
         import numpy as np

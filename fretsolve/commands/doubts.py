@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from fretsolve.accuracy import percent
+from fretsolve.commands.boussinesq import punch_contact
 from fretsolve.commands.hertz import Hertz, hertz_contacts
 from fretsolve.commands.outlook import first_slide, smallest_stick
 from fretsolve.commands.resolution import FEWEST_CELLS, cells_across, in_cells
@@ -26,7 +27,10 @@ FREE_CELLS = 1.5
 """Cells that the contact should leave to the grid's edge: those in between may be reached by its discrete edge."""
 
 LARGEST_SIZE = 0.1
-"""Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body."""
+"""Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body.
+
+So for the slope of a cone and for the approach of a punch over its radius, at which the strains are about the same.
+"""
 
 LOOSEST = 1e-3
 """Tolerance beyond which residuals show in the digits that people read."""
@@ -41,6 +45,7 @@ def doubts(scene: Scene) -> list[str]:
         *scene.model.warnings,
         *_about_shape(scene),
         *_about_slope(scene),
+        *_about_punch(scene),
         *_about_friction(scene),
         *_about_sliding(scene, contacts),
         *_about_resolution(scene, hertz),
@@ -105,6 +110,18 @@ def _about_slope(scene: Scene) -> Iterator[str]:
                 f" contact plane is steep (mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold"
                 f" to about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
             )
+
+
+def _about_punch(scene: Scene) -> Iterator[str]:
+    punch = punch_contact(scene)
+    if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
+        depth = punch.delta_z / punch.contact_radius
+        strain = punch.mean_pressure / scene.model.compliances.contact_modulus
+        yield (
+            f"load_path: the punch goes deep against its radius (delta_z/a = {depth:.2g},"
+            f" mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold to about delta_z/a ="
+            f" {LARGEST_SIZE:g}; are all units right?"
+        )
 
 
 def _about_motion(scene: Scene, hertz: Hertz) -> Iterator[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from fretsolve.case import HeightsSurface, load_case
+from fretsolve.commands.boussinesq import punch_contact
 from fretsolve.commands.description import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.commands.doubts import doubts
 from fretsolve.commands.hertz import hertz_contact, hertz_contacts
@@ -60,6 +61,7 @@ def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
         yield "\n# Hertz at the largest load"
         yield from closed_form_lines(scene, hertz)
         yield from stick_lines(scene)
+    yield from punch_lines(scene)
     yield "\n# cost"
     yield from estimate(scene).lines()
 
@@ -99,6 +101,21 @@ def closed_form_lines(scene: Scene, hertz: Hertz) -> Iterator[str]:
     displacement = sliding_displacement(scene, circle) if circle is not None else None
     if displacement is not None:
         yield f"that is at a displacement of {displacement:.6g} mm (Cattaneo, Mindlin)"
+
+
+def punch_lines(scene: Scene) -> Iterator[str]:
+    """What Boussinesq's theory says of a flat punch at the largest load, and where friction gives way there."""
+    punch, modulus = punch_contact(scene), scene.model.compliances.contact_modulus
+    if punch is None:
+        return
+    a, mean = punch.contact_radius, punch.mean_pressure
+    yield "\n# Boussinesq at the largest load"
+    yield (
+        f"P = {punch.load:.6g} N: a = {a:.6g} mm, mean pressure = {mean:.6g} MPa, delta_z = {punch.delta_z:.6g} mm"
+    )
+    yield f"delta_z/a = {punch.delta_z / a:.3g}, mean pressure/E* = {mean / modulus:.3g}, E* = {modulus:.6g} MPa"
+    if scene.model.friction:
+        yield f"everything slides at Q = mu P = {scene.model.friction * punch.load:.6g} N"
 
 
 def stick_lines(scene: Scene) -> Iterator[str]:

@@ -173,3 +173,14 @@ def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     child = subprocess.run(command, capture_output=True, text=True, check=True)
     taken = 1024 * int(child.stdout)
     assert estimate(prepare(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)
+
+
+def test_flat_round_punch_has_its_closed_form(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", "{punch: {radius: 1 um}}"))
+    done = invoke("validate", case, "--set", "load_path=[{P: 4 N}]", "--set", "expect=[]")
+    assert done.exit_code == 0
+    told = "P = 4 N: a = 0.001 mm, mean pressure = 1.27324e+06 MPa, delta_z = 0.0182 mm\n"
+    assert f"# Boussinesq at the largest load\n{told}" in done.stdout  # P/(pi a^2), P/(2 E* a)
+    assert "load_path: the punch goes deep against its radius (delta_z/a = 18," in done.stderr
+    rounded = invoke("validate", case, "--set", "surface.punch.edge_radius=0.1 um")
+    assert "Boussinesq" not in rounded.stdout
