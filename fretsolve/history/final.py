@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -105,14 +106,13 @@ def _empty_history(increments: int, with_errors: bool) -> bytes:
 
     To make them takes several times as long as to fill them, which counts where a sweep has thousands of small cases.
     """
-    with h5py.File("history", "w", driver="core", backing_store=False, libver=LIBRARY_VERSIONS) as file:
+    memory = io.BytesIO()  # the image of an open file would not do: HDF5 1.14 leaves a wrong checksum in it
+    with h5py.File(memory, "w", libver=LIBRARY_VERSIONS) as file:
         group = file.create_group("history")
         scale = _scale(group, STEP, np.arange(increments))
         for quantity in HISTORY + (ERRORS if with_errors else ()):
             _attach(_column(group, quantity, np.zeros(increments)), scale)
-        file.flush()
-        image: bytes = file.id.get_file_image()
-    return image
+    return memory.getvalue()
 
 
 def _fill_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
