@@ -28,7 +28,7 @@ from fretsolve.sweep.slurm import job_name
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40
-INCREMENTS = 30 if WHOLE else 100
+INCREMENTS = 30 if WHOLE else 300
 SWEEP = f"""\
 case: case.yaml
 axes:
