@@ -28,11 +28,10 @@ def sum_gaps(
     sums: FloatArray,
 ) -> None:
     """Sums over the contact of the gap times 1, y, x."""
-    gap = separation + uz
-    gap -= rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None]
+    gap = np.empty_like(uz)
+    _gap(separation, uz, rigid, x, y, gap)
     gap[~contact] = 0.0
-    along_x, along_y = gap.sum(axis=1), gap.sum(axis=0)
-    sums[:] = along_x.sum(), along_y @ y, along_x @ x
+    sum_modes(gap, x, y, sums)
 
 
 def take_gap(
@@ -46,8 +45,7 @@ def take_gap(
 ) -> tuple[float, float, float]:
     """``gap = separation + uz - rigid displacement``; its largest size in contact, the deepest penetration elsewhere,
     and the largest uz in contact."""
-    np.add(separation, uz, out=gap)
-    gap -= rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None]
+    _gap(separation, uz, rigid, x, y, gap)
     in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
     penetration = -float(np.min(gap, where=~contact, initial=0.0))
     return in_contact, penetration, float(np.max(uz, where=contact, initial=0.0))
@@ -80,3 +78,10 @@ def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArra
     """Add to the pressure itself times the rigid displacement; none becomes negative."""
     pressure *= 1.0 + (rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None])
     np.maximum(pressure, 0.0, out=pressure)
+
+
+def _gap(
+    separation: FloatArray, uz: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, gap: FloatArray
+) -> None:
+    np.add(separation, uz, out=gap)
+    gap -= rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None]
