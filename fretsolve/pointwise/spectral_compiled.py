@@ -45,19 +45,16 @@ def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
     length = lines.shape[1]
     half = upper.real.dtype.type(0.5)
     mirrored = np.empty(columns, lines.dtype)  # so that all else runs forward, in vector instructions
+    unused = np.empty(columns, lines.dtype)
     for r in range(rows):
+        one, other = upper[r], lower[r] if r < lower.shape[0] else unused
         mirrored[0] = lines[r, 0]
         for k in range(1, columns):
             mirrored[k] = lines[r, length - k]
-        if r < lower.shape[0]:
-            for k in range(columns):
-                a, b = lines[r, k], mirrored[k]
-                upper[r, k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
-                lower[r, k] = complex(half * (a.imag + b.imag), half * (b.real - a.real))
-        else:
-            for k in range(columns):
-                a, b = lines[r, k], mirrored[k]
-                upper[r, k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
+        for k in range(columns):
+            a, b = lines[r, k], mirrored[k]
+            one[k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
+            other[k] = complex(half * (a.imag + b.imag), half * (b.real - a.real))
 
 
 @compiled_kernel
