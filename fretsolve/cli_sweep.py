@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -99,7 +100,7 @@ def serve(folder: Path, threads: int) -> int:
     from fretsolve.sweep.worker import serve
 
     set_up_numerics(threads)
-    return serve(folder)
+    return serve(folder, 0, os.dup(1))
 
 
 @sweep.command()

@@ -177,9 +177,9 @@ def _applications(scene: Scene) -> dict[Part, int]:
     return needed
 
 
-def memory_problem(scene: Scene) -> CaseError | None:
+def memory_problem(scene: Scene, expected: Estimate | None = None) -> CaseError | None:
     """The error of a grid that this machine's memory cannot hold; None where it can, or where that is unknown."""
-    needed, there = estimate(scene).memory, _machine_bytes()
+    needed, there = (expected or estimate(scene)).memory, _machine_bytes()
     if there is None or needed <= there:
         return None
     nx, ny = scene.grid.shape
@@ -190,11 +190,13 @@ def memory_problem(scene: Scene) -> CaseError | None:
     )
 
 
-def require_memory(scene: Scene) -> None:
+def require_memory(scene: Scene) -> Estimate:
     """Raise CaseError where the case cannot fit in this machine's memory, rather than be killed for it."""
-    problem = memory_problem(scene)
+    expected = estimate(scene)
+    problem = memory_problem(scene, expected)
     if problem is not None:
         raise problem
+    return expected
 
 
 def disk_problem(scene: Scene, out: Path) -> CaseError | None:
@@ -202,30 +204,32 @@ def disk_problem(scene: Scene, out: Path) -> CaseError | None:
 
     It lies there twice for a moment, as the increments that were saved and as the file made of them.
     """
-    file, free = estimate(scene).file, free_bytes(out)
-    if free is None or 2.0 * file <= free:
-        return None
-    if _cannot_fit(file, free):
-        verdict, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
-    else:
-        verdict, advice = "may be too much for", "empty cells compress, the run goes on"
-    return scene.case.source.problem(
-        f"a result of about {rounded_bytes(file)}, twice that while it is written, {verdict} the"
-        f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
-        ("output", "every"),
-    )
-
-
-def _cannot_fit(file: float, free: float) -> bool:
-    """Whether an estimated `file` is too large however much of its fields is empty (bytes)."""
-    return EMPTIEST * file > free
+    return _on_disk(scene, out)[0]
 
 
 def require_disk(scene: Scene, out: Path) -> None:
     """Raise CaseError where the result cannot fit on the disk of `out`, however much of its fields is empty."""
-    problem, free = disk_problem(scene, out), free_bytes(out)
-    if problem is not None and free is not None and _cannot_fit(estimate(scene).file, free):
+    problem, certain = _on_disk(scene, out)
+    if problem is not None and certain:
         raise problem
+
+
+def _on_disk(scene: Scene, out: Path) -> tuple[CaseError | None, bool]:
+    """The error of a result that may not fit, and whether it cannot."""
+    file, free = estimate(scene).file, free_bytes(out)
+    if free is None or 2.0 * file <= free:
+        return None, False
+    certain = EMPTIEST * file > free
+    if certain:
+        verdict, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
+    else:
+        verdict, advice = "may be too much for", "empty cells compress, the run goes on"
+    problem = scene.case.source.problem(
+        f"a result of about {rounded_bytes(file)}, twice that while it is written, {verdict} the"
+        f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
+        ("output", "every"),
+    )
+    return problem, certain
 
 
 def free_bytes(out: Path) -> int | None:

@@ -9,7 +9,6 @@ import os
 import platform
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -130,7 +129,7 @@ def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeade
         case_yaml=case.source.text,
         effective_case=json.dumps(case.effective()),
         coupling=scene.model.coupling,
-        model=json.dumps([asdict(decision) for decision in scene.model.decisions]),
+        model=json.dumps([vars(decision) for decision in scene.model.decisions]),
         inputs=json.dumps({f"height map {n}": _digest(file) for n, file in enumerate(height_maps(case), start=1)}),
         provenance=json.dumps(provenance),
         x=scene.grid.x,

@@ -101,8 +101,9 @@ def _pressed_width(case: Case, model: Model) -> float:
 
     0 where nothing is asked for, where nothing slips, and under tangential loads, most of whose work is their own.
     """
-    sheared = any(value and name in TANGENTIAL for stage in case.stages() for name, value in stage.targets)
-    if case.solver.accuracy is None or not model.interacting or sheared:
+    if case.solver.accuracy is None or not model.interacting:
+        return 0.0
+    if any(value and name in TANGENTIAL for stage in case.stages() for name, value in stage.targets):
         return 0.0
     return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,15 @@ def write_sweep(folder: Path, sweep: str = SWEEP, case: str = CASE) -> Path:
 def rows_of(folder: Path) -> list[dict[str, Any]]:
     """The cases of the manifest."""
     return json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["cases"]
+
+
+def workers(folder: Path) -> list[int]:
+    """The processes that are solving cases of the sweep in `folder`, by what their locks say."""
+    found: list[str] = []
+    for lock in folder.glob("results/*.parts/lock"):
+        with suppress(FileNotFoundError):
+            found += re.findall(r"^process (\d+) ", lock.read_text(encoding="utf-8"))
+    return [int(number) for number in found if Path(f"/proc/{number}").exists()]
 
 
 def assert_as_serial(folder: Path, case: Path) -> int:

@@ -30,18 +30,23 @@ class CaseText:
     source: CaseSource
     problems: tuple[CaseError, ...] = ()
 
-    def case(self, overrides: Sequence[str] = ()) -> Case:
-        """The case with `overrides`, see `load_case`. Raises `CaseError`."""
+    def overridden(self, overrides: Sequence[str]) -> CaseText:
+        """The same text with `overrides`, see `load_case`; what is wrong with them is among its problems."""
         problems, source, data = list(self.problems), self.source, self.data
-        if not problems and not isinstance(data, dict):
-            what = "the file is empty" if data is None else "the file does not hold a mapping"
-            raise source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
         for override in overrides:
             try:
                 data, source = _overridden(data, source, override)
             except CaseError as problem:
                 problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
-        return _validated(data, source, problems)
+        return CaseText(data, source, tuple(problems))
+
+    def case(self, overrides: Sequence[str] = ()) -> Case:
+        """The case with `overrides`, see `load_case`. Raises `CaseError`."""
+        if not self.problems and not isinstance(self.data, dict):
+            what = "the file is empty" if self.data is None else "the file does not hold a mapping"
+            raise self.source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
+        text = self.overridden(overrides)
+        return _validated(text.data, text.source, text.problems)
 
 
 def read_case(path: str | Path) -> CaseText:
@@ -81,7 +86,7 @@ def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSour
         raise source.problem(str(error.args[0]), key) from None
 
 
-def _validated(data: Any, source: CaseSource, problems: list[CaseError]) -> Case:
+def _validated(data: Any, source: CaseSource, problems: Sequence[CaseError]) -> Case:
     case = validated(Case, data, source, problems)
     case._source = source
     return case

@@ -65,13 +65,13 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     todo = missing(plan.manifest)
     _introduce(order, plan, todo)
     if not todo:
-        return _conclude(order, plan.manifest, stop)
+        return _conclude(order, plan.manifest, [], stop)
     if order.engine == SLURM:
         _say(order, submit(plan, todo, order.jobs))
         return 0
-    for _ in _shown(_reports(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet):
-        pass
-    return _conclude(order, plan.manifest, stop)
+    reports = _reports(order, plan.manifest, todo, stop)
+    told = list(_shown(reports, len(todo), plan.manifest, quiet=order.quiet))
+    return _conclude(order, plan.manifest, told, stop)
 
 
 def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
@@ -180,9 +180,12 @@ def _shown(
         yield report
 
 
-def _conclude(order: SweepOrder, manifest: Manifest, stop: StopRequest) -> int:
-    """Say what has come out, by the files. Returns 0 where every case has a result; raises where none is a solution."""
-    found = list(states(manifest))
+def _conclude(order: SweepOrder, manifest: Manifest, reports: Sequence[Report], stop: StopRequest) -> int:
+    """Say what has come out, by `reports`, else by the files.
+
+    Returns 0 where every case has a result; raises where none is a solution.
+    """
+    found = list(states(manifest, reports))
     for one in found:
         if one.status == "error" and manifest.result(one.row).exists():
             print(f"case {one.row.index}: {one.reason}; remove it to run the case again", file=sys.stderr)

@@ -177,15 +177,18 @@ def make_folder(folder: Path) -> None:
 
 def remove(*files: Path) -> None:
     """Remove files of one folder, in order; those that are not there are passed over. Raises OSError."""
+    removed = False
     for file in files:
         with suppress(FileNotFoundError):
             os.unlink(file)
-    if files:
+            removed = True
+    if removed:
         sync_folder(files[0].parent)
 
 
-def remove_folder(folder: Path) -> None:
-    """Remove an empty folder. Raises OSError."""
+def remove_folder(folder: Path, file: Path) -> None:
+    """Remove a folder and the only file in it. Raises OSError."""
+    os.unlink(file)
     os.rmdir(folder)
     sync_folder(folder.parent)
 

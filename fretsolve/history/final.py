@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-import functools
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
-import numpy as np
-from h5py import h5a, h5d, h5ds, h5p, h5s, h5t
-
 from fretsolve.history import durable
+from fretsolve.history.columns import add_scale, add_text, attach, history_image
 from fretsolve.history.header import RunHeader
-from fretsolve.history.layout import (
-    ERRORS,
-    HISTORY,
-    LIBRARY_VERSIONS,
-    RESTART,
-    STEP,
-    Quantity,
-    X,
-    Y,
-    create_field,
-    describe,
-)
+from fretsolve.history.layout import RESTART, STEP, X, Y, create_field, describe
 from fretsolve.history.parts import component, copy_fields, write_restart
 from fretsolve.state import State, Summary, SummaryErrors
-
-TEXT = h5py.string_dtype()
 
 
 def write_result(
@@ -54,15 +36,14 @@ def write_result(
     if last_state is not None and not header.stores_fields(last_state.summary.step):
         steps.append(last_state.summary.step)
     kept = header.stored_fields
-    with durable.new_hdf5(out, folder, _empty_history(len(summaries), header.errors)) as file:
+    with durable.new_hdf5(out, folder, history_image(summaries, errors)) as file:
         _write_attributes(file, header, failure)
-        _fill_history(file["history"], summaries, errors)
         group = file.create_group("fields")
-        scales = (_scale(group, STEP, steps), _scale(group, X, header.x), _scale(group, Y, header.y))
+        scales = (add_scale(group, STEP, steps), add_scale(group, X, header.x), add_scale(group, Y, header.y))
         for quantity in kept:
             dataset = create_field(group, quantity, len(steps), header.shape)
             describe(dataset, quantity)
-            _attach(dataset.id, *scales)
+            attach(dataset.id, *scales)
         copy_fields(sources, steps[:copied], group, kept)
         for state in unsaved:
             if header.stores_fields(state.summary.step):
@@ -97,55 +78,7 @@ def attributes(header: RunHeader, status: str, failure: tuple[str, str] | None =
 def _write_attributes(file: Any, header: RunHeader, failure: tuple[str, str] | None) -> None:
     status = "complete" if failure is None else "failed"
     for name, value in attributes(header, status, failure).items():
-        file.attrs[name] = value
-
-
-@functools.lru_cache(maxsize=2)
-def _empty_history(increments: int, with_errors: bool) -> bytes:
-    """An HDF5 file with the columns of a history that are still to be filled.
-
-    To make them takes several times as long as to fill them, which counts where a sweep has thousands of small cases.
-    """
-    memory = io.BytesIO()  # the image of an open file would not do: HDF5 1.14 leaves a wrong checksum in it
-    with h5py.File(memory, "w", libver=LIBRARY_VERSIONS) as file:
-        group = file.create_group("history")
-        scale = _scale(group, STEP, np.arange(increments))
-        for quantity in HISTORY + (ERRORS if with_errors else ()):
-            _attach(_column(group, quantity, np.zeros(increments)), scale)
-    return memory.getvalue()
-
-
-def _fill_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
-    """Put the numbers into the columns of `_empty_history`."""
-    for quantities, rows in (((STEP, *HISTORY), summaries), (ERRORS, errors)):
-        for quantity in quantities if rows else ():
-            values = np.array([getattr(row, quantity.name) for row in rows], quantity.dtype)
-            h5d.open(group.id, quantity.name.encode()).write(h5s.ALL, h5s.ALL, values)
-
-
-def _scale(group: Any, quantity: Quantity, values: Any) -> h5d.DatasetID:
-    scale = _column(group, quantity, values)
-    h5ds.set_scale(scale, quantity.name.encode())
-    return scale
-
-
-def _column(group: Any, quantity: Quantity, values: Any) -> h5d.DatasetID:
-    """A dataset of some numbers, by HDF5's own calls: the objects of h5py would take three times as long."""
-    data = np.asarray(values, quantity.dtype)
-    layout = h5p.create(h5p.DATASET_CREATE)
-    layout.set_obj_track_times(False)
-    if data.size:
-        layout.set_chunk(data.shape)
-        layout.set_fletcher32()
-    kind, space = h5t.py_create(data.dtype, logical=True), h5s.create_simple(data.shape)
-    dataset = h5d.create(group.id, quantity.name.encode(), kind, space, layout)
-    dataset.write(h5s.ALL, h5s.ALL, data)
-    text = h5t.py_create(TEXT, logical=True)
-    for name, value in ((b"units", quantity.units), (b"long_name", quantity.long_name)):
-        h5a.create(dataset, name, text, h5s.create(h5s.SCALAR)).write(np.array(value, TEXT))
-    return dataset
-
-
-def _attach(dataset: h5d.DatasetID, *scales: h5d.DatasetID) -> None:
-    for axis, scale in enumerate(scales):
-        h5ds.attach_scale(dataset, scale, axis)
+        if isinstance(value, str):
+            add_text(file.id, name, value)
+        else:
+            file.attrs[name] = value

@@ -68,8 +68,7 @@ class RunLock:
         """Give the lock back, and remove the folder where nothing else is in it."""
         with suppress(OSError):
             if [path.name for path in self.folder.iterdir()] == [LOCK_NAME]:
-                durable.remove(self.folder / LOCK_NAME)
-                durable.remove_folder(self.folder)
+                durable.remove_folder(self.folder, self.folder / LOCK_NAME)
         os.close(self._descriptor)
 
 

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Base:
-    """overrides: of every case, as `--set` takes them; stages: the keys of all stages of the case with them."""
+    """text: the case file with what every case overrides; stages: the keys of all stages of the case with it.
+
+    overrides: of every case, as `--set` takes them.
+    """
 
     text: CaseText
     overrides: tuple[str, ...]
@@ -30,18 +33,20 @@ class Base:
     @classmethod
     def read(cls, path: Path, overrides: Sequence[str], threads: int) -> Base:
         """Raises CaseError, FileError."""
-        text = read_case(path)
-        stages = tuple(stage.key for stage in text.case(overrides).stages())
+        text = read_case(path).overridden(overrides)
+        stages = tuple(stage.key for stage in text.case().stages())
         return cls(text, tuple(overrides), stages, threads)
 
     def texts(self, settings: Iterable[Setting]) -> tuple[str, ...]:
         """All overrides of the case at `settings`."""
-        own = [text for setting in settings for text in setting.overrides(self.stages)]
-        return (*self.overrides, *own)
+        return (*self.overrides, *self._own(settings))
+
+    def _own(self, settings: Iterable[Setting]) -> list[str]:
+        return [text for setting in settings for text in setting.overrides(self.stages)]
 
     def scene(self, settings: Iterable[Setting]) -> Scene:
         """The case at `settings`, made ready. Raises CaseError, FileError."""
-        return prepare(self.text.case(self.texts(settings)))
+        return prepare(self.text.case(self._own(settings)))
 
     def header(self, scene: Scene, settings: Iterable[Setting]) -> RunHeader:
         """What the result of `scene` says about its run. Raises FileError."""

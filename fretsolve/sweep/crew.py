@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import selectors
 import signal
-import subprocess
-import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from fretsolve.interrupt import EXIT_STOPPED
+from fretsolve.sweep.process import ServingProcess, start
 from fretsolve.sweep.worker import EXIT_BUG, Report, leave_note
 
 if TYPE_CHECKING:
@@ -27,41 +26,34 @@ FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, si
 
 
 class Worker:
-    """A process of `fretsolve.sweep.worker.serve`, and the case that it works on."""
+    """A process that serves, and the case that it works on."""
 
-    def __init__(self, manifest: Manifest):
-        line = [sys.executable, "-m", "fretsolve", "sweep", "serve", str(manifest.folder)]
-        line += ["--threads", str(manifest.threads)]
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(line, stdin=pipe, stdout=pipe, text=True, encoding="utf-8")
-        assert self._process.stdout is not None
-        self.reports = self._process.stdout
+    def __init__(self, manifest: Manifest, others: Sequence[Worker]):
+        self.process: ServingProcess = start(manifest.folder, manifest.threads, [other.process for other in others])
         self.index: int | None = None
 
     def order(self, row: Row) -> None:
         """Have it work on a case."""
         self.index = row.index
-        assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # it has died: so its reports will say
-            self._process.stdin.write(f"{row.index} {row.id}\n")
-            self._process.stdin.flush()
+            self.process.orders.write(f"{row.index} {row.id}\n")
+            self.process.orders.flush()
 
     def dismiss(self) -> None:
         """Have it stop after the increment."""
-        assert self._process.stdin is not None
         with suppress(BrokenPipeError):
-            self._process.stdin.close()
+            self.process.orders.close()
 
     def report(self) -> Report | None:
         """The report that can be read now; None where the process has ended instead."""
-        line = self.reports.readline()
+        line = self.process.reports.readline()
         return Report(**json.loads(line)) if line.endswith("\n") else None
 
     def end(self) -> Report | None:
         """Wait for its end; a report where that came in the middle of a case."""
         self.dismiss()
-        self.reports.close()
-        code = self._process.wait()
+        self.process.reports.close()
+        code = self.process.wait()
         if self.index is None:
             return None
         if code >= 0:
@@ -84,14 +76,14 @@ def work_through(manifest: Manifest, rows: Sequence[Row], jobs: int, stop: Stop)
     with selectors.DefaultSelector() as selector:
 
         def hire() -> None:
-            worker = Worker(manifest)
-            selector.register(worker.reports, selectors.EVENT_READ, worker)
+            worker = Worker(manifest, crew)
+            selector.register(worker.process.reports, selectors.EVENT_READ, worker)
             crew.append(worker)
             worker.order(queue.popleft())
 
         def retire(worker: Worker) -> Report | None:
             crew.remove(worker)
-            selector.unregister(worker.reports)
+            selector.unregister(worker.process.reports)
             return worker.end()
 
         try:

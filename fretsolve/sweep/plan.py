@@ -12,7 +12,7 @@ from fretsolve.case import CaseErrors, read_case
 from fretsolve.case.loading import validated
 from fretsolve.case.source import Override
 from fretsolve.errors import CaseError, FileError
-from fretsolve.estimate import estimate, free_bytes, require_memory, rounded_bytes
+from fretsolve.estimate import free_bytes, require_memory, rounded_bytes
 from fretsolve.study.observable import read_observable, usual_observables
 from fretsolve.sweep.base import Base, identity, read_height_maps
 from fretsolve.sweep.manifest import Manifest, Row
@@ -109,13 +109,12 @@ def _check(base: Base, points: Sequence[Point]) -> Findings:
         settings = tuple(value.setting for value in point)
         try:
             scene = base.scene(settings)
-            require_memory(scene)
+            expected = require_memory(scene)
             read_height_maps(scene)
         except CaseError as error:
             texts = [(text, value) for value in point for text in value.setting.overrides(base.stages)]
             problems |= {str(problem): problem for problem in _placed(error, texts)}
             continue
-        expected = estimate(scene)
         rows.append(Row(index, identity(base.header(scene, settings)), settings, expected.seconds))
         files[rows[-1].id] = expected.file
         warnings |= dict.fromkeys(scene.model.warnings)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from fretsolve.errors import FileError
 from fretsolve.history.lock import is_locked
 from fretsolve.history.parts import contiguous_parts, parts_folder
 from fretsolve.history.stored import read_attributes
 from fretsolve.sweep.manifest import Manifest, Row
+
+if TYPE_CHECKING:
+    from fretsolve.sweep.worker import Report
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 
@@ -35,14 +38,19 @@ class CaseState:
         return self.status in ("complete", "no solution")
 
 
-def states(manifest: Manifest) -> Iterator[CaseState]:
-    """The state of every row."""
-    found: dict[str, CaseState] = {}
+def states(manifest: Manifest, reports: Iterable[Report] = ()) -> Iterator[CaseState]:
+    """The state of every row; reports: on results that were written just now, which need not be read."""
+    ended = {manifest.rows[report.index]: report for report in reports if report.wrote_result}
+    found = {row.id: _of_report(row, report) for row, report in ended.items()}
     for row in manifest.rows:
         if row.id not in found:
             found[row.id] = state_of(manifest, row)
         known = found[row.id]
         yield CaseState(row, known.status, known.exit_code, known.reason, known.increments)
+
+
+def _of_report(row: Row, report: Report) -> CaseState:
+    return CaseState(row, "no solution" if report.code else "complete", report.code, report.reason)
 
 
 def state_of(manifest: Manifest, row: Row) -> CaseState:

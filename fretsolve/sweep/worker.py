@@ -1,9 +1,9 @@
 """A process that solves cases of a sweep, one after another, each into its result file.
 
-It speaks with the process that started it by two pipes: index and id of a case on a line of standard input are an
-order, a line of JSON on standard output the report on it. The end of standard input asks it to stop after the
-increment, so that it does so as well when whoever started it is gone. A case that fails does not touch the next one;
-a crash ends this process alone.
+It speaks with the process that started it by two pipes: index and id of a case on a line of the one are an order, a
+line of JSON on the other the report on it. The end of the orders asks it to stop after the increment, so that it does
+so as well when whoever started it is gone. A case that fails does not touch the next one; a crash ends this process
+alone.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import json
 import os
 import select
 import signal
-import sys
 import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -55,15 +54,21 @@ class Report:
         """Whether the case has its result, be it that there is no solution."""
         return self.code in (0, NoSolutionError.exit_code)
 
+    @property
+    def wrote_result(self) -> bool:
+        """Whether this run has written the result: one that was there already has had no increments to tell of."""
+        return self.code == NoSolutionError.exit_code or (self.code == 0 and self.increments > 0)
+
 
 class Orders:
-    """Standard input as the source of orders, whose end or a signal requests a stop."""
+    """A pipe as the source of orders, whose end or a signal requests a stop."""
 
-    def __init__(self) -> None:
-        self._descriptor = sys.stdin.fileno()
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
         self._signalled = False
         for number in SIGNALS:
             signal.signal(number, self._note)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
     @property
     def requested(self) -> bool:
@@ -91,11 +96,14 @@ class Orders:
             self._signalled = True
 
 
-def serve(folder: Path) -> int:
-    """Work on orders until they end. Returns the exit code; raises FileError where the manifest cannot be read."""
-    orders = Orders()  # before heavy imports, in which a signal would end the process
-    reports = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever prints must not speak in between
+def serve(folder: Path, orders_from: int, reports_to: int) -> int:
+    """Work on orders until they end. orders_from, reports_to: file descriptors.
+
+    Returns the exit code; raises CaseError and FileError where manifest or case cannot be read.
+    """
+    orders = Orders(orders_from)  # before heavy imports, in which a signal would end the process
+    reports = os.fdopen(reports_to, "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever prints is no result of the command
     from fretsolve.sweep.base import Base
     from fretsolve.sweep.manifest import read_manifest
 

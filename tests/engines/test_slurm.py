@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from one_node_slurm import running_slurm, why_not
 from pages import ROOT, blocks
-from sweeping import CASE, assert_as_serial, rows_of, write_sweep
+from sweeping import CASE, assert_as_serial, rows_of, workers, write_sweep
 
 import fretsolve
 from fretsolve import open_result
@@ -130,7 +130,7 @@ def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: P
     call(slurm, "scancel", cancelled)
     wait_for(lambda: cancelled not in running(slurm, folder))
     a_task_at_work(slurm, path, folder)
-    os.kill(workers_of(folder)[0], signal.SIGKILL)
+    os.kill(workers(folder)[0], signal.SIGKILL)
     wait_for(lambda: signalled(slurm, a_task_at_work(slurm, path, folder)))
     wait_until_empty(slurm, folder)
 
@@ -151,7 +151,7 @@ def a_task_at_work(slurm: dict[str, str], path: Path, folder: Path) -> str:
     """A task that runs and has a process that solves; the sweep is submitted again where there is none."""
     if not running(slurm, folder):
         sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
-    wait_for(lambda: running(slurm, folder) and workers_of(folder))
+    wait_for(lambda: running(slurm, folder) and workers(folder))
     return running(slurm, folder)[0]
 
 
@@ -169,19 +169,6 @@ def let_the_disk_be_full(slurm: dict[str, str], folder: Path) -> None:
     assert "No space left on device" in told
     assert "missing: --array=" in told
     subprocess.run(["mount", "-o", "remount,size=64m", str(folder.parent)], check=True)
-
-
-def workers_of(folder: Path) -> list[int]:
-    """The processes that solve cases of the sweep."""
-    found = []
-    for file in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            words = file.read_text().split("\0")
-        except OSError:
-            continue
-        if "serve" in words and str(folder) in words:
-            found.append(int(file.parent.name))
-    return found
 
 
 @pytest.mark.skipif(not WHOLE, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")

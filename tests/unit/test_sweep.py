@@ -11,7 +11,6 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -19,7 +18,7 @@ import numpy as np
 import pytest
 from command_line import finish, invoke, start
 from fake_states import fake_header, fake_states
-from sweeping import CASE, SWEEP, assert_as_serial, rows_of, write_sweep
+from sweeping import CASE, SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
 from fretsolve.case import read_case
 from fretsolve.case.loading import validated
@@ -305,10 +304,10 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     assert told.endswith("missing: --array=0-5\n")
 
     with start("sweep", "run", path, "-j", 1) as process:
-        wait_for(lambda: workers(process.pid), process)
-        (child,) = workers(process.pid)
+        wait_for(lambda: workers(folder), process)
+        (child,) = workers(folder)
         os.kill(child, signal.SIGKILL)
-        wait_for(lambda: workers(process.pid) not in ([], [child]), process)
+        wait_for(lambda: workers(folder) not in ([], [child]), process)
         before = len(missing_of(folder))
         wait_for(lambda: len(missing_of(folder)) < before, process)
         process.send_signal(signal.SIGTERM)
@@ -521,14 +520,6 @@ def catches(pid: int) -> bool:
     """Whether the process has a handler for SIGUSR1, as it has from the start of its work."""
     (line,) = (line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("SigCgt:"))
     return bool(int(line.split()[1], 16) & 1 << (signal.SIGUSR1 - 1))
-
-
-def workers(pid: int) -> list[int]:
-    """The processes that solve cases for `pid`."""
-    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    with suppress(OSError):
-        return [int(word) for word in found if "\0serve\0" in Path(f"/proc/{word}/cmdline").read_text()]
-    return []
 
 
 def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
