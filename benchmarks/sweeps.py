@@ -1,11 +1,12 @@
 """Efficiency of sweeps: what a sweep of small cases takes against the sum of its pure solves.
 
-    python benchmarks/sweeps.py [--cases 1000] [--points 64] [--jobs 2] [--fields] [--on local dask slurm]
+    python benchmarks/sweeps.py [--cases 1000] [--points 64] [--jobs 2] [--fields] [--on local dask slurm] [--repeat 3]
 
 The case is mode I of equal bodies (six increments) over friction and load. `pure` is the time of
 ``list(fretsolve.run(scene))``, from every tenth of the cases, one after another in one process that has solved one
 before; influence coefficients are in it, files are not. It is the mean of two measurements, before a sweep and after
-it, since the speed of a machine that others share drifts. `efficiency` is pure over jobs times the wall-clock time of
+it, since the speed of a machine that others share drifts; where it drifts by more than a tenth in a minute, only the
+median of several (`--repeat`) tells anything. `efficiency` is pure over jobs times the wall-clock time of
 ``fretsolve sweep run``, which has everything in it: start, check, files. The same of processor time tells what a sweep
 costs on a machine that is shared with others. Dask is a LocalCluster of as many workers of one thread; Slurm one node
 of this machine (root and Debian's packages needed).
@@ -123,13 +124,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--fields", action="store_true", help="store all fields, not only the history")
     parser.add_argument("--on", nargs="+", choices=["local", "dask", "slurm"], default=["local"])
+    parser.add_argument("--repeat", type=int, default=1, help="sweeps on each engine, in turn")
     options = parser.parse_args()
     cases = options.cases // LOADS * LOADS
     before = pure(cases, options.points)
     print(f"{cases} cases of {options.points} x {options.points} cells, {options.jobs} at a time\n")
     print("| engine | pure, s | wall clock, s | efficiency | pure, processor s | processor, s | efficiency |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    for name in options.on:
+    for name in options.on * options.repeat:
         with tempfile.TemporaryDirectory(prefix="fretsolve-") as text:
             folder = Path(text)
             sweep = folder / "sweep.yaml"

@@ -91,7 +91,6 @@ def run(
     if quiet + verbose + log_json > 1:
         raise click.UsageError("of -q, -v and --log-json only one is possible.")
     threads = available(threads)
-    set_up_numerics(threads)
     with StopRequest() as stop:
         from fretsolve.commands.run import Order, run_case
 

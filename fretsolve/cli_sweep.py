@@ -9,7 +9,6 @@ from pathlib import Path
 import click
 
 from fretsolve.cli_frame import output_option, overwrite_option, quiet_option
-from fretsolve.commands.threads import set_up_numerics
 from fretsolve.interrupt import StopRequest
 
 MOST_JOBS = 1024
@@ -94,12 +93,10 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
 
 @sweep.command(hidden=True)
 @_FOLDER
-@click.option("--threads", type=int, default=1)
-def serve(folder: Path, threads: int) -> int:
+def serve(folder: Path) -> int:
     """Work on the cases that another process names on standard input."""
     from fretsolve.sweep.worker import serve
 
-    set_up_numerics(threads)
     return serve(folder, 0, os.dup(1))
 
 

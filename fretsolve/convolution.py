@@ -17,17 +17,17 @@ symmetric real matrix per wave vector.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import dct, dst, next_fast_len
 
 from fretsolve.fftw import pyfftw
 from fretsolve.pointwise import spectral
+from fretsolve.team import ALONE, Team
 from fretsolve.wisdom import plan, planner_effort
 
 FloatArray = NDArray[np.floating]
@@ -54,14 +54,27 @@ def padded_length(points: int) -> int:
 def fast_length(least: int, even: bool = False) -> int:
     """Length of at least `least` on which square fields are transformed fastest; a product of 2, 3 and 5."""
     best, least_time = 0, math.inf
-    length = next_fast_len(least, real=True)
+    length = smooth_length(least)
     while length * length < least_time:
         twos = min((length & -length).bit_length(), len(TIME_BY_TWOS)) - 1
         time = TIME_BY_TWOS[twos] * length * length
         if time < least_time and (twos or not even):
             best, least_time = length, time
-        length = next_fast_len(length + 1, real=True)
-    return int(best)
+        length = smooth_length(length + 1)
+    return best
+
+
+def smooth_length(least: int) -> int:
+    """The smallest product of 2, 3 and 5 that is at least `least`."""
+    best: int = 1 << (least - 1).bit_length()
+    fives = 1
+    while fives < best:
+        odd = fives
+        while odd < best:
+            best = min(best, odd << (-(-least // odd) - 1).bit_length())
+            odd *= 3
+        fives *= 5
+    return best
 
 
 @dataclass(frozen=True)
@@ -92,10 +105,15 @@ class _Block:
     backward: pyfftw.FFTW
 
 
-def _even_share(lines: int, bytes_per_line: int) -> int:
-    """Lines per block, of blocks about equal and near `CACHE_BYTES`."""
-    blocks = max(1, round(lines * bytes_per_line / CACHE_BYTES))
-    return -(-lines // blocks)
+def _parts(lines: int, bytes_per_line: int) -> list[slice]:
+    """Lines in blocks about equal and near `CACHE_BYTES`."""
+    share = -(-lines // max(1, round(lines * bytes_per_line / CACHE_BYTES)))
+    return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
+
+
+def _longest(parts: Sequence[slice]) -> int:
+    longest: int = parts[0].stop - parts[0].start
+    return longest
 
 
 class RowSpace:
@@ -129,7 +147,7 @@ class PaddedConvolution:
         self,
         shape: tuple[int, int],
         dtype: type[np.floating] = np.float64,
-        threads: int = 1,
+        team: Team = ALONE,
         padded: tuple[int, int] | None = None,
     ):
         self.shape = shape
@@ -138,35 +156,36 @@ class PaddedConvolution:
         self.transforms = 0.0
         self._float = np.dtype(dtype)
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
-        self._plan(threads)
-
-    def _plan(self, threads: int) -> None:
+        self._team = team
         mx, my = self.padded
         size = self._complex.itemsize
-        self._pairs = (self.shape[0] + 1) // 2
-        self._block_pairs = _even_share(self._pairs, size * my)
-        self._block_columns = _even_share(self.columns, size * mx)
-        effort = planner_effort(self.padded)
-        options = {"axes": (1,), "threads": threads, "flags": (effort, "FFTW_DESTROY_INPUT")}
-        self._row_block = self._planned((self._block_pairs, my), options)
-        self._blocks: list[_Block] = []
-        self._options = options
+        self._pairs = (shape[0] + 1) // 2
+        self._row_parts = _parts(self._pairs, size * my)
+        self._column_parts = _parts(self.columns, size * mx)
+        self._row_blocks = [self._planned(_longest(self._row_parts), my) for _ in self._members(self._row_parts)]
+        self._column_blocks: list[list[_Block]] = [[] for _ in self._members(self._column_parts)]
 
-    def _planned(self, shape: tuple[int, int], options: dict[str, Any]) -> _Block:
-        lines = pyfftw.zeros_aligned(shape, self._complex)
-        forward = plan(lines, lines, **options)
-        return _Block(lines, forward, plan(lines, lines, direction="FFTW_BACKWARD", **options))
+    def _members(self, parts: Sequence[slice]) -> range:
+        """The threads among which `parts` can be shared out, each with blocks of its own."""
+        return range(min(self._team.count, len(parts)))
+
+    def _planned(self, lines: int, length: int) -> _Block:
+        values = pyfftw.zeros_aligned((lines, length), self._complex)
+        options: dict[str, Any] = {"axes": (1,), "flags": (planner_effort(self.padded), "FFTW_DESTROY_INPUT")}
+        forward = plan(values, values, **options)
+        return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
 
     @cached_property
-    def _products(self) -> tuple[ComplexArray, ...]:
-        """Room for products of a block where fields interact."""
-        return tuple(np.zeros((self._block_columns, self.padded[0]), self._complex) for _ in range(2))
+    def _products(self) -> list[tuple[ComplexArray, ComplexArray]]:
+        """Room for products of a block where fields interact, for each thread."""
+        shape = _longest(self._column_parts), self.padded[0]
+        return [(np.zeros(shape, self._complex), np.zeros(shape, self._complex)) for _ in self._column_blocks]
 
-    def _column_blocks(self, count: int) -> list[_Block]:
-        """`count` padded blocks of columns with their plans, made at the first need."""
-        while len(self._blocks) < count:
-            self._blocks.append(self._planned((self._block_columns, self.padded[0]), self._options))
-        return self._blocks[:count]
+    def _provide_column_blocks(self, count: int) -> None:
+        """`count` padded blocks of columns with their plans for each thread, made at the first need."""
+        for blocks in self._column_blocks:
+            while len(blocks) < count:
+                blocks.append(self._planned(_longest(self._column_parts), self.padded[0]))
 
     def apply(
         self,
@@ -192,26 +211,33 @@ class PaddedConvolution:
 
     def transform_rows(self, field: FloatArray, spectrum: ComplexArray) -> None:
         """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1)."""
-        for lines, upper, lower in self._row_pairs():
+
+        def transform(member: int, part: slice) -> None:
+            block, (upper, lower) = self._row_blocks[member], self._row_pairs(part)
+            lines = block.values[: part.stop - part.start]
             spectral.join_rows(field[upper], field[lower], lines)
-            self._row_block.forward.execute()
+            block.forward.execute()
             spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
+
+        self._team.share(transform, self._row_parts)
         self.transforms += 0.5
 
     def restore_rows(self, spectrum: ComplexArray, field: FloatArray) -> None:
         """Transform ``spectrum`` back along y into ``field`` (nx, ny)."""
-        for lines, upper, lower in self._row_pairs():
+
+        def restore(member: int, part: slice) -> None:
+            block, (upper, lower) = self._row_blocks[member], self._row_pairs(part)
+            lines = block.values[: part.stop - part.start]
             spectral.join_spectra(spectrum[upper], spectrum[lower], lines)
-            self._row_block.backward.execute()
+            block.backward.execute()
             spectral.split_rows(lines, field[upper], field[lower])
+
+        self._team.share(restore, self._row_parts)
         self.transforms += 0.5
 
-    def _row_pairs(self) -> Iterator[tuple[ComplexArray, slice, slice]]:
-        """Lines of the block, and the rows of the grid that are their real and their imaginary parts."""
-        for start in range(0, self._pairs, self._block_pairs):
-            stop = min(start + self._block_pairs, self._pairs)
-            lower = slice(self._pairs + start, min(self._pairs + stop, self.shape[0]))
-            yield self._row_block.values[: stop - start], slice(start, stop), lower
+    def _row_pairs(self, part: slice) -> tuple[slice, slice]:
+        """The rows of the grid that are the real and the imaginary parts of a block's lines."""
+        return part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
 
     def multiply_columns(
         self,
@@ -226,37 +252,40 @@ class PaddedConvolution:
         kernels: m x n; fields: n arrays ``(nx, my//2 + 1)``; displacements: m such arrays to be overwritten,
         which may be the same ones; turned_*: index of a spectrum that counts times i (top of this file).
         """
-        blocks = self._column_blocks(max(len(fields), len(displacements)))
-        inputs, outputs = blocks[: len(fields)], blocks[: len(displacements)]
-        for start in range(0, self.columns, self._block_columns):
-            stop = min(start + self._block_columns, self.columns)
-            width = stop - start
-            for index, (spectrum, block) in enumerate(zip(fields, inputs, strict=True)):
-                lines = block.values[:width]
-                spectral.take_columns(spectrum[:, start:stop], lines)
+        self._provide_column_blocks(max(len(fields), len(displacements)))
+
+        def multiply(member: int, columns: slice) -> None:
+            blocks = self._column_blocks[member]
+            lines = [block.values[: columns.stop - columns.start] for block in blocks]
+            for index, spectrum in enumerate(fields):
+                spectral.take_columns(spectrum[:, columns], lines[index])
                 if index == turned_field:
-                    lines *= 1j
-                block.forward.execute()
-            transformed = [block.values[:width] for block in inputs]
-            self._multiply(kernels, transformed, [block.values[:width] for block in outputs], start)
-            for index, (spectrum, block) in enumerate(zip(displacements, outputs, strict=True)):
-                block.backward.execute()
-                lines = block.values[:width]
+                    lines[index] *= 1j
+                blocks[index].forward.execute()
+            self._multiply(kernels, lines[: len(fields)], lines[: len(displacements)], columns, member)
+            for index, spectrum in enumerate(displacements):
+                blocks[index].backward.execute()
                 if index == turned_displacement:
-                    lines *= -1j
-                spectral.give_columns(lines, spectrum[:, start:stop])
+                    lines[index] *= -1j
+                spectral.give_columns(lines[index], spectrum[:, columns])
+
+        self._team.share(multiply, self._column_parts)
 
     def _multiply(
-        self, kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], start: int
+        self,
+        kernels: KernelMatrix,
+        fields: Sequence[ComplexArray],
+        results: Sequence[ComplexArray],
+        columns: slice,
+        member: int,
     ) -> None:
-        """``results = kernels @ fields`` for a block of columns from `start` on, the results in the fields' arrays;
-        symmetric where there are as many of them."""
-        width = len(fields[0])
-        columns = slice(start, start + width)
+        """``results = kernels @ fields`` for a block of columns, the results in the fields' arrays; symmetric where
+        there are as many of them."""
         if len(fields) == len(results) == 1:
             spectral.multiply(kernels[0][0].values[columns], kernels[0][0].odd_x, fields[0], results[0])
             return
-        room = self._products[0][:width], self._products[1][:width]
+        one, other = self._products[member]
+        room = one[: len(fields[0])], other[: len(fields[0])]
         values = [[kernel.values[columns] for kernel in row] for row in kernels]
         if len(fields) == len(results) == 2:
             (along_x, mixed), (_, along_y) = values
@@ -304,11 +333,9 @@ def _transform_half(values: FloatArray, odd: bool, axis: int) -> None:
     Of an odd one the sine part alone, with the sign of a sine transform.
     """
     lines = values.T if axis == 0 else values
-    if not odd:
-        if lines.shape[1] > 1:
-            lines[...] = dct(lines, type=1, axis=1)
-        return
-    inner = lines[:, 1:-1]
-    inner[...] = dst(inner, type=1, axis=1) if inner.size else 0.0
-    lines[:, 0] = 0.0
-    lines[:, -1] = 0.0
+    inner, direction = (lines[:, 1:-1], "FFTW_RODFT00") if odd else (lines, "FFTW_REDFT00")
+    if inner.shape[1] > 1 or (odd and inner.size):
+        plan(inner, inner, axes=(1,), direction=direction, flags=("FFTW_ESTIMATE",)).execute()
+    if odd:
+        lines[:, 0] = 0.0
+        lines[:, -1] = 0.0

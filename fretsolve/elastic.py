@@ -21,6 +21,7 @@ from fretsolve.influence_spectra import Influence, InfluenceSpectra, ScaledSpect
 from fretsolve.materials import Compliances
 from fretsolve.projected_cg import Apply, Operators
 from fretsolve.symbol_inverse import SymbolInverse
+from fretsolve.team import ALONE, Team
 from fretsolve.terms import Terms
 
 FloatArray = NDArray[np.floating]
@@ -47,13 +48,13 @@ class ElasticOperator:
         spacing: tuple[float, float],
         compliances: Compliances,
         terms: Terms,
-        threads: int = 1,
+        team: Team = ALONE,
         space: RowSpace | None = None,
         dtype: type[np.floating] = np.float64,
         spectra: Spectra | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
-        self.threads, self.dtype = threads, dtype
+        self.team, self.dtype = team, dtype
         self.applications = 0
         self._space = space or RowSpace()
         self._given_spectra = spectra
@@ -67,7 +68,7 @@ class ElasticOperator:
             self.spacing,
             self.compliances,
             self.terms,
-            self.threads,
+            self.team,
             self._space,
             INNER_PRECISION,
             ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION),
@@ -79,14 +80,14 @@ class ElasticOperator:
             self.terms.cross,
             unit,
             INNER_PRECISION,
-            self.threads,
+            self.team,
             self._space,
         )
         return InnerOperators(unit, INNER_PRECISION, elastic, inverse)
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self.dtype, self.threads)
+        return PaddedConvolution(self.shape, self.dtype, self.team)
 
     @cached_property
     def _spectra(self) -> Spectra:

@@ -21,6 +21,7 @@ from fretsolve.level import Level
 from fretsolve.load_path import Increment
 from fretsolve.modes import NormalModes, TangentialModes
 from fretsolve.state import Certificate, nothing
+from fretsolve.team import Team
 from fretsolve.window import FREE_CELLS, Window, window_around
 
 if TYPE_CHECKING:
@@ -71,10 +72,10 @@ class IncrementSolver:
     ):
         self._map_border = map_border
         self.grid, self.separation, self.model = grid, separation, model
-        self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, threads
+        self.tolerance, self.max_iterations, self._team = tolerance, max_iterations, Team(threads)
         self._space = RowSpace()
         self._precision = precision
-        self.level = Level(grid, model, threads, self._space, precision)
+        self.level = Level(grid, model, self._team, self._space, precision)
         self._examiner = Examiner(
             separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.slides, precision
         )
@@ -162,7 +163,7 @@ class IncrementSolver:
                 self._spent += before - self.applications
             whole = window.count == self.grid.nx * self.grid.ny
             level = self.level if whole else Level(
-                window.part_of(self.grid), self.model, self._threads, self._space, self._precision
+                window.part_of(self.grid), self.model, self._team, self._space, self._precision
             )
             alternation = Alternation(
                 level, self.separation[window.cells], self.model, self.max_iterations, self.tolerance

@@ -21,6 +21,7 @@ from fretsolve.feasibility import require_supported
 from fretsolve.grid import Grid
 from fretsolve.normal import NormalSolver
 from fretsolve.tangential import TangentialSolver
+from fretsolve.team import ALONE, Team
 
 if TYPE_CHECKING:
     from fretsolve.model import Model
@@ -44,7 +45,7 @@ class Level:
         self,
         grid: Grid,
         model: Model,
-        threads: int = 1,
+        team: Team = ALONE,
         space: RowSpace | None = None,
         dtype: type[np.floating] = np.float64,
     ):
@@ -52,11 +53,11 @@ class Level:
         self._sheared = model.sheared
         space = space or RowSpace()
         self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space, dtype
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, space, dtype
         )
         self._coarsening = Coarsening(grid)
         coarse = self._coarsening.coarse
-        self.coarser = Level(coarse, model, threads, space, dtype) if coarse is not None else None
+        self.coarser = Level(coarse, model, team, space, dtype) if coarse is not None else None
 
     @cached_property
     def normal(self) -> NormalSolver:

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fretsolve.state import Zone
 
@@ -80,6 +79,8 @@ def slipped_apart(
     places, edge = np.argwhere(parted), np.argwhere(_edge(zone != Zone.OPEN))
     if not len(places) or not len(edge):
         return parted & slipping
+    from scipy.spatial import cKDTree  # takes as long to import as a small increment to solve
+
     _, nearest = cKDTree(edge).query(places)
     slipped = np.zeros_like(parted)
     slipped[tuple(places.T)] = zone[tuple(edge[nearest].T)] == Zone.SLIP

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fretsolve.convolution import KernelSpectrum, PaddedConvolution, RowSpace, fast_length
 from fretsolve.materials import Compliances
+from fretsolve.team import ALONE, Team
 
 FloatArray = NDArray[np.floating]
 
@@ -38,17 +39,17 @@ class SymbolInverse:
         cross: bool,
         factor: float,
         dtype: type[np.floating],
-        threads: int = 1,
+        team: Team = ALONE,
         space: RowSpace | None = None,
     ):
         self.shape, self._spacing, self._material, self._cross = shape, spacing, compliances, cross
         self._size = (fast_length(shape[0] + APART), fast_length(shape[1] + APART))
-        self._factor, self._dtype, self._threads = factor, dtype, threads
+        self._factor, self._dtype, self._team = factor, dtype, team
         self._space = space or RowSpace()
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self._dtype, self._threads, self._size)
+        return PaddedConvolution(self.shape, self._dtype, self._team, self._size)
 
     @property
     def transforms(self) -> float:

@@ -19,12 +19,6 @@ def available(threads: int) -> int:
     return min(threads, processors())
 
 
-def set_up_numerics(threads: int = 1) -> None:
-    """Tell the libraries how many threads to use, before they are loaded.
-
-    OpenBLAS has nothing to do here, but would start a thread per core; threads of OpenMP that wait busily lose
-    a thousandfold where others use the machine; OMP_NUM_THREADS=1 would silently keep the FFTs from using more.
-    """
+def set_up_numerics() -> None:
+    """Keep OpenBLAS, which has nothing to do here, from starting a thread per core; before it is loaded."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ["OMP_NUM_THREADS"] = str(threads)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import selectors
 import signal
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -29,7 +28,7 @@ class Worker:
     """A process that serves, and the case that it works on."""
 
     def __init__(self, manifest: Manifest, others: Sequence[Worker]):
-        self.process: ServingProcess = start(manifest.folder, manifest.threads, [other.process for other in others])
+        self.process: ServingProcess = start(manifest.folder, [other.process for other in others])
         self.index: int | None = None
 
     def order(self, row: Row) -> None:
@@ -66,20 +65,33 @@ class Worker:
         )
 
 
-def work_through(manifest: Manifest, rows: Sequence[Row], jobs: int, stop: Stop) -> Iterator[Report]:
+def work_through(
+    manifest: Manifest,
+    rows: Iterable[Row],
+    jobs: int,
+    stop: Stop,
+    taken: Callable[[Row], bool] = lambda row: False,
+) -> Iterator[Report]:
     """Run the cases `rows` with `jobs` at a time; a report as each ends, none of those that `stop` keeps from it.
 
-    A worker that dies costs the case that it was working on; another takes its place.
+    A worker that dies costs the case that it was working on; another takes its place. taken: whether somebody else has
+    a case by the time that its turn comes.
     """
-    queue = deque(rows)
+    left = iter(rows)
     crew: list[Worker] = []
     with selectors.DefaultSelector() as selector:
 
+        def next_row() -> Row | None:
+            return None if stop.requested else next((row for row in left if not taken(row)), None)
+
         def hire() -> None:
+            row = next_row()
+            if row is None:
+                return
             worker = Worker(manifest, crew)
             selector.register(worker.process.reports, selectors.EVENT_READ, worker)
             crew.append(worker)
-            worker.order(queue.popleft())
+            worker.order(row)
 
         def retire(worker: Worker) -> Report | None:
             crew.remove(worker)
@@ -87,11 +99,10 @@ def work_through(manifest: Manifest, rows: Sequence[Row], jobs: int, stop: Stop)
             return worker.end()
 
         try:
-            for _ in range(min(jobs, len(queue))):
+            for _ in range(jobs):
                 hire()
             while crew:
                 if stop.requested:
-                    queue.clear()
                     for worker in crew:
                         worker.dismiss()
                 for key, _ in selector.select(GLANCE):
@@ -102,15 +113,15 @@ def work_through(manifest: Manifest, rows: Sequence[Row], jobs: int, stop: Stop)
                         if report is not None:
                             leave_note(manifest, manifest.rows[report.index], report)
                             yield report
-                        if queue:
-                            hire()
+                        hire()
                         continue
                     worker.index = None
-                    yield report
-                    if queue and report.code != EXIT_STOPPED:  # such a one ends
-                        worker.order(queue.popleft())
+                    row = next_row() if report.code != EXIT_STOPPED else None  # such a one ends
+                    if row is not None:
+                        worker.order(row)  # before anybody takes time over the report
                     else:
                         worker.dismiss()
+                    yield report
         finally:
             for worker in tuple(crew):
                 retire(worker)

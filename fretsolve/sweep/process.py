@@ -1,8 +1,7 @@
 """Processes that serve a sweep: copies of this one where that is safe, else new interpreters.
 
 A new interpreter takes a second to import what a copy has already. A copy is safe where no other thread runs, whose
-locks it would find locked for ever, and on Linux alone (the system libraries of macOS do not bear it). What several
-threads of FFTW need is told to the libraries before they are loaded, so that those processes are new ones as well.
+locks it would find locked for ever, and on Linux alone (the system libraries of macOS do not bear it).
 """
 
 from __future__ import annotations
@@ -39,14 +38,14 @@ class ServingProcess:
     wait: Callable[[], int]
 
 
-def start(folder: Path, threads: int, others: Sequence[ServingProcess]) -> ServingProcess:
+def start(folder: Path, others: Sequence[ServingProcess]) -> ServingProcess:
     """Have a process serve the sweep in `folder`. others: those that serve already."""
-    may_copy = sys.platform == "linux" and threading.active_count() == 1 and threads == 1
-    return _copy(folder, others) if may_copy else _new(folder, threads)
+    may_copy = sys.platform == "linux" and threading.active_count() == 1
+    return _copy(folder, others) if may_copy else _new(folder)
 
 
-def _new(folder: Path, threads: int) -> ServingProcess:
-    line = [sys.executable, "-m", "fretsolve", "sweep", "serve", str(folder), "--threads", str(threads)]
+def _new(folder: Path) -> ServingProcess:
+    line = [sys.executable, "-m", "fretsolve", "sweep", "serve", str(folder)]
     pipe = subprocess.PIPE
     process = subprocess.Popen(line, stdin=pipe, stdout=pipe, text=True, encoding="utf-8")
     assert process.stdin is not None

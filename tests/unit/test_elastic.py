@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from fretsolve import convolution
 from fretsolve.elastic import ElasticOperator
 from fretsolve.materials import Compliances
+from fretsolve.team import Team
 from fretsolve.terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)
@@ -118,8 +120,13 @@ def test_x_and_y_change_places_on_a_square_grid():
     np.testing.assert_allclose(displacement, other, atol=1e-11 * np.abs(other).max())
 
 
-def test_threads_give_the_same(tractions):
-    plain, threaded = np.empty(SHAPE), np.empty(SHAPE)
-    operator(NORMAL).normal(tractions[0], plain)
-    operator(NORMAL, threads=2).normal(tractions[0], threaded)
-    np.testing.assert_allclose(threaded, plain, rtol=1e-12, atol=1e-18)
+@pytest.mark.parametrize("terms", [NONE, TANGENTIAL, FULL])
+def test_threads_change_no_bit(tractions, terms, monkeypatch):
+    monkeypatch.setattr(convolution, "CACHE_BYTES", 2048)  # blocks enough to share out
+    found = []
+    for team in (Team(1), Team(2), Team(5)):
+        displacement = np.empty((3, *SHAPE))
+        operator(terms, team=team).all(tractions[0], tractions[1:], displacement[0], displacement[1:])
+        found.append(displacement)
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0])

@@ -28,7 +28,7 @@ def manifest(tmp_path: Path) -> Manifest:
 def started(manifest: Manifest, kind: str, *others: ServingProcess) -> ServingProcess:
     if kind == "copy":
         return process._copy(manifest.folder, others)
-    return process._new(manifest.folder, 1)
+    return process._new(manifest.folder)
 
 
 def order(serving: ServingProcess, manifest: Manifest, index: int) -> dict[str, object]:
@@ -96,16 +96,15 @@ def test_a_copy_is_made_only_where_it_is_safe(manifest: Manifest, monkeypatch: p
             super().__init__(["true"], **options)  # type: ignore[call-overload]
 
     monkeypatch.setattr(subprocess, "Popen", Started)
-    assert end(process.start(manifest.folder, 2, [])) == 0
     gate = threading.Event()
     other = threading.Thread(target=gate.wait)
     other.start()
     try:
-        assert end(process.start(manifest.folder, 1, [])) == 0
+        assert end(process.start(manifest.folder, [])) == 0
     finally:
         gate.set()
         other.join()
-    assert [line[-2:] for line in lines] == [["--threads", "2"], ["--threads", "1"]]
+    assert [line[-2:] for line in lines] == [["serve", str(manifest.folder)]]
     if process.sys.platform == "linux" and threading.active_count() == 1:
-        assert end(process.start(manifest.folder, 1, [])) == 0
-        assert len(lines) == 2
+        assert end(process.start(manifest.folder, [])) == 0
+        assert len(lines) == 1
