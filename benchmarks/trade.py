@@ -24,7 +24,7 @@ from marked import put_parts_into
 
 from fretsolve import simulation
 from fretsolve.interrupt import StopRequest
-from fretsolve.pointwise import compile_seconds
+from fretsolve.pointwise import readying_seconds
 from fretsolve.study.assessment import Assessment, Row, assess, front
 from fretsolve.study.plan import make_plan
 from fretsolve.study.run import make_runs
@@ -148,7 +148,7 @@ def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
 
 def processor_seconds() -> float:
     """In place of the clock on the wall, which runs on while other programs do."""
-    return time.process_time() - compile_seconds()
+    return time.process_time() - readying_seconds()
 
 
 def main() -> None:

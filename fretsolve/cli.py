@@ -64,7 +64,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     show_default=True,
     envvar="SLURM_CPUS_PER_TASK",
     show_envvar=True,
-    help="Threads of the Fourier transforms.",
+    help="Threads that share out the Fourier transforms; the result does not depend on them.",
 )
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Tell of each increment all that the history keeps.")

@@ -24,6 +24,7 @@ SAME_SIGNAL = 0.05
 """Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
 
 NOTICE = "stopping after this increment; a second signal stops at once"
+AT_ONCE_NOTICE = "stopped at once; what was saved before stays, and can be gone on with"
 IDLE_NOTICE = "ended before anything was run"
 
 
@@ -79,6 +80,8 @@ class StopRequest:
             if self._notice:
                 self._tell(number, self._notice)
         elif now - self._first > SAME_SIGNAL:
+            if self._notice:
+                self._tell(number, AT_ONCE_NOTICE)
             os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open
 
     @staticmethod

@@ -243,8 +243,10 @@ def _filled(columns: Sequence[Column], room: int) -> list[list[Column]]:
 
 def _table(columns: Sequence[Column]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
+    with_units = any(column.units for column in columns)
     for column in columns:
-        table.add_column("\n".join((*column.heading, column.units)), justify="right", no_wrap=True)
+        heading = (*column.heading, column.units) if with_units else column.heading
+        table.add_column("\n".join(heading), justify="right", no_wrap=True)
     for row in zip(*(column.cells for column in columns), strict=True):
         table.add_row(*row)
     return table

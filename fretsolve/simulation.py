@@ -17,7 +17,7 @@ from fretsolve.grid import Grid
 from fretsolve.increment import IncrementSolver, Solved
 from fretsolve.iterate import Start
 from fretsolve.load_path import Increment
-from fretsolve.pointwise import compile_seconds
+from fretsolve.pointwise import readying_seconds
 from fretsolve.scene import Scene, prepare
 from fretsolve.sizing import MARGIN, contact_size
 from fretsolve.slip import ContactState, limit_to_contact, mean_pressure
@@ -45,7 +45,8 @@ def run(
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
-    start, history: the last state and the summaries of all increments so far, to go on from; threads: of the FFTs.
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: that share out
+    the transforms; no bit of a state depends on their number.
     Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
     """
     if not isinstance(case, Scene) and not hasattr(case, "load_path"):
@@ -86,8 +87,8 @@ def run(
 
 
 def _working_seconds() -> float:
-    """A clock that stands still while kernels are compiled, which happens once on a machine."""
-    return time.perf_counter() - compile_seconds()
+    """A clock that stands still while kernels are compiled or read from disk, which happens once in a process."""
+    return time.perf_counter() - readying_seconds()
 
 
 def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:

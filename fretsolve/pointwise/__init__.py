@@ -20,7 +20,12 @@ WHY_NOT = ""
 
 
 def compile_seconds() -> float:
-    """Wall-clock time (s) that compiling the kernels has taken in this process, which is no part of any increment's."""
+    """Wall-clock time (s) that compiling the kernels has taken in this process."""
+    return 0.0
+
+
+def readying_seconds() -> float:
+    """The same with reading them from disk, which is no part of any increment's time."""
     return 0.0
 
 
@@ -30,9 +35,9 @@ if not TYPE_CHECKING and compiler_wanted():
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         WHY_NOT = f"{type(error).__name__}: {error}"
     else:
-        from fretsolve.pointwise.compiling import compile_seconds
+        from fretsolve.pointwise.compiling import compile_seconds, readying_seconds
 
         cg, friction, normal, spectral = cg_compiled, friction_compiled, normal_compiled, spectral_compiled
         COMPILED = True
 
-__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "normal", "spectral"]
+__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "normal", "readying_seconds", "spectral"]

@@ -7,13 +7,26 @@ from typing import Any
 import numba
 from numba.core import event
 
-_CLOCK: Any = event.TimingListener()  # type: ignore[no-untyped-call]  # as the compiler itself, this is the process's
-event.register("numba:compile", _CLOCK)  # type: ignore[no-untyped-call]
+
+def _clock(name: str) -> Any:
+    """What adds up the time of events of the compiler; as the compiler itself, it is the process's."""
+    listener = event.TimingListener()  # type: ignore[no-untyped-call]
+    event.register(name, listener)  # type: ignore[no-untyped-call]
+    return listener
+
+
+_COMPILING = _clock("numba:compile")
+_READYING = _clock("numba:compiler_lock")
 
 
 def compile_seconds() -> float:
     """Wall-clock time that the compiler has taken in this process; 0 where all was on disk."""
-    return float(_CLOCK.duration) if _CLOCK.done else 0.0
+    return float(_COMPILING.duration) if _COMPILING.done else 0.0
+
+
+def readying_seconds() -> float:
+    """Wall-clock time that compiling kernels or reading them from disk has taken in this process."""
+    return float(_READYING.duration) if _READYING.done else 0.0
 
 
 def kernel(function: Any) -> Any:

@@ -11,7 +11,7 @@ import pytest
 from runs import finish, reported, run_line, start
 
 from fretsolve.history import open_result
-from fretsolve.interrupt import NOTICE
+from fretsolve.interrupt import AT_ONCE_NOTICE, NOTICE
 
 RUN = {"increments": 5, "every": 2}
 
@@ -55,9 +55,10 @@ def test_second_signal_stops_at_once(tmp_path: Path, uninterrupted: bytes) -> No
     process.send_signal(signal.SIGINT)
     time.sleep(0.2)
     process.send_signal(signal.SIGTERM)
-    output, _ = process.communicate()
+    output, messages = process.communicate()
     assert process.returncode == 75
     assert time.monotonic() - begin < 1.2
+    assert messages == f"fretsolve: SIGINT: {NOTICE}\nfretsolve: SIGTERM: {AT_ONCE_NOTICE}\n"
     assert reported(output) == 0  # none after the first, which was read above
     with open_result(out) as result:
         assert result.increments == 1

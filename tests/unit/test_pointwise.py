@@ -281,6 +281,23 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)
 
 
+def test_clock_of_what_is_read_from_disk(tmp_path):
+    code = """if True:
+        import numpy as np
+        from fretsolve.pointwise import cg, compile_seconds, readying_seconds
+        cg.largest_part(np.ones((1, 2, 2), np.float32))
+        print(compile_seconds(), readying_seconds())"""
+    own = {"PYTHONPATH": str(Path(__file__).parents[2]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
+    environment = os.environ | own
+    line = [sys.executable, "-c", code]
+    first, second = (
+        [float(word) for word in subprocess.run(line, env=environment, capture_output=True, check=True).stdout.split()]
+        for _ in range(2)
+    )
+    assert 0.0 < first[0] <= first[1]
+    assert second[0] == 0.0 < second[1]
+
+
 def test_clock_of_the_compiler():
     import numba
 

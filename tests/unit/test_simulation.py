@@ -162,6 +162,6 @@ load_path:
 
 
 def test_time_to_compile_is_no_part_of_an_increments(monkeypatch):
-    monkeypatch.setattr("fretsolve.simulation.compile_seconds", time.perf_counter)  # as if all of it were that
+    monkeypatch.setattr("fretsolve.simulation.readying_seconds", time.perf_counter)  # as if all of it were that
     case = build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0, "increments": 2}])
     assert all(abs(state.summary.wall_time) < 1e-2 for state in run(case))
