@@ -7,8 +7,10 @@ The case is mode I of equal bodies (six increments) over friction and load. `pur
 before; influence coefficients are in it, files are not. It is the mean of two measurements, before a sweep and after
 it, since the speed of a machine that others share drifts; where it drifts by more than a tenth in a minute, only the
 median of several (`--repeat`) tells anything. `efficiency` is pure over jobs times the wall-clock time of
-``fretsolve sweep run``, which has everything in it: start, check, files. The same of processor time tells what a sweep
-costs on a machine that is shared with others. Dask is a LocalCluster of as many workers of one thread; Slurm one node
+``fretsolve sweep run``, which has everything in it: start, check, files. `in its own run` has in place of pure the sum
+of `wall_time` over all increments of the sweep's own results, of the same minutes: what drifts is in both, but so is
+what the processes of an engine take from each other. The same of processor time tells what a sweep costs on a machine
+that is shared with others. Dask is a LocalCluster of as many workers of one thread; Slurm one node
 of this machine (root and Debian's packages needed).
 """
 
@@ -86,6 +88,12 @@ def timed(line: list[str], environment: dict[str, str], finish: Callable[[], Non
     return time.perf_counter() - began, _children() - before
 
 
+def solving_seconds(path: Path) -> float:
+    """Wall-clock time of a result's increments."""
+    with fretsolve.open_result(path) as result:
+        return float(result.history["wall_time"].sum())
+
+
 def _children() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
@@ -129,8 +137,8 @@ def main() -> None:
     cases = options.cases // LOADS * LOADS
     before = pure(cases, options.points)
     print(f"{cases} cases of {options.points} x {options.points} cells, {options.jobs} at a time\n")
-    print("| engine | pure, s | wall clock, s | efficiency | pure, processor s | processor, s | efficiency |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    by_processor = "pure, processor s | processor, s | efficiency"
+    print(f"| engine | pure, s | wall clock, s | efficiency | in its own run | {by_processor} |\n|{' --- |' * 8}")
     for name in options.on * options.repeat:
         with tempfile.TemporaryDirectory(prefix="fretsolve-") as text:
             folder = Path(text)
@@ -155,11 +163,13 @@ def main() -> None:
             with engine(name, options.jobs, folder) as (words, environment):
                 line = [sys.executable, "-m", "fretsolve", "sweep", "run", str(sweep), *words]
                 seconds, used = timed(line, environment, all_there)
+            own = sum(solving_seconds(path) for path in results.glob("*.h5")) / seconds / options.jobs
             after = pure(cases, options.points)
             wall, processor = (0.5 * (one + other) for one, other in zip(before, after, strict=True))
             before = after
             told = f"{processor:.1f} | {used:.1f} | {processor / used:.0%}" if name == "local" else "- | - | -"
-            print(f"| {name} | {wall:.1f} | {seconds:.1f} | {wall / seconds / options.jobs:.0%} | {told} |", flush=True)
+            shares = f"{wall / seconds / options.jobs:.0%} | {own:.0%}"
+            print(f"| {name} | {wall:.1f} | {seconds:.1f} | {shares} | {told} |", flush=True)
 
 
 if __name__ == "__main__":
