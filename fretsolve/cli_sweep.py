@@ -73,7 +73,9 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
     The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
     exit code is 0 where every case has a result, also if that is that there is no solution.
     """
-    with StopRequest("stopping after the increments under way; a second signal stops at once", idle=True) as stop:
+    notice = "stopping after the increments under way; a second signal stops this command at once"
+    at_once = "stopped; its processes stop after their increments, then the same command goes on"
+    with StopRequest(notice, at_once=at_once, idle=True) as stop:
         from fretsolve.commands.sweep import SweepOrder, run_sweep
 
         return run_sweep(SweepOrder(file, out, jobs, engine, quiet), stop)

@@ -186,6 +186,8 @@ class PaddedConvolution:
         for blocks in self._column_blocks:
             while len(blocks) < count:
                 blocks.append(self._planned(_longest(self._column_parts), self.padded[0]))
+        if count > 1:
+            _ = self._products  # made here, not by several threads at once
 
     def apply(
         self,

@@ -38,12 +38,12 @@ class StopRequest:
     """Catches SIGTERM, SIGINT and SIGUSR1 inside a `with` block, which must be in the main thread.
 
     `requested` tells the load path to stop after its increment; `notice` is a line written to standard error
-    as soon as that is so (empty for none). idle: a signal ends the process at once until `begin` is called, since
-    nothing has been done that could be saved.
+    as soon as that is so (empty for none), `at_once` one at a second signal. idle: a signal ends the process at once
+    until `begin` is called, since nothing has been done that could be saved.
     """
 
-    def __init__(self, notice: str = NOTICE, *, idle: bool = False):
-        self._notice = notice
+    def __init__(self, notice: str = NOTICE, *, at_once: str = AT_ONCE_NOTICE, idle: bool = False):
+        self._notice, self._at_once = notice, at_once
         self._idle = idle
         self._first: float | None = None
         self._previous: dict[signal.Signals, Any] = {}
@@ -81,7 +81,7 @@ class StopRequest:
                 self._tell(number, self._notice)
         elif now - self._first > SAME_SIGNAL:
             if self._notice:
-                self._tell(number, AT_ONCE_NOTICE)
+                self._tell(number, self._at_once)
             os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open
 
     @staticmethod

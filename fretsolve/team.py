@@ -17,7 +17,10 @@ class Team:
         self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
 
     def share(self, work: Callable[[int, Part], None], parts: Sequence[Part]) -> None:
-        """``work(member, part)`` for all parts, those of one member (0 to `count` - 1) one after another."""
+        """``work(member, part)`` for all parts, those of one member (0 to `count` - 1) one after another.
+
+        Raises what `work` raises, once all members have ended. Not to be called within `work`: it would wait for ever.
+        """
         left = iter(parts)
 
         def take(member: int) -> None:

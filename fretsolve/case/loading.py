@@ -31,7 +31,12 @@ class CaseText:
     problems: tuple[CaseError, ...] = ()
 
     def overridden(self, overrides: Sequence[str]) -> CaseText:
-        """The same text with `overrides`, see `load_case`; what is wrong with them is among its problems."""
+        """The same text with `overrides`, see `load_case`; what is wrong with them is among its problems.
+
+        A text that is no mapping stays as it is.
+        """
+        if not isinstance(self.data, dict):
+            return self
         problems, source, data = list(self.problems), self.source, self.data
         for override in overrides:
             try:

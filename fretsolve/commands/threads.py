@@ -12,7 +12,7 @@ def processors() -> int:
 
 
 def available(threads: int) -> int:
-    """`threads`, but no more than processors that this process may use: waiting for one another costs a hundredfold."""
+    """`threads`, but no more than processors that this process may use, which would wait for one another."""
     if threads > processors():
         text = f"warning: {threads} threads asked for, {processors()} processors are there: using those"
         print(text, file=sys.stderr)

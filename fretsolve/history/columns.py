@@ -32,13 +32,13 @@ class _Form:
     offsets: tuple[int, ...]
 
 
-def history_image(summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> bytes:
+def history_image(summaries: Sequence[Summary], errors: Sequence[SummaryErrors] | None) -> bytes:
     """An HDF5 file with the group ``history`` alone, whose columns have a number per increment.
 
-    errors: the error bars of all increments, or none.
+    errors: the error bars of all increments, None for no such columns.
     """
-    form = _form(len(summaries), bool(errors))
-    columns = _columns((STEP, *HISTORY), summaries) + _columns(ERRORS if errors else (), errors)
+    form = _form(len(summaries), errors is not None)
+    columns = _columns((STEP, *HISTORY), summaries) + (_columns(ERRORS, errors) if errors else [])
     image = bytearray(form.image)
     for column, offset in zip(columns if summaries else (), form.offsets, strict=True):
         data = column.tobytes()

@@ -36,7 +36,7 @@ def write_result(
     if last_state is not None and not header.stores_fields(last_state.summary.step):
         steps.append(last_state.summary.step)
     kept = header.stored_fields
-    with durable.new_hdf5(out, folder, history_image(summaries, errors)) as file:
+    with durable.new_hdf5(out, folder, history_image(summaries, errors if header.errors else None)) as file:
         _write_attributes(file, header, failure)
         group = file.create_group("fields")
         scales = (add_scale(group, STEP, steps), add_scale(group, X, header.x), add_scale(group, Y, header.y))

@@ -78,11 +78,13 @@ class HistoryWriter:
         *,
         resume: bool = False,
         overwrite: bool = False,
+        retry: bool = True,
         pause: float = 0.0,
         advice: str = RESUME,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
+        retry: whether to resume one that has failed, which else is left as it is.
         pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
         advice: what to tell where nothing more can be saved.
         Raises CaseError where `out` or its parts exist and neither option is given, FileError where they belong to
@@ -94,11 +96,11 @@ class HistoryWriter:
             require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
             if overwrite:
                 _require_replaceable(out)
-            if resume and out.exists() and _status(out, header) == "complete":
+            if resume and out.exists() and _is_final(out, header, retry):
                 return cls._finished(out, header)
             writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause, advice)
             try:
-                writer._begin(resume, overwrite)
+                writer._begin(resume, overwrite, retry)
             except BaseException:
                 writer.stop()
                 raise
@@ -164,8 +166,7 @@ class HistoryWriter:
     def _finished(cls, out: Path, header: RunHeader) -> HistoryWriter:
         """For a result that is complete, whose parts a kill may have left behind."""
         writer = cls(out, header, None)
-        with open_piece(out) as piece:
-            writer.summaries, writer.errors = piece.summaries(), piece.errors()
+        writer._read_final()
         if parts_folder(out).exists():
             writer._lock = RunLock.acquire(parts_folder(out))
             try:
@@ -173,18 +174,26 @@ class HistoryWriter:
                 writer._clear()
             finally:
                 writer.stop()
-        writer.complete = True
         return writer
 
-    def _begin(self, resume: bool, overwrite: bool) -> None:
-        # Another run may have ended since.
+    def _read_final(self) -> None:
+        with open_piece(self.out) as piece:
+            self.summaries, self.errors = piece.summaries(), piece.errors()
+        self.complete = True
+
+    def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
+        # Another run may have ended since, so all is looked at again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
         durable.remove_temporaries(self._folder)
         if overwrite:
             self._clear()
             durable.remove(self.out)
         elif self.out.exists():
-            self._take_up_failed()
+            if _is_final(self.out, self.header, retry):
+                self._clear()
+                self._read_final()
+            else:
+                self._take_up_failed()
             return
         if not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
             self._clear()
@@ -204,7 +213,6 @@ class HistoryWriter:
 
         OUT goes last, so that a kill in between leaves it, and with it all there is.
         """
-        _status(self.out, self.header)
         self._clear()
         self._write_header()
         with open_piece(self.out) as piece:
@@ -250,12 +258,12 @@ def _require_replaceable(out: Path) -> None:
         raise FileError("is no HDF5 file, which --overwrite leaves alone: remove it, or give another name", out)
 
 
-def _status(out: Path, header: RunHeader) -> str:
-    """The status of the result `out` of the same run. Raises FileError where it is that of another one."""
+def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
+    """Whether nothing is left to do for the result `out`. Raises FileError where it is that of another run."""
     attributes = read_attributes(out)
     inputs = str(attributes.get("inputs", "{}"))
     require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)
-    return str(attributes["status"])
+    return attributes["status"] == "complete" or not retry
 
 
 @contextmanager

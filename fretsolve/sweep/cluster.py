@@ -2,7 +2,8 @@
 
 Results are on disk and reports alone are messages. A task begins with its share of the cases and goes on with what is
 left of the others' shares, by their files, so that a process lasts as long as there is work: to start one takes a
-second. Tasks that find nothing left end at once; what a worker that dies has not finished others take up.
+second. Tasks that find nothing left end at once; what a worker that dies has not finished others take up. A case that
+has failed has a note, so that it is not tried again by each.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from fretsolve.errors import CaseError, FretsolveError
 from fretsolve.extras import how_to_install
 from fretsolve.history.lock import is_locked
 from fretsolve.history.parts import parts_folder
+from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.state import missing
-from fretsolve.sweep.worker import Report
+from fretsolve.sweep.worker import Report, leave_note
 
 if TYPE_CHECKING:
     from fretsolve.recording import Stop
@@ -35,13 +37,17 @@ ROUNDS = 3
 
 SHARES_PER_THREAD = 3
 SHARE_SECONDS = 20.0
-"""Of a share by the estimate, unless it is one case: shares beyond the threads are for workers that come later."""
+MOST_SHARES = 100
+"""Of a share by the estimate, unless it is one case; shares beyond the threads are for workers that come later."""
 
 GLANCE = 0.5
-"""Seconds between looks at whether to stop."""
+"""Seconds between looks at whether to stop, and between messages."""
 
 LONGEST_WAIT = 15
 """Seconds for a scheduler to answer."""
+
+Told = dict[str, Any]
+"""A report as it is sent."""
 
 
 def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: Stop) -> Iterator[Report]:
@@ -61,54 +67,68 @@ def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: St
         threads = sum(client.nthreads().values())
         if not threads:
             raise CaseError("the scheduler has no workers; start some", (), f"--on dask:{address}")
-        name = f"fretsolve-{manifest.folder}-{time.time_ns()}"
-        halt = Event(name, client=client)
-        news: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-        client.subscribe_topic(name, lambda event: news.put(event[1]["report"]))
         for row in todo:
-            manifest.note(row).unlink(missing_ok=True)  # so that those of now tell which cases are not to be retried
-        for _ in range(ROUNDS):
-            left = _waiting(manifest, todo)
-            if not left or stop.requested:
-                return
-            common = {"folder": str(manifest.folder), "names": _digest(left), "cases": [row.index for row in left]}
-            shares = _shares(left, threads)
-            futures = client.map(run_share, range(shares), of=shares, **common, topic=name, pure=False)
-            yield from _reports(futures, news, halt, stop)
+            manifest.note(row).unlink(missing_ok=True)  # so that those of now tell which cases have failed
+        topic = f"fretsolve-{manifest.folder}-{time.time_ns()}"
+        halt = Event(topic, client=client)
+        news: queue.SimpleQueue[list[Told]] = queue.SimpleQueue()
+        client.subscribe_topic(topic, lambda event: news.put(event[1]["reports"]))
+        try:
+            for _ in range(ROUNDS):
+                left = _untouched(manifest, todo, stop)
+                if not left or stop.requested:
+                    return
+                common = {"folder": str(manifest.folder), "names": _digest(manifest), "topic": topic}
+                shares = _shares(left, threads)
+                futures = client.map(run_share, range(shares), of=shares, **common, pure=False)
+                yield from _reports(futures, news, halt, stop)
+        finally:
+            with suppress(Exception):  # without a scheduler there is nobody to tell
+                halt.set()  # tasks that run on must not begin another case
 
 
-def run_share(
-    share: int, of: int, folder: str, names: str, cases: Sequence[int], topic: str
-) -> list[dict[str, Any]]:
-    """What a Dask task does: a share of `cases` and what is left of the others, unless the event `topic` is set.
+def run_share(share: int, of: int, folder: str, names: str, topic: str) -> list[Told]:
+    """What a Dask task does: a share of the cases and what is left of the others, unless the event `topic` is set.
 
-    names: digest of the cases' ids. Its reports are messages under `topic` as well, as they come. Raises CaseError
-    where the sweep is another one by now.
+    names: digest of the cases' ids. Its reports are messages under `topic` as well, every now and then. Raises
+    CaseError where the sweep is another one by now.
     """
-    from distributed import get_worker
-
     stop = _Halt(topic)
     if stop.requested:
         return []
     manifest = read_manifest(Path(folder))
-    rows = [manifest.rows[index] for index in cases if index < len(manifest.rows)]
-    if _digest(rows) != names:
+    if _digest(manifest) != names:
         raise CaseError("the sweep is another one than when the run began", (), manifest.folder)
-    here, told = get_worker(), []
-    for report in work_through(manifest, _in_turn(rows, share, of), 1, stop, lambda row: _is_taken(manifest, row)):
-        if not report.busy:  # who has the case will tell
-            told.append(asdict(report))
-            here.log_event(topic, {"report": told[-1]})
+    news, told = _News(topic), []
+    rows = _in_turn(missing(manifest), share, of)
+    for report in work_through(manifest, rows, 1, stop, lambda row: _is_taken(manifest, row)):
+        if report.busy:  # who has the case will tell
+            continue
+        if report.code == EXIT_STOPPED and not stop.requested:  # it may have taken all memory, here as elsewhere
+            leave_note(manifest, manifest.rows[report.index], report, also_of_stopped=True)
+        told.append(asdict(report))
+        news.add(told[-1])
+    news.send()
     return told
 
 
-def _waiting(manifest: Manifest, rows: Sequence[Row]) -> list[Row]:
-    return [row for row in missing(manifest, rows) if not manifest.note(row).exists()]
+def _untouched(manifest: Manifest, rows: Sequence[Row], stop: Stop) -> list[Row]:
+    """The cases of `rows` that nobody has finished, failed at or is working on; waits while there are but the last."""
+    while True:
+        left = [row for row in rows if not _has_ended(manifest, row)]
+        free = [row for row in left if not is_locked(parts_folder(manifest.result(row)))]
+        if free or not left or stop.requested:
+            return free
+        time.sleep(GLANCE)
+
+
+def _has_ended(manifest: Manifest, row: Row) -> bool:
+    return manifest.result(row).exists() or manifest.note(row).exists()
 
 
 def _is_taken(manifest: Manifest, row: Row) -> bool:
-    """Whether a case is done or has failed, or somebody is working on it."""
-    return not _waiting(manifest, [row]) or is_locked(parts_folder(manifest.result(row)))
+    """Whether a case has ended, or somebody is working on it."""
+    return _has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
 
 
 def _in_turn(rows: Sequence[Row], share: int, of: int) -> Iterator[Row]:
@@ -118,36 +138,62 @@ def _in_turn(rows: Sequence[Row], share: int, of: int) -> Iterator[Row]:
         yield from reversed(rows[other % of :: of])
 
 
-def _digest(rows: Sequence[Row]) -> str:
-    return hashlib.sha256(" ".join(row.id for row in rows).encode()).hexdigest()
+def _digest(manifest: Manifest) -> str:
+    return hashlib.sha256(" ".join(row.id for row in manifest.rows).encode()).hexdigest()
+
+
+def _shares(rows: Sequence[Row], threads: int) -> int:
+    """In how many parts to give out cases: some per thread, and more where they take long."""
+    seconds = sum(row.seconds for row in rows)
+    return min(len(rows), max(threads * SHARES_PER_THREAD, min(math.ceil(seconds / SHARE_SECONDS), MOST_SHARES)))
+
+
+class _News:
+    """Sends reports to whoever has subscribed to a topic, several at a time: a message takes milliseconds of all."""
+
+    def __init__(self, topic: str):
+        from distributed import get_worker
+
+        self._worker, self._topic = get_worker(), topic
+        self._waiting: list[Told] = []
+        self._sent = -math.inf
+
+    def add(self, told: Told) -> None:
+        """Send a report, at once or with those that follow."""
+        self._waiting.append(told)
+        if time.monotonic() - self._sent > GLANCE:
+            self.send()
+
+    def send(self) -> None:
+        """Send what waits."""
+        if self._waiting:
+            self._worker.log_event(self._topic, {"reports": self._waiting})
+            self._waiting, self._sent = [], time.monotonic()
 
 
 class _Halt:
-    """Whether the event of a name is set, looked at now and then."""
+    """Whether the event of a name is set or nobody wants the task any more, looked at now and then."""
 
     def __init__(self, name: str):
-        from distributed import Event
+        from distributed import Event, get_worker
 
-        self._event = Event(name)
+        self._event, self._worker = Event(name), get_worker()
+        self._task = self._worker.get_current_task()
         self._looked, self._found = -math.inf, False
 
     @property
     def requested(self) -> bool:
         if not self._found and time.monotonic() - self._looked > GLANCE:
             self._looked = time.monotonic()
+            task = self._worker.state.tasks.get(self._task)
+            self._found = task is None or task.state == "cancelled"
             with suppress(Exception):  # without a scheduler the share ends as it is
-                self._found = bool(self._event.is_set())
+                self._found = self._found or bool(self._event.is_set())
         return self._found
 
 
-def _shares(rows: Sequence[Row], threads: int) -> int:
-    """In how many parts to give out cases: some per thread, and more where they take long."""
-    seconds = sum(row.seconds for row in rows)
-    return min(len(rows), max(threads * SHARES_PER_THREAD, math.ceil(seconds / SHARE_SECONDS)))
-
-
 def _reports(
-    futures: Sequence[Any], news: queue.SimpleQueue[dict[str, Any]], halt: Any, stop: Stop
+    futures: Sequence[Any], news: queue.SimpleQueue[list[Told]], halt: Any, stop: Stop
 ) -> Iterator[Report]:
     """Reports as they come, each once; those that no message has brought come with the end of their task."""
     from distributed import wait
@@ -155,7 +201,7 @@ def _reports(
     left, halted = set(futures), False
     heard: set[int] = set()
 
-    def fresh(told: Sequence[dict[str, Any]]) -> Iterator[Report]:
+    def fresh(told: Sequence[Told]) -> Iterator[Report]:
         for values in told:
             if values["index"] not in heard:
                 heard.add(values["index"])
@@ -167,12 +213,20 @@ def _reports(
             halted = True
         with suppress(TimeoutError):
             wait(left, timeout=GLANCE, return_when="FIRST_COMPLETED")
-        with suppress(queue.Empty):
-            while True:
-                yield from fresh([news.get_nowait()])
+        yield from fresh(_drained(news))
         for future in [future for future in left if future.status != "pending"]:
             left.discard(future)
             if future.status == "finished":
                 yield from fresh(future.result())
             elif future.status == "error" and isinstance(future.exception(), FretsolveError):
                 raise future.exception()
+    yield from fresh(_drained(news))
+
+
+def _drained(news: queue.SimpleQueue[list[Told]]) -> list[Told]:
+    """All that has come."""
+    told: list[Told] = []
+    with suppress(queue.Empty):
+        while True:
+            told += news.get_nowait()
+    return told

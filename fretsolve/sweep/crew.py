@@ -6,7 +6,7 @@ import json
 import selectors
 import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from fretsolve.interrupt import EXIT_STOPPED
@@ -65,6 +65,62 @@ class Worker:
         )
 
 
+class _Crew:
+    """The workers of a share of the cases, and what of it is not given out yet."""
+
+    def __init__(
+        self,
+        manifest: Manifest,
+        rows: Iterator[Row],
+        stop: Stop,
+        taken: Callable[[Row], bool],
+        selector: selectors.BaseSelector,
+    ):
+        self.workers: list[Worker] = []
+        self._manifest, self._rows, self._stop, self._taken, self._selector = manifest, rows, stop, taken, selector
+
+    def hire(self) -> None:
+        """Have one more process work, if there is work for it."""
+        row = self._next_row()
+        if row is not None:
+            worker = Worker(self._manifest, self.workers)
+            self._selector.register(worker.process.reports, selectors.EVENT_READ, worker)
+            self.workers.append(worker)
+            worker.order(row)
+
+    def hear(self, worker: Worker) -> Report | None:
+        """What a worker has to say, or its end; it or another one goes on before anybody takes time over that."""
+        report = worker.report()
+        if report is None:
+            report = self.retire(worker)
+            if report is not None:
+                leave_note(self._manifest, self._manifest.rows[report.index], report)
+            self.hire()
+            return report
+        worker.index = None
+        row = self._next_row() if report.code != EXIT_STOPPED else None  # such a one ends
+        if row is not None:
+            worker.order(row)
+        else:
+            worker.dismiss()
+        return report
+
+    def retire(self, worker: Worker) -> Report | None:
+        """Wait for a worker's end; a report where that came in the middle of a case."""
+        self.workers.remove(worker)
+        self._selector.unregister(worker.process.reports)
+        return worker.end()
+
+    def retire_all(self) -> None:
+        """Wait for the end of each, also where one raises an error."""
+        with ExitStack() as ending:
+            for worker in self.workers:
+                ending.callback(self.retire, worker)
+
+    def _next_row(self) -> Row | None:
+        return None if self._stop.requested else next((row for row in self._rows if not self._taken(row)), None)
+
+
 def work_through(
     manifest: Manifest,
     rows: Iterable[Row],
@@ -75,53 +131,20 @@ def work_through(
     """Run the cases `rows` with `jobs` at a time; a report as each ends, none of those that `stop` keeps from it.
 
     A worker that dies costs the case that it was working on; another takes its place. taken: whether somebody else has
-    a case by the time that its turn comes.
+    a case by the time that its turn comes. Raises OSError where no process can be started.
     """
-    left = iter(rows)
-    crew: list[Worker] = []
     with selectors.DefaultSelector() as selector:
-
-        def next_row() -> Row | None:
-            return None if stop.requested else next((row for row in left if not taken(row)), None)
-
-        def hire() -> None:
-            row = next_row()
-            if row is None:
-                return
-            worker = Worker(manifest, crew)
-            selector.register(worker.process.reports, selectors.EVENT_READ, worker)
-            crew.append(worker)
-            worker.order(row)
-
-        def retire(worker: Worker) -> Report | None:
-            crew.remove(worker)
-            selector.unregister(worker.process.reports)
-            return worker.end()
-
+        crew = _Crew(manifest, iter(rows), stop, taken, selector)
         try:
             for _ in range(jobs):
-                hire()
-            while crew:
+                crew.hire()
+            while crew.workers:
                 if stop.requested:
-                    for worker in crew:
+                    for worker in crew.workers:
                         worker.dismiss()
                 for key, _ in selector.select(GLANCE):
-                    worker = key.data
-                    report = worker.report()
-                    if report is None:
-                        report = retire(worker)
-                        if report is not None:
-                            leave_note(manifest, manifest.rows[report.index], report)
-                            yield report
-                        hire()
-                        continue
-                    worker.index = None
-                    row = next_row() if report.code != EXIT_STOPPED else None  # such a one ends
-                    if row is not None:
-                        worker.order(row)  # before anybody takes time over the report
-                    else:
-                        worker.dismiss()
-                    yield report
+                    report = crew.hear(key.data)
+                    if report is not None:
+                        yield report
         finally:
-            for worker in tuple(crew):
-                retire(worker)
+            crew.retire_all()

@@ -1,4 +1,4 @@
-"""How far a sweep is, told by its files alone."""
+"""How far a sweep is, told by its files, and by reports on those written just now."""
 
 from __future__ import annotations
 

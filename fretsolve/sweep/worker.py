@@ -61,11 +61,11 @@ class Report:
 
 
 class Orders:
-    """A pipe as the source of orders, whose end or a signal requests a stop."""
+    """A pipe as the source of orders, whose end or a signal requests a stop. signalled: whether a signal has."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
-        self._signalled = False
+        self.signalled = False
         for number in SIGNALS:
             signal.signal(number, self._note)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
@@ -73,13 +73,13 @@ class Orders:
     @property
     def requested(self) -> bool:
         """Whether to stop: no order comes while one is worked on, so that what can be read is the end."""
-        return self._signalled or bool(select.select([self._descriptor], [], [], 0.0)[0])
+        return self.signalled or bool(select.select([self._descriptor], [], [], 0.0)[0])
 
     def next(self) -> tuple[int, str] | None:
         """Index and id of the next case, None at the end."""
         line = b""
         while not line.endswith(b"\n"):
-            if self._signalled:
+            if self.signalled:
                 return None
             if not select.select([self._descriptor], [], [], 0.5)[0]:
                 continue
@@ -93,7 +93,7 @@ class Orders:
     def _note(self, number: int, frame: FrameType | None) -> None:
         # That of the terminal is meant for the parent, which closes the pipe once it wants to stop.
         if number != signal.SIGINT:
-            self._signalled = True
+            self.signalled = True
 
 
 def serve(folder: Path, orders_from: int, reports_to: int) -> int:
@@ -114,11 +114,14 @@ def serve(folder: Path, orders_from: int, reports_to: int) -> int:
             report = run_case(manifest, base, manifest.row(*order), orders)
         except CaseError as error:
             report = Report(order[0], error.exit_code, str(error))
-        reports.write(json.dumps(asdict(report)) + "\n")
-        reports.flush()
+        try:
+            reports.write(json.dumps(asdict(report)) + "\n")
+            reports.flush()
+        except BrokenPipeError:  # nobody waits for it any more
+            return EXIT_STOPPED
         if report.code == EXIT_STOPPED:
             return EXIT_STOPPED
-    return 0
+    return EXIT_STOPPED if orders.signalled else 0
 
 
 def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
@@ -139,7 +142,11 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
         if identity(header) != row.id:
             message = "is not as it was when the sweep was begun; give the command sweep run again"
             raise CaseError(message, (), manifest.case)
-        with HistoryWriter.open(out, header, resume=True, pause=UNSAVED, advice=SAME_COMMAND) as writer:
+        with HistoryWriter.open(
+            out, header, resume=True, retry=False, pause=UNSAVED, advice=SAME_COMMAND
+        ) as writer:
+            if writer.complete:  # another process has been faster
+                return Report(row.index, 0)
             try:
                 code = 0 if record(scene, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
             finally:
@@ -159,11 +166,14 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
     return report
 
 
-def leave_note(manifest: Manifest, row: Row, report: Report) -> None:
-    """Say beside the results why a case has none; a full disk keeps nobody from going on."""
+def leave_note(manifest: Manifest, row: Row, report: Report, *, also_of_stopped: bool = False) -> None:
+    """Say beside the results why a case has none; a full disk keeps nobody from going on.
+
+    also_of_stopped: where it was stopped too, which otherwise goes without saying.
+    """
     note = manifest.note(row)
     with suppress(OSError):
-        if report.has_result or report.code == EXIT_STOPPED:
+        if report.has_result or (report.code == EXIT_STOPPED and not also_of_stopped):
             note.unlink(missing_ok=True)
         elif not report.busy:
             note.write_text(json.dumps({"exit_code": report.code, "reason": report.reason}), encoding="utf-8")

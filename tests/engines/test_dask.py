@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from command_line import finish, start
-from sweeping import CASE, assert_as_serial, write_sweep
+from sweeping import CASE, assert_as_serial, workers, write_sweep
 
 import fretsolve
 
@@ -81,6 +81,20 @@ def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Pat
     assert process.returncode == 0, messages
     assert f"{CASES} cases: {CASES} complete" in output
     assert assert_as_serial(folder, tmp_path / "case.yaml") == CASES
+
+
+def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, SWEEP, CASE.replace("increments: 2", "increments: 100"))
+    folder = tmp_path / "sweep.sweep"
+    with start("sweep", "run", path, "--on", f"dask:{cluster[0]}") as process:
+        wait_for_results(folder, 1, process)
+        process.kill()
+        process.communicate(timeout=PATIENCE)
+    end = time.monotonic() + PATIENCE
+    while workers(folder):
+        assert time.monotonic() < end
+        time.sleep(0.1)
+    assert len(list((folder / "results").glob("*.h5"))) < CASES
 
 
 def test_no_scheduler(tmp_path: Path) -> None:

@@ -45,13 +45,18 @@ def test_hdf5_reads_what_was_put_in(values: list[float]) -> None:
 @pytest.mark.parametrize("increments", [0, 1, 20_000])
 def test_any_number_of_increments(increments: int) -> None:
     summaries = summaries_of([1.5] * increments)
-    with h5py.File(io.BytesIO(history_image(summaries, [])), "r") as file:
+    with h5py.File(io.BytesIO(history_image(summaries, None)), "r") as file:
         assert list(file["history"]) == sorted(["step", *(quantity.name for quantity in HISTORY)])
         np.testing.assert_array_equal(file["history/P"][:], [1.5] * increments)
 
 
+def test_columns_of_error_bars_are_there_before_the_first_increment() -> None:
+    with h5py.File(io.BytesIO(history_image([], [])), "r") as file:
+        assert file["history/P_error"].shape == (0,)
+
+
 def test_a_flipped_bit_is_found() -> None:
-    image = bytearray(history_image(summaries_of([1.25, 2.5, 3.75]), []))
+    image = bytearray(history_image(summaries_of([1.25, 2.5, 3.75]), None))
     place = bytes(image).index(np.array([1.25, 2.5, 3.75]).tobytes())
     image[place] ^= 1
     with h5py.File(io.BytesIO(bytes(image)), "r") as file, pytest.raises(OSError, match="filter returned failure"):

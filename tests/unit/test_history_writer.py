@@ -39,6 +39,34 @@ def out(tmp_path: Path) -> Path:
     return tmp_path / "out.h5"
 
 
+@pytest.mark.parametrize("status", ["complete", "failed"])
+def test_a_result_that_another_process_finishes_meanwhile_stays(
+    out: Path, monkeypatch: pytest.MonkeyPatch, status: str
+) -> None:
+    """As that of a case of a sweep which two processes have chosen."""
+    acquire = RunLock.acquire
+
+    def after_the_other(folder: Path) -> RunLock:
+        monkeypatch.setattr(RunLock, "acquire", acquire)
+        with HistoryWriter.open(out, fake_header()) as faster:
+            for state in fake_states(2 if status == "failed" else 6):
+                faster.append(state)
+            faster.finish(status, *(["slides", "sliding"] if status == "failed" else []))
+        return acquire(folder)
+
+    monkeypatch.setattr(RunLock, "acquire", after_the_other)
+    with HistoryWriter.open(out, fake_header(), resume=True, retry=False) as writer:
+        before = out.read_bytes()
+        assert writer.complete
+        assert len(writer.summaries) == (2 if status == "failed" else 6)
+    assert out.read_bytes() == before
+    assert not parts_folder(out).exists()
+    with HistoryWriter.open(out, fake_header(), resume=True, retry=False) as writer:
+        assert writer.complete
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert writer.complete == (status == "complete")
+
+
 def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Path) -> None:
     for name in ("one.h5", "two.h5"):
         write(tmp_path / name, fake_header())

@@ -28,13 +28,16 @@ from fretsolve.history.lock import RunLock
 from fretsolve.history.parts import parts_folder
 from fretsolve.interrupt import StopRequest
 from fretsolve.sweep import slurm
+from fretsolve.sweep.base import Base
 from fretsolve.sweep.crew import work_through
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.points import points_of, text_of
 from fretsolve.sweep.slurm import job_name
 from fretsolve.sweep.spec import SweepSpec
+from fretsolve.sweep.state import states
 from fretsolve.sweep.table import collect
+from fretsolve.sweep.worker import Report, run_case
 
 PATIENCE = 300.0
 """Seconds that a machine under load may take for what takes one."""
@@ -377,6 +380,41 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
     assert invoke("sweep", "run", first, "-q").exit_code == 0
     first.rename(second)  # as it is under another name
     assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
+
+
+def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    reports = [Report(0, 3, "slides", increments=1), Report(1, 0, increments=3), Report(2, 0), Report(3, 4, "no room")]
+    found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
+    assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
+
+
+def test_a_case_that_another_process_has_done_is_left_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    base = Base.read(manifest.case, manifest.overrides, manifest.threads)
+    for row in manifest.rows[:2]:  # the first slides
+        assert run_case(manifest, base, row, NoStop()).wrote_result
+        before = manifest.result(row).read_bytes()
+        exists = iter([False])
+        monkeypatch.setattr(Path, "exists", lambda self, known=Path.exists, first=exists: next(first, known(self)))
+        report = run_case(manifest, base, row, NoStop())
+        monkeypatch.undo()
+        assert (report.code, report.reason, report.wrote_result) == (0, "", False)
+        assert manifest.result(row).read_bytes() == before
+
+
+class NoStop:
+    requested = False
+
+
+@pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
+def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
+    outcome = invoke("sweep", "run", path)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
 
 
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:

@@ -6,105 +6,70 @@ import json
 import os
 import signal
 import subprocess
-import threading
+import sys
 from pathlib import Path
 
 import pytest
 from sweeping import write_sweep
 
-from fretsolve.sweep import process
-from fretsolve.sweep.manifest import Manifest, write_manifest
+import fretsolve
+from fretsolve.sweep.manifest import write_manifest
 from fretsolve.sweep.plan import make_plan
-from fretsolve.sweep.process import ServingProcess
+
+SERVING = Path(__file__).parents[1] / "serving.py"
+KINDS = pytest.mark.parametrize("kind", ["copy", "new"])
 
 
 @pytest.fixture
-def manifest(tmp_path: Path) -> Manifest:
-    found = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
-    write_manifest(found)
-    return found
+def folder(tmp_path: Path) -> Path:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    return manifest.folder
 
 
-def started(manifest: Manifest, kind: str, *others: ServingProcess) -> ServingProcess:
-    if kind == "copy":
-        return process._copy(manifest.folder, others)
-    return process._new(manifest.folder)
+def come_of(kind: str, action: str, folder: Path) -> tuple[list[object], str]:
+    """What `tests/serving.py` prints, and its messages."""
+    environment = os.environ | {"PYTHONPATH": str(Path(fretsolve.__file__).parents[1])}
+    line = [sys.executable, str(SERVING), kind, action, str(folder)]
+    done = subprocess.run(line, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), done.stderr
 
 
-def order(serving: ServingProcess, manifest: Manifest, index: int) -> dict[str, object]:
-    serving.orders.write(f"{index} {manifest.rows[index].id}\n")
-    serving.orders.flush()
-    return json.loads(serving.reports.readline())
+@KINDS
+def test_it_works_on_orders_until_they_end(kind: str, folder: Path) -> None:
+    assert come_of(kind, "work", folder) == ([0, 0], "")
+    assert len(list((folder / "results").glob("*.h5"))) == 1
 
 
-def end(serving: ServingProcess) -> int:
-    serving.orders.close()
-    serving.reports.close()
-    return serving.wait()
+@KINDS
+def test_its_end_by_a_signal_is_told(kind: str, folder: Path) -> None:
+    assert come_of(kind, "kill", folder)[0] == [0, "", -signal.SIGKILL]
 
 
-@pytest.mark.parametrize("kind", ["copy", "new"])
-def test_it_works_on_orders_until_they_end(manifest: Manifest, kind: str) -> None:
-    serving = started(manifest, kind)
-    report = order(serving, manifest, 2)
-    assert (report["index"], report["code"], report["increments"]) == (2, 0, 3)
-    assert manifest.result(manifest.rows[2]).exists()
-    assert end(serving) == 0
+@KINDS
+def test_asked_to_stop_between_orders_it_has_been_stopped(kind: str, folder: Path) -> None:
+    assert come_of(kind, "terminate", folder)[0] == [0, "", 75]
 
 
-@pytest.mark.parametrize("kind", ["copy", "new"])
-def test_its_end_is_told(manifest: Manifest, kind: str) -> None:
-    serving = started(manifest, kind)
-    number = int(order_for_its_number(serving, manifest))
-    os.kill(number, signal.SIGKILL)
-    assert serving.reports.readline() == ""
-    assert end(serving) == -signal.SIGKILL
+@KINDS
+def test_one_whose_end_nobody_can_be_asked_for(kind: str, folder: Path) -> None:
+    assert come_of(kind, "ignored", folder)[0] == [0, 0]
 
 
-def order_for_its_number(serving: ServingProcess, manifest: Manifest) -> str:
-    """The number of the process, from the lock that it holds while it works."""
-    lock = manifest.result(manifest.rows[3]).with_name(manifest.rows[3].id + ".h5.parts") / "lock"
-    lock.parent.mkdir()
-    os.mkfifo(lock.with_name("gate"))  # keeps the folder, so that its lock stays to be read
-    order(serving, manifest, 3)
-    return lock.read_text().split()[1]
+def test_the_end_of_orders_reaches_each_of_several_copies(folder: Path) -> None:
+    assert come_of("copy", "several", folder)[0] == [0, 0, 0, 0, 0]
 
 
-def test_the_end_of_orders_reaches_each_of_several_copies(manifest: Manifest) -> None:
-    first = started(manifest, "copy")
-    second = started(manifest, "copy", first)
-    assert order(first, manifest, 2)["code"] == order(second, manifest, 3)["code"] == 0
-    assert end(first) == 0  # it would wait for ever if the second held its orders open
-    third = started(manifest, "copy", first, second)
-    assert end(second) == end(third) == 0
+@KINDS
+def test_what_is_wrong_is_told_and_nothing_else_done(kind: str, folder: Path) -> None:
+    (folder / "manifest.json").unlink()
+    (codes, messages) = come_of(kind, "missing manifest", folder)
+    assert codes == [4]
+    assert "manifest.json: cannot be read: No such file or directory" in messages
+    assert "Traceback" not in messages
 
 
-def test_a_copy_says_what_is_wrong_and_does_not_go_on_as_its_parent(
-    manifest: Manifest, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (manifest.folder / "manifest.json").unlink()
-    assert end(started(manifest, "copy")) == 4
-    assert "manifest.json: cannot be read: No such file or directory" in capfd.readouterr().err
-
-
-def test_a_copy_is_made_only_where_it_is_safe(manifest: Manifest, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines: list[list[str]] = []
-
-    class Started(subprocess.Popen[str]):
-        def __init__(self, line: list[str], **options: object) -> None:
-            lines.append(line)
-            super().__init__(["true"], **options)  # type: ignore[call-overload]
-
-    monkeypatch.setattr(subprocess, "Popen", Started)
-    gate = threading.Event()
-    other = threading.Thread(target=gate.wait)
-    other.start()
-    try:
-        assert end(process.start(manifest.folder, [])) == 0
-    finally:
-        gate.set()
-        other.join()
-    assert [line[-2:] for line in lines] == [["serve", str(manifest.folder)]]
-    if process.sys.platform == "linux" and threading.active_count() == 1:
-        assert end(process.start(manifest.folder, [])) == 0
-        assert len(lines) == 1
+def test_a_process_with_several_threads_is_not_copied(folder: Path) -> None:
+    linux = sys.platform == "linux"
+    assert come_of("copy", "choose", folder)[0] == [linux, False, linux]
