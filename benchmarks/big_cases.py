@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import fretsolve
@@ -47,33 +48,47 @@ def scene_of(points: int) -> Scene:
     return prepare(fretsolve.load_case(CASE, overrides(points)))
 
 
-def run(points: int, threads: int) -> tuple[float, float, float]:
-    """Largest resident set (bytes), processor and wall-clock seconds of ``fretsolve run``."""
+@dataclass(frozen=True)
+class Taken:
+    """What ``fretsolve run`` takes. memory: largest resident set (bytes); processor, wall: seconds of the command;
+    solving: of the wall clock in the increments."""
+
+    memory: float
+    processor: float
+    wall: float
+    solving: float
+
+
+def run(points: int, threads: int) -> Taken:
+    """One run of the command."""
     words = [word for text in overrides(points) for word in ("--set", text)]
     with tempfile.TemporaryDirectory() as folder:
-        line = [sys.executable, "-m", "fretsolve", "run", str(CASE), "-q", "--threads", str(threads)]
-        line += ["-o", f"{folder}/out.h5", *words]
+        out = Path(folder) / "out.h5"
+        line = [sys.executable, "-m", "fretsolve", "run", str(CASE), "-q", "--threads", str(threads), "-o", str(out)]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
         began = time.perf_counter()
-        child = subprocess.Popen(line, env=environment)
+        child = subprocess.Popen([*line, *words], env=environment)
         _, status, used = os.wait4(child.pid, 0)
+        wall = time.perf_counter() - began
         child.returncode = os.waitstatus_to_exitcode(status)
         if child.returncode:
             raise SystemExit(f"{points} points: exit code {child.returncode}")
+        with fretsolve.open_result(out) as result:
+            solving = float(result.history["wall_time"].sum())
     kilobytes = 1 if sys.platform == "darwin" else 1024
-    return used.ru_maxrss * kilobytes, used.ru_utime + used.ru_stime, time.perf_counter() - began
+    return Taken(used.ru_maxrss * kilobytes, used.ru_utime + used.ru_stime, wall, solving)
 
 
 def print_memory(sizes: list[int]) -> None:
     """Predicted and measured memory and time; the second run of each grid is measured, with FFTW's plans known."""
     print("| points | memory predicted, MB | measured | deviation | time predicted, s | measured | deviation |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    starting = min(run(FEWEST, 1)[1] for _ in range(3))
+    starting = min(run(FEWEST, 1).processor for _ in range(3))
     for points in sizes:
         expected = estimate(scene_of(points))
         run(points, 1)
-        memory, seconds, _ = run(points, 1)
-        seconds -= starting
+        taken = run(points, 1)
+        memory, seconds = taken.memory, taken.processor - starting
         print(
             f"| {points} | {expected.memory / 1e6:.0f} | {memory / 1e6:.0f} | {expected.memory / memory - 1:+.0%}"
             f" | {expected.seconds:.2g} | {seconds:.2g} | {expected.seconds / seconds - 1:+.0%} |",
@@ -82,16 +97,17 @@ def print_memory(sizes: list[int]) -> None:
 
 
 def print_threads(sizes: list[int], counts: list[int]) -> None:
-    """Wall-clock time of a run by threads."""
-    print("| points | threads | wall clock, s | speed-up |")
-    print("| --- | --- | --- | --- |")
+    """Wall-clock time of the increments, and of the whole command, by threads; the second of two runs."""
+    print("| points | threads | solving, s | gain | whole run, s | gain |")
+    print("| --- | --- | --- | --- | --- | --- |")
     for points in sizes:
-        first = 0.0
+        first: Taken | None = None
         for threads in counts:
             run(points, threads)
-            seconds = run(points, threads)[2]
-            first = first or seconds
-            print(f"| {points} | {threads} | {seconds:.2f} | {first / seconds:.2f} |", flush=True)
+            taken = run(points, threads)
+            first = first or taken
+            gains = f"{taken.solving:.2f} | {first.solving / taken.solving:.2f} | {taken.wall:.2f}"
+            print(f"| {points} | {threads} | {gains} | {first.wall / taken.wall:.2f} |", flush=True)
 
 
 def print_writing(sizes: list[int]) -> None:

@@ -6,12 +6,12 @@ The case is mode I of equal bodies (six increments) over friction and load. `pur
 ``list(fretsolve.run(scene))``, from every tenth of the cases, one after another in one process that has solved one
 before; influence coefficients are in it, files are not. It is the mean of two measurements, before a sweep and after
 it, since the speed of a machine that others share drifts; where it drifts by more than a tenth in a minute, only the
-median of several (`--repeat`) tells anything. `efficiency` is pure over jobs times the wall-clock time of
-``fretsolve sweep run``, which has everything in it: start, check, files. `in its own run` has in place of pure the sum
-of `wall_time` over all increments of the sweep's own results, of the same minutes: what drifts is in both, but so is
-what the processes of an engine take from each other. The same of processor time tells what a sweep costs on a machine
-that is shared with others. Dask is a LocalCluster of as many workers of one thread; Slurm one node
-of this machine (root and Debian's packages needed).
+median of several (`--repeat`) tells anything. `efficiency` is pure over jobs times the wall-clock time of ``fretsolve
+sweep run``, which has everything in it: start, check, files. `in its own run` has in place of pure the sum of
+`wall_time` over all increments of the sweep's own results, of the same minutes, times what pure is of that sum in its
+own cases: what drifts is in both, but so is what the processes of an engine take from each other. The same of
+processor time tells what a sweep costs on a machine that is shared with others. Dask is a LocalCluster of as many
+workers of one thread; Slurm one node of this machine (root and Debian's packages needed).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ if __name__ == "__main__":
 """
 
 
-def pure(cases: int, points: int) -> tuple[float, float]:
-    """Wall-clock and processor seconds of all solves, from those of a sample."""
+def pure(cases: int, points: int) -> tuple[float, float, float]:
+    """Wall-clock and processor seconds of all solves, from those of a sample, and the former over their `wall_time`."""
     frictions = cases // LOADS
     chosen = [
         (0.1 + 0.4 * number / max(frictions - 1, 1), 400.0 + 400.0 * load / (LOADS - 1))
@@ -73,11 +73,10 @@ def pure(cases: int, points: int) -> tuple[float, float]:
         for friction, load in chosen
     ]
     deque(fretsolve.run(scenes[0]), maxlen=0)
-    wall, processor = time.perf_counter(), time.process_time()
-    for scene in scenes:
-        deque(fretsolve.run(scene), maxlen=0)
-    share = cases / len(scenes)
-    return share * (time.perf_counter() - wall), share * (time.process_time() - processor)
+    began, began_processor = time.perf_counter(), time.process_time()
+    told = sum(state.summary.wall_time for scene in scenes for state in fretsolve.run(scene))
+    wall, processor = time.perf_counter() - began, time.process_time() - began_processor
+    return cases / len(scenes) * wall, cases / len(scenes) * processor, wall / told
 
 
 def timed(line: list[str], environment: dict[str, str], finish: Callable[[], None]) -> tuple[float, float]:
@@ -165,10 +164,10 @@ def main() -> None:
                 seconds, used = timed(line, environment, all_there)
             own = sum(solving_seconds(path) for path in results.glob("*.h5")) / seconds / options.jobs
             after = pure(cases, options.points)
-            wall, processor = (0.5 * (one + other) for one, other in zip(before, after, strict=True))
+            wall, processor, whole = (0.5 * (one + other) for one, other in zip(before, after, strict=True))
             before = after
             told = f"{processor:.1f} | {used:.1f} | {processor / used:.0%}" if name == "local" else "- | - | -"
-            shares = f"{wall / seconds / options.jobs:.0%} | {own:.0%}"
+            shares = f"{wall / seconds / options.jobs:.0%} | {whole * own:.0%}"
             print(f"| {name} | {wall:.1f} | {seconds:.1f} | {shares} | {told} |", flush=True)
 
 
