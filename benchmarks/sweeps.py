@@ -142,7 +142,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory(prefix="fretsolve-") as text:
             folder = Path(text)
             sweep = folder / "sweep.yaml"
-            per_task = -(-cases // (2 * options.jobs))
+            per_task = -(-cases // options.jobs)
             sweep.write_text(
                 SWEEP.format(
                     case=CASE,
