@@ -30,6 +30,12 @@ class CaseText:
     source: CaseSource
     problems: tuple[CaseError, ...] = ()
 
+    def require_mapping(self, needed: Sequence[str]) -> None:
+        """Raise `CaseError` where the file holds something else, and nothing else is wrong. needed: keys."""
+        if not self.problems and not isinstance(self.data, dict):
+            what = "the file is empty" if self.data is None else "the file does not hold a mapping"
+            raise self.source.problem(f"{what}; one with the keys {', '.join(needed)} is needed")
+
     def overridden(self, overrides: Sequence[str]) -> CaseText:
         """The same text with `overrides`, see `load_case`; what is wrong with them is among its problems.
 
@@ -47,9 +53,7 @@ class CaseText:
 
     def case(self, overrides: Sequence[str] = ()) -> Case:
         """The case with `overrides`, see `load_case`. Raises `CaseError`."""
-        if not self.problems and not isinstance(self.data, dict):
-            what = "the file is empty" if self.data is None else "the file does not hold a mapping"
-            raise self.source.problem(f"{what}; one with the keys {', '.join(_needed_keys())} is needed")
+        self.require_mapping(_needed_keys())
         text = self.overridden(overrides)
         return _validated(text.data, text.source, text.problems)
 

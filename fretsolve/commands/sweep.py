@@ -16,12 +16,12 @@ from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.plots.problem import PictureError
 from fretsolve.study.observable import NAMES, read_observable
 from fretsolve.sweep.cluster import work_on_dask
-from fretsolve.sweep.crew import work_through
+from fretsolve.sweep.crew import in_rounds, work_through
 from fretsolve.sweep.files import writer_of
 from fretsolve.sweep.manifest import Manifest, index_list, read_manifest, require_own, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.slurm import requeue, submit
-from fretsolve.sweep.state import CaseState, counts, missing, state_of, states
+from fretsolve.sweep.state import CaseState, counts, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect
 
 if TYPE_CHECKING:
@@ -76,9 +76,13 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
 
 def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
     if order.engine.startswith(DASK):
-        return work_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop)
+        return work_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop, _warn)
     jobs = order.jobs or max(1, processors() // manifest.threads)
-    return work_through(manifest, todo, jobs, stop)
+
+    def give_out(left: list[Row]) -> Iterator[Report]:
+        return work_through(manifest, left, jobs, stop, lambda row: is_taken(manifest, row))
+
+    return in_rounds(manifest, todo, stop, _warn, give_out)
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
@@ -153,6 +157,10 @@ def _introduce(order: SweepOrder, plan: Plan, todo: Sequence[Row]) -> None:
     print(manifest.title)
     print(f"results: {order.folder}")
     print(f"{count} case{'s' if count > 1 else ''} of {', '.join(manifest.keys)}{equal}{there}", flush=True)
+
+
+def _warn(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 def _say(order: SweepOrder, line: str) -> None:

@@ -13,27 +13,23 @@ import math
 import queue
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.errors import CaseError, FileError, FretsolveError
 from fretsolve.extras import how_to_install
-from fretsolve.history.lock import is_locked
-from fretsolve.history.parts import parts_folder
-from fretsolve.interrupt import EXIT_STOPPED
-from fretsolve.sweep.crew import work_through
+from fretsolve.sweep.crew import in_rounds, work_through
 from fretsolve.sweep.manifest import read_manifest
-from fretsolve.sweep.state import missing
-from fretsolve.sweep.worker import Report, leave_note
+from fretsolve.sweep.state import is_taken, missing
+from fretsolve.sweep.worker import Report
 
 if TYPE_CHECKING:
     from fretsolve.recording import Stop
+    from fretsolve.sweep.crew import Tell
     from fretsolve.sweep.manifest import Manifest, Row
-
-ROUNDS = 3
-"""How often what is missing is given out: a worker that is killed may take others' cases with it."""
 
 SHARES_PER_THREAD = 3
 SHARE_SECONDS = 20.0
@@ -50,10 +46,13 @@ Told = dict[str, Any]
 """A report as it is sent."""
 
 
-def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: Stop) -> Iterator[Report]:
+def work_on_dask(
+    manifest: Manifest, todo: Sequence[Row], address: str, stop: Stop, tell: Tell
+) -> Iterator[Report]:
     """Run the cases `todo` on the workers of the scheduler at `address`; a report as each is heard of.
 
-    Raises CaseError where there is no such scheduler, or no worker.
+    tell: told what it waits for. Raises CaseError where there is no such scheduler, or no worker, and FileError where
+    the scheduler goes away.
     """
     try:
         from distributed import Client, Event
@@ -67,21 +66,24 @@ def work_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: St
         threads = sum(client.nthreads().values())
         if not threads:
             raise CaseError("the scheduler has no workers; start some", (), f"--on dask:{address}")
-        for row in todo:
-            manifest.note(row).unlink(missing_ok=True)  # so that those of now tell which cases have failed
         topic = f"fretsolve-{manifest.folder}-{time.time_ns()}"
         halt = Event(topic, client=client)
         news: queue.SimpleQueue[list[Told]] = queue.SimpleQueue()
         client.subscribe_topic(topic, lambda event: news.put(event[1]["reports"]))
+
+        def give_out(left: list[Row]) -> Iterator[Report]:
+            common = {"folder": str(manifest.folder), "names": _digest(manifest), "topic": topic}
+            shares = _shares(left, threads)
+            futures = client.map(run_share, range(shares), of=shares, **common, pure=False)
+            yield from _reports(futures, news, halt, stop)
+
         try:
-            for _ in range(ROUNDS):
-                left = _untouched(manifest, todo, stop)
-                if not left or stop.requested:
-                    return
-                common = {"folder": str(manifest.folder), "names": _digest(manifest), "topic": topic}
-                shares = _shares(left, threads)
-                futures = client.map(run_share, range(shares), of=shares, **common, pure=False)
-                yield from _reports(futures, news, halt, stop)
+            yield from in_rounds(manifest, todo, stop, tell, give_out)
+        except (CancelledError, OSError) as error:
+            if client.status == "running":
+                raise
+            gone = "the scheduler does not answer any more; what is done stays, and the same command goes on"
+            raise FileError(gone, f"--on dask:{address}") from error
         finally:
             with suppress(Exception):  # without a scheduler there is nobody to tell
                 halt.set()  # tasks that run on must not begin another case
@@ -101,34 +103,12 @@ def run_share(share: int, of: int, folder: str, names: str, topic: str) -> list[
         raise CaseError("the sweep is another one than when the run began", (), manifest.folder)
     news, told = _News(topic), []
     rows = _in_turn(missing(manifest), share, of)
-    for report in work_through(manifest, rows, 1, stop, lambda row: _is_taken(manifest, row)):
-        if report.busy:  # who has the case will tell
-            continue
-        if report.code == EXIT_STOPPED and not stop.requested:  # it may have taken all memory, here as elsewhere
-            leave_note(manifest, manifest.rows[report.index], report, also_of_stopped=True)
-        told.append(asdict(report))
-        news.add(told[-1])
+    for report in work_through(manifest, rows, 1, stop, lambda row: is_taken(manifest, row)):
+        if not report.of_another:
+            told.append(asdict(report))
+            news.add(told[-1])
     news.send()
     return told
-
-
-def _untouched(manifest: Manifest, rows: Sequence[Row], stop: Stop) -> list[Row]:
-    """The cases of `rows` that nobody has finished, failed at or is working on; waits while there are but the last."""
-    while True:
-        left = [row for row in rows if not _has_ended(manifest, row)]
-        free = [row for row in left if not is_locked(parts_folder(manifest.result(row)))]
-        if free or not left or stop.requested:
-            return free
-        time.sleep(GLANCE)
-
-
-def _has_ended(manifest: Manifest, row: Row) -> bool:
-    return manifest.result(row).exists() or manifest.note(row).exists()
-
-
-def _is_taken(manifest: Manifest, row: Row) -> bool:
-    """Whether a case has ended, or somebody is working on it."""
-    return _has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
 
 
 def _in_turn(rows: Sequence[Row], share: int, of: int) -> Iterator[Row]:
@@ -187,8 +167,10 @@ class _Halt:
             self._looked = time.monotonic()
             task = self._worker.state.tasks.get(self._task)
             self._found = task is None or task.state == "cancelled"
-            with suppress(Exception):  # without a scheduler the share ends as it is
+            try:
                 self._found = self._found or bool(self._event.is_set())
+            except Exception:  # without a scheduler nobody hears of what would come
+                self._found = True
         return self._found
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import selectors
 import signal
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.sweep.process import ServingProcess, start
+from fretsolve.sweep.state import has_ended, is_taken
 from fretsolve.sweep.worker import EXIT_BUG, Report, leave_note
 
 if TYPE_CHECKING:
@@ -20,8 +22,15 @@ if TYPE_CHECKING:
 GLANCE = 0.1
 """Seconds between looks at whether to stop."""
 
+ROUNDS = 3
+"""How often what is missing is given out: a process that is killed may take others' cases with it."""
+
 FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU)
 """Signals that end a process through no fault of its own."""
+
+
+Tell = Callable[[str], None]
+"""Takes a line for people."""
 
 
 class Worker:
@@ -55,6 +64,8 @@ class Worker:
         code = self.process.wait()
         if self.index is None:
             return None
+        if code == EXIT_STOPPED:
+            return Report(self.index, code)
         if code >= 0:
             return Report(self.index, code or EXIT_BUG, f"the process ended with exit code {code}")
         number = signal.Signals(-code)
@@ -63,6 +74,44 @@ class Worker:
         return Report(
             self.index, EXIT_STOPPED if outside else EXIT_BUG, f"the process was ended by {number.name}{hint}"
         )
+
+
+def in_rounds(
+    manifest: Manifest,
+    todo: Sequence[Row],
+    stop: Stop,
+    tell: Tell,
+    give_out: Callable[[list[Row]], Iterator[Report]],
+) -> Iterator[Report]:
+    """The reports of `give_out` on the cases `todo`, given out again as long as nothing has been heard of some.
+
+    For those that other processes work on it waits at the end, which `tell` is told, and has done what they leave.
+    """
+    heard: set[int] = set()
+    for row in todo:
+        manifest.note(row).unlink(missing_ok=True)  # so that those of now tell which cases have failed
+    for _ in range(ROUNDS):
+        left = _free(manifest, [row for row in todo if row.index not in heard], stop, tell)
+        if not left or stop.requested:
+            return
+        for report in give_out(left):
+            if not report.of_another:
+                heard.add(report.index)
+                yield report
+
+
+def _free(manifest: Manifest, rows: Sequence[Row], stop: Stop, tell: Tell) -> list[Row]:
+    """The cases that nobody has finished, failed at or is working on; waits while there are but the last."""
+    told = False
+    while True:
+        left = [row for row in rows if not has_ended(manifest, row)]
+        free = [row for row in left if not is_taken(manifest, row)]
+        if free or not left or stop.requested:
+            return free
+        if not told:
+            tell(f"cases that other processes are running: {len(left)}; waiting for them")
+            told = True
+        time.sleep(GLANCE)
 
 
 class _Crew:

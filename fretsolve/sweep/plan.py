@@ -56,6 +56,7 @@ class Findings:
 def make_plan(path: Path, folder: Path) -> Plan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
     text = read_case(path)
+    text.require_mapping(("case", "axes"))
     spec = validated(SweepSpec, text.data, text.source, text.problems)
     common, points = common_values(spec, text.source), points_of(spec, text.source)
     case = path.parent / spec.case

@@ -84,6 +84,16 @@ def missing(manifest: Manifest, rows: Iterable[Row] | None = None) -> list[Row]:
     return [row for row in (manifest.unique if rows is None else rows) if not manifest.result(row).exists()]
 
 
+def has_ended(manifest: Manifest, row: Row) -> bool:
+    """Whether a case has its result, or a note of why it has none."""
+    return manifest.result(row).exists() or manifest.note(row).exists()
+
+
+def is_taken(manifest: Manifest, row: Row) -> bool:
+    """Whether a case has ended, or somebody is working on it."""
+    return has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
+
+
 def counts(found: Sequence[CaseState]) -> dict[Status, int]:
     """How many cases are in each of `STATUSES`, those that occur."""
     numbers = {status: sum(one.status == status for one in found) for status in STATUSES}

@@ -59,6 +59,11 @@ class Report:
         """Whether this run has written the result: one that was there already has had no increments to tell of."""
         return self.code == NoSolutionError.exit_code or (self.code == 0 and self.increments > 0)
 
+    @property
+    def of_another(self) -> bool:
+        """Whether another process has the case or has done it, and tells of it."""
+        return self.busy or (self.has_result and not self.wrote_result)
+
 
 class Orders:
     """A pipe as the source of orders, whose end or a signal requests a stop. signalled: whether a signal has."""
@@ -166,14 +171,14 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
     return report
 
 
-def leave_note(manifest: Manifest, row: Row, report: Report, *, also_of_stopped: bool = False) -> None:
-    """Say beside the results why a case has none; a full disk keeps nobody from going on.
+def leave_note(manifest: Manifest, row: Row, report: Report) -> None:
+    """Say beside the results why a case has none, unless it was stopped for no reason of its own.
 
-    also_of_stopped: where it was stopped too, which otherwise goes without saying.
+    A full disk keeps nobody from going on.
     """
     note = manifest.note(row)
     with suppress(OSError):
-        if report.has_result or (report.code == EXIT_STOPPED and not also_of_stopped):
+        if report.has_result or (report.code == EXIT_STOPPED and not report.reason):
             note.unlink(missing_ok=True)
         elif not report.busy:
             note.write_text(json.dumps({"exit_code": report.code, "reason": report.reason}), encoding="utf-8")

@@ -97,6 +97,30 @@ def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[
     assert len(list((folder / "results").glob("*.h5"))) < CASES
 
 
+@pytest.mark.skipif("FRETSOLVE_SWEEP_CASES" not in os.environ, reason="waits for the scheduler in vain; for long runs")
+def test_scheduler_that_goes_away(tmp_path: Path) -> None:
+    case = CASE.replace("increments: 2", "increments: 100").replace("points: 12", "points: 48")
+    path, folder = write_sweep(tmp_path, SWEEP, case), tmp_path / "sweep.sweep"
+    script = tmp_path / "cluster.py"
+    script.write_text(CLUSTER)
+    pipe = subprocess.PIPE
+    line = [sys.executable, str(script)]
+    with subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True) as scheduler:
+        assert scheduler.stdout is not None
+        address = scheduler.stdout.readline().split()[0]
+        with start("sweep", "run", path, "--on", f"dask:{address}") as process:
+            wait_for_results(folder, 1, process)
+            scheduler.kill()
+            _, messages = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 4
+    gone = "the scheduler does not answer any more; what is done stays, and the same command goes on"
+    assert messages.endswith(f"--on dask:{address}: {gone}\n")
+    end = time.monotonic() + PATIENCE
+    while workers(folder):
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
 def test_no_scheduler(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n")
     code, _, messages = finish("sweep", "run", path, "--on", "dask:nonsense://x")

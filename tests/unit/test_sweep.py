@@ -9,6 +9,7 @@ import re
 import resource
 import signal
 import subprocess
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -409,6 +410,13 @@ class NoStop:
     requested = False
 
 
+def test_a_sweep_file_that_is_empty(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, "")
+    outcome = invoke("sweep", "run", path)
+    told = f"{path}:1: the file is empty; one with the keys case, axes is needed\n"
+    assert (outcome.exit_code, outcome.stderr) == (2, told)
+
+
 @pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
 def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
     path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
@@ -499,15 +507,13 @@ def test_quiet_sweep_tells_errors(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n"), tmp_path / "sweep.sweep"
     manifest = make_plan(path, folder).manifest
     write_manifest(manifest)
-    lock = RunLock.acquire(parts_folder(manifest.result(manifest.rows[0])))
-    try:
-        outcome = invoke("sweep", "run", path, "-q")
-    finally:
-        lock.release()
-    assert (outcome.exit_code, outcome.stdout) == (75, "")
-    assert outcome.stderr.startswith("case 0: friction=0.1: ")
-    assert "another run is writing this output" in outcome.stderr
     result = manifest.result(manifest.rows[0])
+    lock = RunLock.acquire(parts_folder(result))
+    threading.Timer(1.0, lock.release).start()
+    outcome = invoke("sweep", "run", path, "-q")
+    assert (outcome.exit_code, outcome.stdout) == (0, "")
+    assert outcome.stderr == "cases that other processes are running: 1; waiting for them\n"
+    result.unlink()
     result.write_bytes(b"half of a file")
     outcome = invoke("sweep", "run", path, "-q")
     assert (outcome.exit_code, outcome.stdout) == (4, "")

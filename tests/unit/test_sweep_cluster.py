@@ -1,9 +1,10 @@
-"""What Dask tasks take in turn, without Dask."""
+"""Who runs which case: what Dask tasks take in turn, without Dask, and what is given out again."""
 
 from __future__ import annotations
 
 import queue
 import threading
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +14,10 @@ from sweeping import write_sweep
 from fretsolve.errors import CaseError
 from fretsolve.history.lock import RunLock
 from fretsolve.history.parts import parts_folder
-from fretsolve.sweep import cluster
-from fretsolve.sweep.manifest import Manifest, write_manifest
+from fretsolve.sweep import cluster, crew
+from fretsolve.sweep.manifest import Manifest, Row, write_manifest
 from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.state import has_ended, is_taken
 from fretsolve.sweep.worker import Report, leave_note
 
 
@@ -57,24 +59,42 @@ def test_cases_that_have_ended_or_are_worked_on_are_taken(manifest: Manifest) ->
     manifest.result(done).touch()
     leave_note(manifest, failed, Report(failed.index, 4, "no room"))
     lock = RunLock.acquire(parts_folder(manifest.result(busy)))
-    assert [cluster._is_taken(manifest, row) for row in (done, failed, busy, free)] == [True, True, True, False]
-    rows = (done, failed, busy, free)
-    assert cluster._untouched(manifest, rows, Stop()) == [free]
-    assert cluster._untouched(manifest, (done, failed), Stop()) == []
+    rows, said = (done, failed, busy, free), list[str]()
+    assert [is_taken(manifest, row) for row in rows] == [True, True, True, False]
+    assert crew._free(manifest, rows, Stop(), said.append) == [free]
+    assert crew._free(manifest, (done, failed), Stop(), said.append) == []
     threading.Timer(0.2, lock.release).start()
-    assert cluster._untouched(manifest, (done, busy), Stop()) == [busy]  # once its run has let go of it
+    assert said == []
+    assert crew._free(manifest, (done, busy), Stop(), said.append) == [busy]  # once its run has let go of it
+    assert said == ["cases that other processes are running: 1; waiting for them"]
 
 
-def test_a_case_that_was_killed_is_noted_where_others_would_try_it_again(manifest: Manifest) -> None:
+def test_what_is_not_heard_of_is_given_out_again_but_nothing_that_has_failed(manifest: Manifest) -> None:
+    rounds: list[list[int]] = []
+
+    def give_out(left: list[Row]) -> Iterator[Report]:
+        rounds.append([row.index for row in left])
+        yield Report(0, 0)  # another process has done it; its result is on the way
+        yield Report(1, 75, "the process was ended by SIGKILL")
+        yield Report(2, 4, "no room, not even for a note")
+
+    leave_note(manifest, manifest.rows[3], Report(3, 4, "of an earlier command"))
+    reports = list(crew.in_rounds(manifest, manifest.rows[:4], Stop(), print, give_out))
+    assert [report.index for report in reports] == [1, 2] * crew.ROUNDS
+    assert rounds == [[0, 1, 2, 3], [0, 3], [0, 3]]
+
+
+def test_a_case_that_was_killed_is_noted_one_that_was_stopped_is_not(manifest: Manifest) -> None:
     row = manifest.rows[0]
-    killed = Report(row.index, 75, "the process was ended by SIGKILL")
-    leave_note(manifest, row, killed)
-    assert not cluster._has_ended(manifest, row)
-    leave_note(manifest, row, killed, also_of_stopped=True)
-    assert cluster._has_ended(manifest, row)
+    leave_note(manifest, row, Report(row.index, 75))
+    assert not has_ended(manifest, row)
+    leave_note(manifest, row, Report(row.index, 75, "the process was ended by SIGKILL"))
+    assert has_ended(manifest, row)
+    leave_note(manifest, row, Report(row.index, 75))
+    assert not has_ended(manifest, row)
 
 
-def test_a_task_notes_what_was_killed_and_tells_nothing_of_cases_that_others_have(
+def test_a_task_tells_nothing_of_cases_that_others_have(
     manifest: Manifest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent: list[cluster.Told] = []
@@ -87,14 +107,13 @@ def test_a_task_notes_what_was_killed_and_tells_nothing_of_cases_that_others_hav
             pass
 
     killed = Report(0, 75, "the process was ended by SIGKILL")
-    found = [killed, Report(1, 4, "busy", busy=True), Report(2, 0, increments=3)]
+    found = [killed, Report(1, 4, "busy", busy=True), Report(2, 0, increments=3), Report(3, 0)]
     monkeypatch.setattr(cluster, "_Halt", lambda topic: Stop())
     monkeypatch.setattr(cluster, "_News", News)
     monkeypatch.setattr(cluster, "work_through", lambda *rest: iter(found))
     told = cluster.run_share(0, 1, str(manifest.folder), cluster._digest(manifest), "topic")
     assert told == sent
     assert [values["index"] for values in told] == [0, 2]
-    assert [cluster._has_ended(manifest, row) for row in manifest.rows[:3]] == [True, False, False]
     with pytest.raises(CaseError, match="another one than when the run began"):
         cluster.run_share(0, 1, str(manifest.folder), "another", "topic")
 
