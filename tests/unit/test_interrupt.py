@@ -29,17 +29,21 @@ def test_first_signal_is_noted_and_announced_once(
     assert capfd.readouterr().err == f"fretsolve: {number.name}: {interrupt.NOTICE}\n"
 
 
-def test_second_signal_exits_at_once_with_75(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_second_signal_exits_at_once_with_75(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     codes: list[int] = []
     monkeypatch.setattr(os, "_exit", codes.append)
     clock = iter([10.0, 10.0 + interrupt.SAME_SIGNAL / 2, 11.0])
     monkeypatch.setattr(interrupt.time, "monotonic", lambda: next(clock))
-    with StopRequest(notice=""):
+    with StopRequest(notice="stopping", at_once="stopped"):
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(signal.SIGTERM)
         assert codes == []
+        assert capfd.readouterr().err == "fretsolve: SIGTERM: stopping\n"
         signal.raise_signal(signal.SIGINT)
         assert codes == [75]
+        assert capfd.readouterr().err == "fretsolve: SIGINT: stopped\n"
 
 
 def test_without_notice_nothing_is_written(capfd: pytest.CaptureFixture) -> None:
