@@ -27,11 +27,11 @@ from calibrate_error_bars import put_into
 from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
 
 import fretsolve
-from fretsolve.accuracy import QUANTITIES, Verdict, percent, scales, verdict
 from fretsolve.case import Case
-from fretsolve.error_bars import run_with_error_bars
-from fretsolve.scene import Scene, prepare
-from fretsolve.state import Summary, SummaryErrors
+from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.setup.accuracy import QUANTITIES, Verdict, percent, scales, verdict
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.error_bars import run_with_error_bars
 
 LEVELS = ("draft", "standard", "reference")
 FEWEST_POINTS, FINER_POINTS, MOST_POINTS, FINER_INCREMENTS = 96, 3, 384, 8

@@ -10,9 +10,9 @@ import numpy as np
 from work_unit import work_unit
 
 import fretsolve
-from fretsolve.elastic import ElasticOperator
-from fretsolve.scene import prepare
-from fretsolve.terms import Terms
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.model.terms import Terms
+from fretsolve.setup.setup import prepare
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"
 PARTS = ("normal", "tangential", "all", "tangential, single", "preconditioner")

@@ -21,10 +21,10 @@ import numpy as np
 from work_unit import work_unit
 
 import fretsolve
-from fretsolve.increment import IncrementSolver, Solved
-from fretsolve.iterate import Start
-from fretsolve.load_path import Increment
-from fretsolve.scene import Scene, prepare
+from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.working_state import Start
+from fretsolve.model.load_path import Increment
+from fretsolve.setup.setup import Scene, prepare
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 

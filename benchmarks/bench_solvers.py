@@ -12,14 +12,14 @@ import time
 import numpy as np
 from work_unit import work_unit
 
-from fretsolve.balance import Balance
-from fretsolve.elastic import ElasticOperator
-from fretsolve.grid import Grid
-from fretsolve.materials import Compliances
-from fretsolve.normal import NormalSolver
-from fretsolve.pointwise import COMPILED
-from fretsolve.tangential import TangentialSolver
-from fretsolve.terms import Terms
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.kernels import COMPILED
+from fretsolve.model.grid import Grid
+from fretsolve.model.load_control import Balance
+from fretsolve.model.materials import Compliances
+from fretsolve.model.terms import Terms
+from fretsolve.solvers.normal import NormalSolver
+from fretsolve.solvers.tangential import TangentialSolver
 
 STEEL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
 SOLVERS = ("normal", "tangential")

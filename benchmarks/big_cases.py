@@ -25,10 +25,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fretsolve
-from fretsolve.estimate import estimate
-from fretsolve.history import HistoryWriter
-from fretsolve.recording import record, run_header
-from fretsolve.scene import Scene, prepare
+from fretsolve.result import HistoryWriter
+from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.run_to_file import record, run_header
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE = ROOT / "cases" / "mode1_similar.yaml"

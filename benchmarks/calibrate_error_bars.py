@@ -23,9 +23,9 @@ from pathlib import Path
 from calibration_cases import CASES, HELD_OUT, CalibrationCase
 
 import fretsolve
-from fretsolve.error_bars import run_with_error_bars
-from fretsolve.scene import Scene, prepare
-from fretsolve.state import Summary, SummaryErrors
+from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.error_bars import run_with_error_bars
 
 QUANTITIES = {
     **dict.fromkeys(("P", "Qx", "Qy"), "N"),

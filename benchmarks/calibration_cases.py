@@ -24,9 +24,9 @@ from calibration_truth import (
 )
 
 from fretsolve.case import Case
-from fretsolve.closed_forms import full_slip_torque, hertz_sphere
-from fretsolve.materials import Compliances
-from fretsolve.scene import prepare
+from fretsolve.model.materials import Compliances
+from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
+from fretsolve.setup.setup import prepare
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from fretsolve.closed_forms import (
+from fretsolve.model.materials import Compliances
+from fretsolve.reference.closed_forms import (
     boussinesq_punch,
     cattaneo_mindlin,
     full_slip_torque,
@@ -19,7 +20,6 @@ from fretsolve.closed_forms import (
     lubkin,
     mindlin_unloading,
 )
-from fretsolve.materials import Compliances
 
 Truth = Mapping[int, Mapping[str, float]]
 """Values of the history at the end of stages (1-based)."""

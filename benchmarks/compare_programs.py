@@ -44,7 +44,7 @@ from pathlib import Path
 
 from programs.task import Answer, Task
 
-from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere
+from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere
 
 WORKERS = Path(__file__).resolve().parent / "programs"
 GRIDS = (256, 512)

@@ -5,7 +5,7 @@
     python benchmarks/figures.py --into README.md docs/verification.md docs/performance.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
-References: closed forms (`fretsolve.closed_forms`) with the deviations of an independent, certified solve on 256 x 256
+References: closed forms (`closed_forms`) with the deviations of an independent, certified solve on 256 x 256
 cells, ten increments per stage where pressure and shear act on each other. Deviations of the dissimilar bodies are
 from the closed forms of the similar ones, which have the same contact modulus.
 """
@@ -34,9 +34,9 @@ import transform_lengths
 from marked import printed, put_parts_into
 
 import fretsolve
-from fretsolve.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
-from fretsolve.scene import prepare
-from fretsolve.state import State
+from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
+from fretsolve.result.state import State
+from fretsolve.setup.setup import prepare
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 

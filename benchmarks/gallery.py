@@ -27,7 +27,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fretsolve import plots
-from fretsolve.closed_forms import (
+from fretsolve.model.materials import compliances
+from fretsolve.plots.canvas import own_style
+from fretsolve.plots.marks import CLOSED_FORM, marks
+from fretsolve.reference.closed_forms import (
     HertzContact,
     cattaneo_mindlin,
     hertz_sphere,
@@ -35,11 +38,8 @@ from fretsolve.closed_forms import (
     mindlin_displacement,
     spence_stick_ratio,
 )
-from fretsolve.history import Result, open_result
-from fretsolve.materials import compliances
-from fretsolve.plots.canvas import own_style
-from fretsolve.plots.marks import CLOSED_FORM, marks
-from fretsolve.plots.path import stored_case
+from fretsolve.result import Result, open_result
+from fretsolve.result.stored_case import stored_case
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES, PICTURES = ROOT / "cases", ROOT / "docs" / "pictures"

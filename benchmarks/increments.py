@@ -17,8 +17,8 @@ from typing import Any
 
 import fretsolve
 from fretsolve.case import Case
-from fretsolve.scene import Scene, prepare
-from fretsolve.state import Summary
+from fretsolve.result.state import Summary
+from fretsolve.setup.setup import Scene, prepare
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]

@@ -22,8 +22,8 @@ from work_unit import work_unit
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
-from fretsolve.scene import Scene, prepare
-from fretsolve.state import State, Summary
+from fretsolve.result.state import State, Summary
+from fretsolve.setup.setup import Scene, prepare
 
 TOLERANCES = (1e-4, 1e-5, 1e-6)
 """The last is one that a case may not ask for in single precision."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from bench_path import JOBS, compile_kernels, scene_of
 
 import fretsolve
-from fretsolve.pointwise import COMPILED
+from fretsolve.kernels import COMPILED
 
 FIRST, LAST = 31, 35
 
@@ -25,12 +25,12 @@ PRODUCTS = "elastic operator: products with the influence spectra"
 PRECONDITIONER = "preconditioner"
 
 PARTS = {
-    TRANSFORMS: ("convolution", "elastic", "spectral_plain", "spectral_compiled"),
+    TRANSFORMS: ("convolution", "elastic", "spectral_numpy", "spectral_numba"),
     PRODUCTS: (),
     PRECONDITIONER: ("symbol_inverse",),
-    "conjugate gradients": ("projected_cg", "cg_plain", "cg_compiled"),
-    "slip law and balance": ("tangential", "balance", "friction_plain", "friction_compiled"),
-    "normal problem": ("normal", "modes", "normal_plain", "normal_compiled"),
+    "conjugate gradients": ("projected_cg", "cg_numpy", "cg_numba"),
+    "slip law and balance": ("tangential", "balance", "friction_numpy", "friction_numba"),
+    "normal problem": ("normal", "modes", "normal_numpy", "normal_numba"),
     "first estimates, window, alternation": ("alternation", "increment", "level", "coarse", "window", "sliding"),
     "certificate and state": ("certificate", "simulation", "edges"),
     "influence coefficients": ("influence", "influence_spectra"),

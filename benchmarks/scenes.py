@@ -22,7 +22,7 @@ from bench_path import peak_bytes
 from marked import put_parts_into
 
 import fretsolve
-from fretsolve.scene import Scene, prepare
+from fretsolve.setup.setup import Scene, prepare
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 PAPER = (

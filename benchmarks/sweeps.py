@@ -29,7 +29,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import fretsolve
-from fretsolve.scene import prepare
+from fretsolve.setup.setup import prepare
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE = ROOT / "cases" / "mode1_similar.yaml"

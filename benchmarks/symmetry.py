@@ -23,10 +23,10 @@ import numpy as np
 import pyfftw
 from marked import put_parts_into
 
-from fretsolve.convolution import RowSpace, padded_length
-from fretsolve.elastic import ElasticOperator
-from fretsolve.materials import compliances
-from fretsolve.terms import Terms
+from fretsolve.elastic.convolution import RowSpace, padded_length
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.model.materials import compliances
+from fretsolve.model.terms import Terms
 
 GRIDS = (128, 256, 512, 1024)
 SIDE = 0.8

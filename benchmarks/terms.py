@@ -24,12 +24,12 @@ import numpy as np
 from marked import put_parts_into
 
 import fretsolve
-from fretsolve.closed_forms import full_slip_torque, hertz_sphere
 from fretsolve.errors import NoSolutionError
-from fretsolve.materials import Compliances
-from fretsolve.scene import prepare
-from fretsolve.state import Summary
-from fretsolve.term_errors import Drive, coupling_errors, cross_errors
+from fretsolve.model.materials import Compliances
+from fretsolve.model.term_errors import Drive, coupling_errors, cross_errors
+from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
+from fretsolve.result.state import Summary
+from fretsolve.setup.setup import prepare
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -292,7 +292,7 @@ def print_elsewhere(points: int) -> None:
 
 def draw(points: int, file: Path) -> None:
     """Errors over Dundurs' constant by friction with the laws, and errors over the time saved."""
-    from fretsolve.plots.canvas import canvas, rendered
+    from fretsolve.plots import canvas, rendered
 
     marks = {"I": ("o", "#0072B2"), "II": ("s", "#E69F00"), "III": ("^", "#009E73")}
     named = {"force": "I", "pressing": "II", "torque": "III"}
@@ -337,7 +337,7 @@ def draw(points: int, file: Path) -> None:
 
 def _law(ratio: float, named: dict[str, str], mode: str) -> float:
     """The expected error of the motion for weak coupling, where the ratio alone decides."""
-    from fretsolve.term_errors import MOTION
+    from fretsolve.model.term_errors import MOTION
 
     drive = next(drive for drive, name in named.items() if name == mode)
     weak = 1e-3

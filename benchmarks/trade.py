@@ -22,13 +22,13 @@ from tempfile import gettempdir
 
 from marked import put_parts_into
 
-from fretsolve import simulation
-from fretsolve.interrupt import StopRequest
-from fretsolve.pointwise import readying_seconds
+from fretsolve.kernels import readying_seconds
+from fretsolve.simulation import simulation
 from fretsolve.study.assessment import Assessment, Row, assess, front
 from fretsolve.study.plan import make_plan
-from fretsolve.study.run import make_runs
+from fretsolve.study.run_trials import make_runs
 from fretsolve.study.wording import advice, percent, two_digits
+from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 PRESS, PULL, TWIST = "{P: 400 N}", "{Qx: 36 N}", "{Mz: 5 N*mm, Qx: 0 N, Qy: 0 N}"
@@ -139,7 +139,7 @@ def _cells(study: Assessment, row: Row) -> list[str]:
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
     """The pictures of the studies of grids and increments, as ``fretsolve study`` draws them."""
     from fretsolve.plots.canvas import rendered
-    from fretsolve.plots.trade import trade
+    from fretsolve.study.plot import trade
 
     for mode in modes:
         picture = trade(studied(mode, STUDIES[0], asked), f"Mode {mode}")

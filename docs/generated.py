@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fretsolve.case import case_schema
 from fretsolve.case.quantities import UNIT_NOTE
-from fretsolve.history.layout import ERRORS, FIELDS, HISTORY, Quantity
+from fretsolve.result.layout import ERRORS, FIELDS, HISTORY, Quantity
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

@@ -9,8 +9,8 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "load_case": "fretsolve.case",
-    "run": "fretsolve.simulation",
-    "open_result": "fretsolve.history",
+    "run": "fretsolve.simulation.simulation",
+    "open_result": "fretsolve.result",
 }
 __all__ = ["__version__", "load_case", "open_result", "run"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fretsolve.cli import main
+from fretsolve.cli.main import main
 
 if __name__ == "__main__":
     main(prog_name="fretsolve")

@@ -107,3 +107,9 @@ def located(message: str, key: KeyPath, file: Path | str | None, line: int | Non
     """One line ``FILE:LINE: key.path: message`` of whatever of its parts is known."""
     place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
     return ": ".join([*place, *([dotted(key)] if key else []), message])
+
+
+class PictureError(FretsolveError):
+    """The result, or what was asked for, does not give the picture; the text says why (exit code 2)."""
+
+    exit_code = 2

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 import fretsolve
 from fretsolve import open_result
-from fretsolve.cli import main
+from fretsolve.cli.main import main
 
 CASE = """\
 title: tiny

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.history import RunHeader
-from fretsolve.state import Fields, State, Summary
+from fretsolve.result import RunHeader
+from fretsolve.result.state import Fields, State, Summary
 
 ALL_FIELDS = ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap")
 COUNTS = (

@@ -9,10 +9,10 @@ from typing import Any
 
 from fretsolve import run
 from fretsolve.case import Case
-from fretsolve.closed_forms import hertz_sphere
-from fretsolve.materials import compliances
-from fretsolve.simulation import prepare
-from fretsolve.state import State
+from fretsolve.model.materials import compliances
+from fretsolve.reference.closed_forms import hertz_sphere
+from fretsolve.result.state import State
+from fretsolve.simulation.simulation import prepare
 
 SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
 DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})

@@ -9,7 +9,7 @@ from pathlib import Path
 from task import Answer, Task, read_task
 
 import fretsolve
-from fretsolve.state import Summary
+from fretsolve.result.state import Summary
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "mode1_similar.yaml"
 

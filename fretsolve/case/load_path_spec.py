@@ -8,7 +8,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from ..components import PAIRS
+from fretsolve.case.load_components import PAIRS
+
 from ..errors import KeyPath
 from .base import Auto, CaseModel, Count, Length, refused_at
 from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused

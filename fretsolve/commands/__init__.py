@@ -1,1 +1,1 @@
-"""The work of each command; `fretsolve.cli` has their options and turns errors into exit codes."""
+"""The work of each command; `fretsolve.cli.main` has their options and turns errors into exit codes."""

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.case import HISTORY_DIMENSIONS, load_case
-from fretsolve.commands.description import warn
-from fretsolve.commands.doubts import doubts
+from fretsolve.commands.case_summary import warn
 from fretsolve.commands.junit import write_junit
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
-from fretsolve.estimate import require_memory
-from fretsolve.files import require_ending
-from fretsolve.scene import prepare
-from fretsolve.simulation import run
+from fretsolve.setup.cost_estimate import require_memory
+from fretsolve.setup.setup import prepare
+from fretsolve.setup.warnings import doubts
+from fretsolve.simulation.simulation import run
+from fretsolve.system.files import require_ending
 
 if TYPE_CHECKING:
     from fretsolve.case import Expectation
-    from fretsolve.state import Summary
+    from fretsolve.result.state import Summary
 
 EXIT_MISSED = 1
 

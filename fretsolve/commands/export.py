@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError
 from fretsolve.export.xdmf import points_file
-from fretsolve.files import require_ending, require_free, writing
-from fretsolve.history import open_result
+from fretsolve.result import open_result
+from fretsolve.system.files import require_ending, require_free, writing
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 SUFFIXES = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
 """What the name of the file ends on, per format."""
@@ -55,12 +55,12 @@ def export_result(order: ExportOrder) -> int:
 def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) -> Sequence[str]:
     """Write it; what a person should hear of it."""
     if file_format == "csv":
-        from fretsolve.export.table import write_csv
+        from fretsolve.export.csv_table import write_csv
 
         write_csv(result, out)
         return ()
     if file_format == "npz":
-        from fretsolve.export.archive import write_npz
+        from fretsolve.export.npz import write_npz
 
         write_npz(result, steps, out)
         return ()

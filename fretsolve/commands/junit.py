@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from fretsolve.files import writing
+from fretsolve.system.files import writing
 
 if TYPE_CHECKING:
     from fretsolve.commands.check import Comparison, Outcome

@@ -6,7 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from fretsolve.files import require_ending, require_free, writing
+from fretsolve.system.files import require_ending, require_free, writing
 
 HEIGHTS = "HEIGHTS"
 """What stands in a template for the name of its height map."""

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import CaseError
-from fretsolve.extras import how_to_install
-from fretsolve.files import make_folder, writing
-from fretsolve.history import open_result
+from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots import KINDS
-from fretsolve.plots.problem import PictureError
+from fretsolve.result import open_result
+from fretsolve.system.files import make_folder, writing
+from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
     from fretsolve.plots.kinds import Kind, Selection
+    from fretsolve.result import Result
 
 DEFAULT_KIND = "loop"
 
@@ -109,8 +108,8 @@ def _format(path: Path) -> str:
 def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, folder: Path) -> None:
     """All pictures and ``index.html`` in `folder`. Raises CaseError, FileError."""
     from fretsolve.plots.kinds import MOVING, STILL
+    from fretsolve.plots.load_history import require_increments
     from fretsolve.plots.page import Entry, html_page
-    from fretsolve.plots.path import require_increments
 
     if _format(folder) in (*STILL, *MOVING, "html"):
         raise CaseError("--all writes many files; the name of a folder is needed", (), folder)

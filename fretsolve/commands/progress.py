@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-    from fretsolve.state import Summary, SummaryErrors
+    from fretsolve.result.state import Summary, SummaryErrors
 
 REFRESHES_PER_SECOND = 4.0
 

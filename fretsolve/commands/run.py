@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.case import load_case
-from fretsolve.commands.telling import Quiet, teller
+from fretsolve.commands.messages import Quiet, teller
 from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.estimate import require_disk, require_memory
-from fretsolve.files import require_ending
-from fretsolve.history import HistoryWriter
-from fretsolve.interrupt import EXIT_STOPPED
-from fretsolve.recording import height_maps, record, run_header
-from fretsolve.scene import Scene, prepare
+from fretsolve.result import HistoryWriter
+from fretsolve.setup.cost_estimate import require_disk, require_memory
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.run_to_file import height_maps, record, run_header
+from fretsolve.system.files import require_ending
+from fretsolve.system.signals import EXIT_STOPPED
 
 if TYPE_CHECKING:
     from fretsolve.case import Case
-    from fretsolve.interrupt import StopRequest
+    from fretsolve.system.signals import StopRequest
 
 
 RESULT_ENDINGS = (".h5", ".hdf5")

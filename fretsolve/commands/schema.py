@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from fretsolve.case import case_schema
-from fretsolve.files import require_ending, require_free, writing
+from fretsolve.system.files import require_ending, require_free, writing
 
 
 def schema_text() -> str:

@@ -11,22 +11,22 @@ from rich.console import Console
 
 from fretsolve.commands.study_progress import study_progress
 from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.extras import how_to_install
-from fretsolve.files import make_folder, writing
-from fretsolve.history import durable
-from fretsolve.interrupt import EXIT_STOPPED
-from fretsolve.report import NARROWEST, WIDTH
+from fretsolve.export.text_report import NARROWEST, WIDTH
 from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.files import CSV_NAME, HDF5_NAME, write_csv, write_hdf5
 from fretsolve.study.plan import Plan, make_plan
-from fretsolve.study.run import Outcome, is_done, make_runs
+from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_csv, write_hdf5
+from fretsolve.study.run_trials import Outcome, is_done, make_runs
 from fretsolve.study.table import tables
 from fretsolve.study.wording import advice, notes
+from fretsolve.system import atomic_files
+from fretsolve.system.files import make_folder, writing
+from fretsolve.system.optional import how_to_install
+from fretsolve.system.signals import EXIT_STOPPED
 
 if TYPE_CHECKING:
-    from fretsolve.interrupt import StopRequest
+    from fretsolve.study.compared_with import TruthKind
     from fretsolve.study.trial import Trial
-    from fretsolve.study.truth import TruthKind
+    from fretsolve.system.signals import StopRequest
 
 PICTURE_NAME = "study.png"
 
@@ -108,7 +108,7 @@ def _write(order: StudyOrder, study: Assessment, *, picture: bool) -> None:
     write_hdf5(order.folder / HDF5_NAME, study, list(advice(study)))
     path = order.folder / PICTURE_NAME
     with writing(path):
-        durable.remove(path)
+        atomic_files.remove(path)
         if picture:
             _draw(path, study, _title(order, study.finest))
 
@@ -117,7 +117,7 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
     """Write the picture, or a line that says what it needs. Raises OSError."""
     try:
         from fretsolve.plots.canvas import rendered
-        from fretsolve.plots.trade import trade
+        from fretsolve.study.plot import trade
     except ImportError as error:
         print(
             f"{path}: not drawn: matplotlib is needed, which cannot be imported ({error}): {how_to_install('plot')}",
@@ -125,7 +125,7 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
         )
         return
     content = rendered(trade(study, title), "png")
-    with durable.new_file(path, path.parent) as file:
+    with atomic_files.new_file(path, path.parent) as file:
         file.write(content)
 
 

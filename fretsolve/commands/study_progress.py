@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from fretsolve.commands.progress import REFRESHES_PER_SECOND, Display
-from fretsolve.study.run import is_done
+from fretsolve.study.run_trials import is_done
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from fretsolve.state import Summary
-    from fretsolve.study.run import Outcome
+    from fretsolve.result.state import Summary
+    from fretsolve.study.run_trials import Outcome
     from fretsolve.study.trial import Trial
 
 

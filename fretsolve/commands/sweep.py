@@ -9,12 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
-from fretsolve.commands.threads import processors
-from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.files import require_free
-from fretsolve.interrupt import EXIT_STOPPED
-from fretsolve.plots.problem import PictureError
-from fretsolve.study.observable import NAMES, read_observable
+from fretsolve.errors import CaseError, NoSolutionError, PictureError
+from fretsolve.study.quantity import NAMES, read_observable
 from fretsolve.sweep.cluster import work_on_dask
 from fretsolve.sweep.crew import in_rounds, work_through
 from fretsolve.sweep.files import writer_of
@@ -23,12 +19,15 @@ from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.state import CaseState, counts, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect
+from fretsolve.system.files import require_free
+from fretsolve.system.signals import EXIT_STOPPED
+from fretsolve.system.threads import processors
 
 if TYPE_CHECKING:
-    from fretsolve.interrupt import StopRequest
     from fretsolve.sweep.manifest import Row
     from fretsolve.sweep.plan import Plan
     from fretsolve.sweep.worker import Report
+    from fretsolve.system.signals import StopRequest
 
 MOST_REASONS = 20
 """Lines on cases that have no result or no solution."""

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import yaml
 
 from fretsolve.case import HeightsSurface, load_case
-from fretsolve.commands.boussinesq import punch_contact
-from fretsolve.commands.description import accuracy_lines, grid_line, model_table, stage_lines, warn
-from fretsolve.commands.doubts import doubts
-from fretsolve.commands.hertz import hertz_contact, hertz_contacts
-from fretsolve.commands.outlook import sliding_displacement, smallest_stick
+from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.errors import CaseError, FileError, dotted
-from fretsolve.estimate import disk_problem, estimate, memory_problem
-from fretsolve.scene import prepare
+from fretsolve.setup.boussinesq import punch_contact
+from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
+from fretsolve.setup.hertz import hertz_contact, hertz_contacts
+from fretsolve.setup.setup import prepare
+from fretsolve.setup.slip_forecast import sliding_displacement, smallest_stick
+from fretsolve.setup.warnings import doubts
 
 if TYPE_CHECKING:
-    from fretsolve.commands.hertz import Hertz
-    from fretsolve.scene import Scene
+    from fretsolve.setup.hertz import Hertz
+    from fretsolve.setup.setup import Scene
 
 YAML_WIDTH = 110
 

@@ -16,11 +16,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.surfaces import BodySurface, FlatError, Surfaces
-from fretsolve.files import replacing
+from fretsolve.export.deformed_surfaces import BodySurface, FlatError, Surfaces
+from fretsolve.system.files import replacing
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 Arrays = Mapping[str, NDArray[Any]]
 

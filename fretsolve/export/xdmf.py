@@ -15,12 +15,12 @@ from xml.sax.saxutils import escape, quoteattr
 import h5py
 import numpy as np
 
-from fretsolve.files import replacing
-from fretsolve.history import durable
-from fretsolve.history.layout import create_field, is_single, stored_fields
+from fretsolve.result.layout import create_field, is_single, stored_fields
+from fretsolve.system import atomic_files
+from fretsolve.system.files import replacing
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 _TYPES = {
     "float64": 'NumberType="Float" Precision="8"',
@@ -38,8 +38,8 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
     whole = result.status in ("complete", "failed")
-    durable.remove_stale(beside)
-    with durable.new_hdf5(beside, beside.parent) as file:
+    atomic_files.remove_stale(beside)
+    with atomic_files.new_hdf5(beside, beside.parent) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
         file.create_dataset("points", data=points, compression="gzip", shuffle=True)

@@ -11,6 +11,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from fretsolve.errors import PictureError
+
 KINDS = (
     "loop",
     "profiles",
@@ -24,15 +26,14 @@ KINDS = (
 """The kinds of pictures, as the command line has them."""
 
 _PUBLIC = {
-    "PictureError": "problem",
     "loop": "loops",
-    "profiles": "cuts",
+    "profiles": "profiles",
     "contact_map": "maps",
     "streamlines": "stream",
     "slip_angle": "angles",
     "stick_history": "stick",
     "convergence": "residuals",
-    "animation": "movie",
+    "animation": "animation",
 }
 __all__ = [
     "KINDS",

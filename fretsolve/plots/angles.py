@@ -11,19 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.load_history import step_text
 from fretsolve.plots.maps import draw_arrows, draw_cells, draw_outlines, frame, outline_key, panel_size
-from fretsolve.plots.path import step_text
-from fretsolve.plots.problem import PictureError
 from fretsolve.plots.snapshot import Snapshot, Window, chosen_step, common_window
-from fretsolve.state import Zone
+from fretsolve.result.state import Zone
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
-FloatArray = NDArray[np.float64]
 
 LEAST_CHANGE = 1e-6
 """A change of the load below this part of it is none."""
@@ -42,7 +41,7 @@ class SlipAngle:
     against: what the angle is measured from, in words.
     """
 
-    degrees: FloatArray
+    degrees: DoubleArray
     against: str
 
 
@@ -76,7 +75,7 @@ def angle_of(snapshot: Snapshot) -> SlipAngle:
     return SlipAngle(np.where(slipping, np.degrees(np.arctan2(cross, along)), np.nan), against)
 
 
-def _direction(result: Result, step: int) -> tuple[FloatArray, str]:
+def _direction(result: Result, step: int) -> tuple[DoubleArray, str]:
     """A vector along the load, (2, 1, 1) or (2, nx, ny), and in words. Raises PictureError."""
 
     def change(name: str) -> float:

@@ -16,10 +16,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 
-from fretsolve.plots.problem import PictureError
+from fretsolve.errors import PictureError
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 Target = Axes | Sequence[Axes] | None
 """Where to draw: on the user's own axes, or (None) on a figure of its own."""

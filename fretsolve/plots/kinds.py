@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fretsolve.errors import PictureError
 from fretsolve.plots import KINDS
 from fretsolve.plots.angles import slip_angle
+from fretsolve.plots.animation import animation_content
 from fretsolve.plots.canvas import rendered
-from fretsolve.plots.cuts import profiles
 from fretsolve.plots.loops import loop
 from fretsolve.plots.maps import contact_map
-from fretsolve.plots.movie import animation_content
-from fretsolve.plots.problem import PictureError
+from fretsolve.plots.profiles import profiles
 from fretsolve.plots.residuals import convergence
 from fretsolve.plots.stick import stick_history
 from fretsolve.plots.stream import streamlines
@@ -21,7 +21,7 @@ from fretsolve.plots.stream import streamlines
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 STILL = ("png", "pdf", "svg")
 MOVING = ("gif", "mp4")

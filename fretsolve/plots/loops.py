@@ -15,15 +15,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.load_history import Cycle, MovedPair, cycles, moved_pairs, require_increments
 from fretsolve.plots.marks import CLOSED_FORM, MOST_INCREMENTS, MOST_NAMED, line_colors, marks, spacing
-from fretsolve.plots.path import Cycle, MovedPair, cycles, moved_pairs, require_increments
-from fretsolve.plots.problem import PictureError
 from fretsolve.plots.quantities import axis_label, readable, unit_of
 from fretsolve.plots.reference import hertz_curve
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 PANEL = (4.6, 3.9)
 MOST_COLUMNS = 3

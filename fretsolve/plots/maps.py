@@ -18,13 +18,12 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width
-from fretsolve.plots.path import step_text
-from fretsolve.plots.problem import PictureError
+from fretsolve.plots.load_history import step_text
 from fretsolve.plots.quantities import Unit, readable
 from fretsolve.plots.snapshot import (
     VECTORS,
-    Mask,
     Snapshot,
     Window,
     chosen_step,
@@ -33,12 +32,12 @@ from fretsolve.plots.snapshot import (
     require_field,
     stored_names,
 )
-from fretsolve.state import Zone
+from fretsolve.result.state import Zone
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
-FloatArray = NDArray[np.float64]
 
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels where none are asked for."""
@@ -149,7 +148,7 @@ def arrangement(count: int, seen: Window) -> tuple[int, int]:
     return columns, -(-count // columns)
 
 
-def finite_magnitude(snapshot: Snapshot, name: str) -> FloatArray:
+def finite_magnitude(snapshot: Snapshot, name: str) -> DoubleArray:
     """The values or lengths of a field, 0 where there is no material (the gap is infinite there)."""
     values = snapshot.magnitude(name)
     return np.where(np.isfinite(values), values, 0.0)
@@ -187,7 +186,7 @@ def draw_field(axes: Axes, snapshot: Snapshot, scale: Scale, seen: Window) -> No
 
 
 def draw_cells(
-    axes: Axes, result: Result, values: NDArray[Any], hidden: Mask, norm: Normalize, colors: Colormap
+    axes: Axes, result: Result, values: NDArray[Any], hidden: BoolArray, norm: Normalize, colors: Colormap
 ) -> None:
     """Cells (nx, ny) in their colours, but for those `hidden`."""
     half_x, half_y = 0.5 * _cell(result.x), 0.5 * _cell(result.y)
@@ -233,7 +232,7 @@ def hide_rest(drawn: Canvas, used: int) -> None:
         axes.set_axis_off()
 
 
-def _draw_outline(axes: Axes, snapshot: Snapshot, mask: Mask, options: dict[str, Any]) -> None:
+def _draw_outline(axes: Axes, snapshot: Snapshot, mask: BoolArray, options: dict[str, Any]) -> None:
     if not mask.any():
         return
     x, y = (_padded(centres) for centres in (snapshot.result.x, snapshot.result.y))
@@ -249,18 +248,18 @@ def _draw_outline(axes: Axes, snapshot: Snapshot, mask: Mask, options: dict[str,
     lines.set_path_effects([withStroke(linewidth=2.4, foreground="white", alpha=0.7)])
 
 
-def _padded(centres: FloatArray) -> FloatArray:
+def _padded(centres: DoubleArray) -> DoubleArray:
     """Cell centres with one more cell at either end, so that outlines close at the grid's edge."""
     cell = _cell(centres)
     return np.concatenate([[centres[0] - cell], centres, [centres[-1] + cell]])
 
 
-def _cell(centres: FloatArray) -> float:
+def _cell(centres: DoubleArray) -> float:
     """The side of a cell (mm); 1 where there is one cell alone."""
     return float(centres[1] - centres[0]) if len(centres) > 1 else 1.0
 
 
-def draw_arrows(axes: Axes, result: Result, vectors: FloatArray, seen: Window) -> None:
+def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, seen: Window) -> None:
     """Arrows of equal length in the direction of those of `vectors` (2, nx, ny) that are not small."""
     inside = [
         np.flatnonzero((centres >= low) & (centres <= high))

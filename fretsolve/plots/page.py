@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
+from fretsolve.export.text_report import print_report
 from fretsolve.plots.canvas import title
-from fretsolve.report import print_report
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
     from fretsolve.plots.kinds import Kind
+    from fretsolve.result import Result
 
 STYLE = (
     "body{font-family:sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#222}"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretsolve.history.layout import FIELDS, HISTORY, X, Y
+from fretsolve.result.layout import FIELDS, HISTORY, X, Y
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 LEAST = 0.1
 """A unit is used where the largest value is at least this much of it."""

@@ -8,19 +8,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretsolve.case import Case, EllipsoidSurface, SphereSurface
-from fretsolve.closed_forms import hertz_elliptic, hertz_sphere, spence_stick_ratio
-from fretsolve.materials import Compliances
-from fretsolve.model import derive_model
-from fretsolve.plots.path import stored_case
-from fretsolve.tangential_form import SAME, TangentialForm, remembered
+from fretsolve.model.materials import Compliances
+from fretsolve.model.required_terms import derive_model
+from fretsolve.reference.closed_forms import hertz_elliptic, hertz_sphere, spence_stick_ratio
+from fretsolve.reference.cyclic_loading import SAME, TangentialForm, remembered
+from fretsolve.result.stored_case import stored_case
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
-FloatArray = NDArray[np.float64]
 
 CURVE_POINTS = 200
 
@@ -30,7 +29,7 @@ class ClosedForm:
     """A closed form with its authors' name. at: values at points x, y (mm), (n,) or of a vector (2, n)."""
 
     name: str
-    at: Callable[[FloatArray, FloatArray], FloatArray]
+    at: Callable[[DoubleArray, DoubleArray], DoubleArray]
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class StickRatio:
     """c/a of each increment by a closed form, NaN where it does not apply."""
 
     name: str
-    values: FloatArray
+    values: DoubleArray
 
 
 def hertz_pressure(result: Result, step: int) -> ClosedForm | None:
@@ -65,7 +64,7 @@ def hertz_pressure(result: Result, step: int) -> ClosedForm | None:
     return None
 
 
-def hertz_curve(result: Result) -> tuple[FloatArray, FloatArray] | None:
+def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     """delta_z (mm) and P (N) of an upright sphere, up to the largest of the history; None for all else."""
     case = stored_case(result)
     sphere = _sphere(case)

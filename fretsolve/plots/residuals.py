@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from fretsolve.export.text_report import stage_ends
 from fretsolve.plots.canvas import Target, canvas
+from fretsolve.plots.load_history import require_increments
 from fretsolve.plots.marks import marks
-from fretsolve.plots.path import require_increments
-from fretsolve.report import stage_ends
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 PANEL = (8.0, 2.7)
 COUNTS = ("iterations_normal", "iterations_tangential", "alternations")

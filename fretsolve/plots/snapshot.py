@@ -8,17 +8,15 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fretsolve.plots.path import require_increments
-from fretsolve.plots.problem import PictureError
-from fretsolve.state import Zone
+from fretsolve.errors import PictureError
+from fretsolve.plots.load_history import require_increments
+from fretsolve.result.state import Zone
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
-FloatArray = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 VECTORS = ("shear", "slip")
 """Fields of two components; they are named as in the case file, without the component."""
@@ -49,9 +47,9 @@ class Snapshot:
     def __init__(self, result: Result, step: int):
         self.result = result
         self.step = step
-        self._read: dict[str, FloatArray] = {}
+        self._read: dict[str, DoubleArray] = {}
 
-    def field(self, name: str) -> FloatArray:
+    def field(self, name: str) -> DoubleArray:
         """A field, ``(nx, ny)``, vectors ``(2, nx, ny)``, in the result's units. Raises PictureError if not stored."""
         require_field(self.result, name)
         if name not in self._read:
@@ -60,20 +58,20 @@ class Snapshot:
             self._read[name] = np.stack(members) if name in VECTORS else members[0]
         return self._read[name]
 
-    def magnitude(self, name: str) -> FloatArray:
+    def magnitude(self, name: str) -> DoubleArray:
         """A scalar field, or the length of a vector field, ``(nx, ny)``."""
         values = self.field(name)
         return np.hypot(values[0], values[1]) if name in VECTORS else values
 
     @cached_property
-    def contact(self) -> Mask:
+    def contact(self) -> BoolArray:
         """Cells in contact, ``(nx, ny)``."""
         if has_field(self.result, "zone"):
             return np.asarray(self.field("zone") != Zone.OPEN)
         return np.asarray(self.field("pressure") > 0.0)
 
     @cached_property
-    def stick(self) -> Mask | None:
+    def stick(self) -> BoolArray | None:
         """Cells that stick, ``(nx, ny)``; None where the zones are not stored."""
         return self.field("zone") == Zone.STICK if has_field(self.result, "zone") else None
 
@@ -131,7 +129,7 @@ def common_window(snapshots: Sequence[Snapshot]) -> Window:
     return window(snapshots[0].result, _union(snapshots))
 
 
-def window(result: Result, contact: Mask) -> Window:
+def window(result: Result, contact: BoolArray) -> Window:
     """The contact with some space around it, within the grid; the whole grid where nothing touches."""
     sides = []
     for (low, high), centres in zip(_extent(result, contact), (result.x, result.y), strict=True):
@@ -142,7 +140,7 @@ def window(result: Result, contact: Mask) -> Window:
     return Window(*sides)
 
 
-def _union(snapshots: Sequence[Snapshot]) -> Mask:
+def _union(snapshots: Sequence[Snapshot]) -> BoolArray:
     """Cells in contact in any of `snapshots`; none where it is not stored what touches."""
     result = snapshots[0].result
     if has_field(result, "zone") or has_field(result, "pressure"):
@@ -150,7 +148,7 @@ def _union(snapshots: Sequence[Snapshot]) -> Mask:
     return np.zeros((len(result.x), len(result.y)), bool)
 
 
-def _extent(result: Result, contact: Mask) -> list[tuple[float, float]]:
+def _extent(result: Result, contact: BoolArray) -> list[tuple[float, float]]:
     """First and last cell centre in contact along x and along y (mm), those of the grid where none is."""
     sides = []
     for axis, centres in enumerate((result.x, result.y)):

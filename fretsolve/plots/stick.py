@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.load_history import MovedPair, cycles, last_driven, moved_pairs, require_increments
 from fretsolve.plots.loops import add_cycle_colorbar, place_legend
 from fretsolve.plots.marks import CLOSED_FORM, MOST_INCREMENTS, MOST_NAMED, marks
-from fretsolve.plots.path import MovedPair, cycles, last_driven, moved_pairs, require_increments
-from fretsolve.plots.problem import PictureError
 from fretsolve.plots.quantities import axis_label, unit_of
 from fretsolve.plots.reference import stick_form
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 PANEL = (4.9, 3.6)
 
@@ -37,7 +37,7 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
     return drawn.figure
 
 
-def stick_ratio(result: Result) -> NDArray[np.float64]:
+def stick_ratio(result: Result) -> DoubleArray:
     """c/a of each increment, NaN without a contact."""
     contact = result.history["contact_radius"]
     touching = np.where(contact > 0.0, contact, np.nan)

@@ -10,7 +10,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.load_history import step_text
 from fretsolve.plots.maps import (
     NAMES,
     arrangement,
@@ -21,12 +23,10 @@ from fretsolve.plots.maps import (
     scale_of,
 )
 from fretsolve.plots.marks import line_colors
-from fretsolve.plots.path import step_text
-from fretsolve.plots.problem import PictureError
 from fretsolve.plots.snapshot import VECTORS, Snapshot, Window, chosen_step, common_window, has_field, require_field
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 DENSITY = 1.3
 NOTHING = 1e-3

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fretsolve.components import PAIRS
-from fretsolve.study.observable import Observable
+from fretsolve.case.load_components import PAIRS
 from fretsolve.study.plan import Plan
-from fretsolve.study.run import Outcome
+from fretsolve.study.quantity import Observable
+from fretsolve.study.run_trials import Outcome
 from fretsolve.study.trial import Trial
 from fretsolve.study.variation import Variation
+from fretsolve.system.arrays import DoubleArray
 
 SIGNED = frozenset(name for pair in PAIRS[1:] for name in pair)
 """Load components that go to and fro through 0: their errors are taken over the largest value on the path."""
@@ -32,8 +32,8 @@ class Row:
     """
 
     outcome: Outcome
-    values: NDArray[np.float64]
-    errors: NDArray[np.float64]
+    values: DoubleArray
+    errors: DoubleArray
     is_truth: bool
     best: bool = False
 
@@ -61,9 +61,9 @@ class Assessment:
     problem_keys: tuple[str, ...]
     observables: tuple[Observable, ...]
     left_out: tuple[Observable, ...]
-    truth: NDArray[np.float64]
+    truth: DoubleArray
     truth_words: str
-    scales: NDArray[np.float64]
+    scales: DoubleArray
     finest: Trial
     rows: tuple[Row, ...]
 

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from fretsolve.case import EllipsoidSurface, SphereSurface
-from fretsolve.closed_forms import (
+from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.reference.closed_forms import (
     HertzContact,
     cattaneo_mindlin,
     full_slip_torque,
@@ -17,12 +18,11 @@ from fretsolve.closed_forms import (
     lubkin,
     mindlin_displacement,
 )
-from fretsolve.components import PAIRS, TANGENTIAL
-from fretsolve.study.observable import Observable
-from fretsolve.tangential_form import SAME, TangentialForm, remembered
+from fretsolve.reference.cyclic_loading import SAME, TangentialForm, remembered
+from fretsolve.study.quantity import Observable
 
 if TYPE_CHECKING:
-    from fretsolve.scene import Scene
+    from fretsolve.setup.setup import Scene
 
 Loads = Sequence[dict[str, float]]
 Values = Iterator[tuple[str, float]]

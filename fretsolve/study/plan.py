@@ -8,9 +8,9 @@ from pathlib import Path
 
 from fretsolve.errors import CaseError
 from fretsolve.study.closed_form import why_left_out
-from fretsolve.study.observable import Observable, usual_observables
+from fretsolve.study.compared_with import NOUNS, TruthKind, chosen_observables, known_values
+from fretsolve.study.quantity import Observable, usual_observables
 from fretsolve.study.trial import Trial, finest, prepare_trials, stage_count
-from fretsolve.study.truth import NOUNS, TruthKind, chosen_observables, known_values
 from fretsolve.study.variation import Variation, crossed, read_variations
 
 

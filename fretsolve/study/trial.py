@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 from fretsolve.case import CaseErrors, HeightsSurface, load_case
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.estimate import estimate, require_memory
-from fretsolve.recording import run_header
-from fretsolve.scene import Scene, prepare
+from fretsolve.setup.cost_estimate import estimate, require_memory
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.run_to_file import run_header
 from fretsolve.study.variation import Combination
 
 if TYPE_CHECKING:
-    from fretsolve.history import RunHeader
+    from fretsolve.result import RunHeader
 
 WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_estimate=false")
 """A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself."""

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.case import CaseText, HeightsSurface, read_case
-from fretsolve.recording import run_header
-from fretsolve.scene import Scene, prepare
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.run_to_file import run_header
 from fretsolve.study.trial import digest
 
 if TYPE_CHECKING:
     from fretsolve.errors import KeyPath
-    from fretsolve.history import RunHeader
+    from fretsolve.result import RunHeader
     from fretsolve.study.variation import Setting
 
 

@@ -20,14 +20,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fretsolve.errors import CaseError, FileError, FretsolveError
-from fretsolve.extras import how_to_install
 from fretsolve.sweep.crew import in_rounds, work_through
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.state import is_taken, missing
 from fretsolve.sweep.worker import Report
+from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:
-    from fretsolve.recording import Stop
+    from fretsolve.simulation.run_to_file import Stop
     from fretsolve.sweep.crew import Tell
     from fretsolve.sweep.manifest import Manifest, Row
 

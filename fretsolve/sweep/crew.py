@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
-from fretsolve.interrupt import EXIT_STOPPED
 from fretsolve.sweep.process import ServingProcess, start
 from fretsolve.sweep.state import has_ended, is_taken
 from fretsolve.sweep.worker import EXIT_BUG, Report, leave_note
+from fretsolve.system.signals import EXIT_STOPPED
 
 if TYPE_CHECKING:
-    from fretsolve.recording import Stop
+    from fretsolve.simulation.run_to_file import Stop
     from fretsolve.sweep.manifest import Manifest, Row
 
 GLANCE = 0.1

@@ -14,8 +14,8 @@ import numpy as np
 
 from fretsolve import __version__
 from fretsolve.errors import CaseError
-from fretsolve.history import durable
 from fretsolve.sweep.table import Column, Table
+from fretsolve.system import atomic_files
 
 
 def write_csv(path: Path, table: Table) -> None:
@@ -25,8 +25,8 @@ def write_csv(path: Path, table: Table) -> None:
     columns = list(_columns(table))
     writer.writerow([column.heading for column in columns])
     writer.writerows(zip(*(map(_cell, column.values.tolist()) for column in columns), strict=True))
-    with durable.reported(path):
-        durable.write_text(path, text.getvalue())
+    with atomic_files.reported(path):
+        atomic_files.write_text(path, text.getvalue())
 
 
 def write_hdf5(path: Path, table: Table, *, fields: bool) -> None:
@@ -35,7 +35,7 @@ def write_hdf5(path: Path, table: Table, *, fields: bool) -> None:
     fields: link each result as ``results/ID``, relative to this file. Raises FileError.
     """
     manifest = table.manifest
-    with durable.reported(path), durable.new_hdf5(path, path.parent) as file:
+    with atomic_files.reported(path), atomic_files.new_hdf5(path, path.parent) as file:
         file.attrs["fretsolve_version"] = __version__
         file.attrs["title"] = manifest.title
         file.attrs["case"] = str(manifest.case)
@@ -63,7 +63,7 @@ def write_parquet(path: Path, table: Table) -> None:
     columns = {column.heading: pyarrow.array(column.values.tolist()) for column in _columns(table)}
     content = io.BytesIO()
     pyarrow.parquet.write_table(pyarrow.table(columns), content)
-    with durable.reported(path), durable.new_file(path, path.parent) as file:
+    with atomic_files.reported(path), atomic_files.new_file(path, path.parent) as file:
         file.write(content.getvalue())
 
 

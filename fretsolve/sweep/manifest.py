@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.files import reason_of
-from fretsolve.history import durable
 from fretsolve.study.variation import Setting
+from fretsolve.system import atomic_files
+from fretsolve.system.files import reason_of
 
 MANIFEST_NAME = "manifest.json"
 RESULTS_NAME = "results"
@@ -119,9 +119,9 @@ def write_manifest(manifest: Manifest) -> None:
     cases = ",\n  ".join(lines)
     text = json.dumps(head, indent=1, ensure_ascii=False)[:-2] + f',\n "cases": [\n  {cases}\n ]\n}}\n'
     path = manifest.folder / MANIFEST_NAME
-    with durable.reported(path):
+    with atomic_files.reported(path):
         (manifest.folder / RESULTS_NAME).mkdir(parents=True, exist_ok=True)
-        durable.write_text(path, text)
+        atomic_files.write_text(path, text)
 
 
 def read_manifest(folder: Path) -> Manifest:

@@ -12,8 +12,8 @@ from fretsolve.case import CaseErrors, read_case
 from fretsolve.case.loading import validated
 from fretsolve.case.source import Override
 from fretsolve.errors import CaseError, FileError
-from fretsolve.estimate import free_bytes, require_memory, rounded_bytes
-from fretsolve.study.observable import read_observable, usual_observables
+from fretsolve.setup.cost_estimate import free_bytes, require_memory, rounded_bytes
+from fretsolve.study.quantity import read_observable, usual_observables
 from fretsolve.sweep.base import Base, identity, read_height_maps
 from fretsolve.sweep.manifest import Manifest, Row
 from fretsolve.sweep.points import Point, Value, common_values, points_of
@@ -22,7 +22,7 @@ from fretsolve.sweep.state import missing
 
 if TYPE_CHECKING:
     from fretsolve.case import CaseSource
-    from fretsolve.scene import Scene
+    from fretsolve.setup.setup import Scene
 
 MOST_SHOWN = 10
 """Problems that are reported one by one."""

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretsolve.case import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import YamlSyntaxError, case_error, parse
 from fretsolve.errors import CaseError, FileError, KeyPath
-from fretsolve.files import reason_of
 from fretsolve.study.variation import STRAY_STAR, Setting, has_stray_star
 from fretsolve.sweep.spec import LARGEST_SWEEP, CsvAxis, LatinHypercubeAxis, Range
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.files import reason_of
 
 if TYPE_CHECKING:
     from fretsolve.case import CaseSource
@@ -136,7 +136,7 @@ def _ends(interval: Range | Interval) -> tuple[float, float, str]:
     return low, high, unit
 
 
-def _texts(numbers: NDArray[np.float64], unit: str) -> list[str]:
+def _texts(numbers: DoubleArray, unit: str) -> list[str]:
     return [f"{number:.{DIGITS}g} {unit}".rstrip() for number in numbers.tolist()]
 
 

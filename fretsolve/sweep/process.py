@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import IO, NoReturn
 
 from fretsolve.errors import FretsolveError
-from fretsolve.interrupt import SIGNALS
 from fretsolve.sweep.worker import EXIT_BUG, serve
+from fretsolve.system.signals import SIGNALS
 
 HEAVY = "fretsolve.sweep.base"
 """What a process imports that works on cases."""

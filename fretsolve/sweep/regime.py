@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 from fretsolve.errors import SlidingError
 
 if TYPE_CHECKING:
-    from fretsolve.history import Result
+    from fretsolve.result import Result
 
 Regime = Literal["", "stick", "partial slip", "gross slip"]
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError
-from fretsolve.history import durable
 from fretsolve.sweep.manifest import Manifest, Row, index_list
+from fretsolve.system import atomic_files
 
 if TYPE_CHECKING:
     from fretsolve.sweep.plan import Plan
@@ -102,9 +102,9 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
 
 def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
     script = manifest.folder / FOLDER_NAME / SCRIPT_NAME
-    with durable.reported(script):
+    with atomic_files.reported(script):
         script.parent.mkdir(exist_ok=True)
-        durable.write_text(script, script_text(manifest, spec))
+        atomic_files.write_text(script, script_text(manifest, spec))
     return script
 
 

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import CaseError, FileError
-from fretsolve.history import Result, open_result
-from fretsolve.state import ERROR_SUFFIX
-from fretsolve.study.observable import NAMES, Observable
+from fretsolve.result import Result, open_result
+from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.study.quantity import NAMES, Observable
 from fretsolve.sweep.manifest import Manifest, Row
 from fretsolve.sweep.regime import regime
 from fretsolve.sweep.state import CaseState, states
+from fretsolve.system.arrays import DoubleArray
 
 UNITS = {name: Observable(name, 1).units for name in NAMES}
 
@@ -50,7 +51,7 @@ class Table:
     errors: tuple[Column, ...]
     regimes: tuple[str, ...]
     increments: NDArray[np.int64]
-    seconds: NDArray[np.float64]
+    seconds: DoubleArray
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.interrupt import EXIT_STOPPED, SIGNALS
+from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from fretsolve.recording import Stop
+    from fretsolve.simulation.run_to_file import Stop
     from fretsolve.sweep.base import Base
     from fretsolve.sweep.manifest import Manifest, Row
 
@@ -136,8 +136,8 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
     if out.exists():
         return Report(row.index, 0)
 
-    from fretsolve.history import SAME_COMMAND, HistoryWriter
-    from fretsolve.recording import record
+    from fretsolve.result import SAME_COMMAND, HistoryWriter
+    from fretsolve.simulation.run_to_file import record
     from fretsolve.sweep.base import identity
 
     reason, code, busy = "", 0, False

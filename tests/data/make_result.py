@@ -11,8 +11,8 @@ sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent)]
 
 from fake_states import fake_header, fake_states  # noqa: E402
 
-from fretsolve.history import HistoryWriter  # noqa: E402
-from fretsolve.history.layout import FORMAT_VERSION  # noqa: E402
+from fretsolve.result import HistoryWriter  # noqa: E402
+from fretsolve.result.layout import FORMAT_VERSION  # noqa: E402
 
 if __name__ == "__main__":
     out = HERE / f"result_v{FORMAT_VERSION}.h5"

@@ -18,7 +18,7 @@ from pages import DOCS, ROOT, Block, agree, blocks, links, pages
 
 from fretsolve import load_case
 from fretsolve.case import Case, case_schema
-from fretsolve.history.layout import ERRORS, FIELDS, HISTORY
+from fretsolve.result.layout import ERRORS, FIELDS, HISTORY
 
 CASE = {
     "bodies": [{"young_modulus": 2e5, "poisson_ratio": 0.3}, "rigid"],

@@ -22,8 +22,8 @@ from hypothesis import strategies as st
 
 from fretsolve.case import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
-from fretsolve.model import derive_model
-from fretsolve.state import State
+from fretsolve.model.required_terms import derive_model
+from fretsolve.result.state import State
 
 ASKED = int(os.environ.get("FRETSOLVE_RANDOM_CASES", "0"))
 LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")

@@ -4,7 +4,7 @@
 [--fail-at STEP]`` prints ``increment STEP`` for each increment as soon as it is saved.
 """
 
-from fretsolve.interrupt import EXIT_STOPPED, StopRequest  # before anything heavy
+from fretsolve.system.signals import EXIT_STOPPED, StopRequest  # before anything heavy
 
 if __name__ == "__main__":
     with StopRequest() as stop:
@@ -18,7 +18,7 @@ if __name__ == "__main__":
         from fake_states import fake_header, fake_states
 
         from fretsolve.errors import FretsolveError
-        from fretsolve.history import HistoryWriter
+        from fretsolve.result import HistoryWriter
 
         parser = argparse.ArgumentParser()
         parser.add_argument("out", type=Path)

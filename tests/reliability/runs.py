@@ -11,7 +11,7 @@ import numpy as np
 
 import fretsolve
 from fretsolve.errors import FileError
-from fretsolve.history import open_result
+from fretsolve.result import open_result
 
 
 def run_line(out: Path, *flags: str, **values: float) -> list[str]:

@@ -14,7 +14,7 @@ import pytest
 from command_line import CASE, LONG, assert_same_result, finish, python, saved_steps, start, write_case
 
 from fretsolve import open_result
-from fretsolve.interrupt import NOTICE
+from fretsolve.system.signals import NOTICE
 
 INCREMENTS = 42
 KILLS = int(os.environ.get("FRETSOLVE_CLI_KILLS", "3"))
@@ -208,7 +208,7 @@ def test_interrupted_check_ends_by_the_signal(tmp_path: Path) -> None:
 def test_numerics_are_set_up_before_they_are_loaded() -> None:
     code = (
         "import os, sys; os.environ.pop('OPENBLAS_NUM_THREADS', None)\n"
-        "from fretsolve import cli; print('numpy' in sys.modules); cli.set_up_numerics()\n"
+        "from fretsolve.cli import main; print('numpy' in sys.modules); main.set_up_numerics()\n"
         "print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     assert python(code).split() == ["False", "1"]

@@ -15,8 +15,9 @@ from fake_states import fake_header, fake_states
 from faulty_os import FaultyOs, SimulatedKillError
 
 from fretsolve.errors import FileError
-from fretsolve.history import HistoryWriter, durable, lock, open_result, writer
-from fretsolve.state import State
+from fretsolve.result import HistoryWriter, lock, open_result, writer
+from fretsolve.result.state import State
+from fretsolve.system import atomic_files
 
 INCREMENTS = 4
 BEFORE = 3
@@ -105,7 +106,7 @@ def faults(out: Path, options: dict[str, bool], patch: pytest.MonkeyPatch) -> It
     """Numbers of the changes to meet with a fault."""
     counter = FaultyOs()
     with patch.context() as context:
-        context.setattr(durable, "os", counter)
+        context.setattr(atomic_files, "os", counter)
         context.setattr(lock, "os", counter)
         run(out, [], **options)
     previous = ""
@@ -158,7 +159,7 @@ def test_fault_at_every_change_loses_nothing(
         faulty = FaultyOs(number, kind)
         reported = list(range(BEFORE)) if "resume" in options else []
         with monkeypatch.context() as context:
-            context.setattr(durable, "os", faulty)
+            context.setattr(atomic_files, "os", faulty)
             context.setattr(lock, "os", faulty)
             try:
                 run(out, reported, **options)

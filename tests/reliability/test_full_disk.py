@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from runs import finish, readable, reported, run_line
 
-from fretsolve.history import open_result
+from fretsolve.result import open_result
 
 RUN = {"increments": 12, "points": 40}
 

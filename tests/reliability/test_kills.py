@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from runs import finish, readable, reported, run_line, start
 
-from fretsolve.history import open_result
+from fretsolve.result import open_result
 
 KILLS = int(os.environ.get("FRETSOLVE_KILLS", "25"))
 RUN = {"increments": 40, "points": 12, "every": 3}

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from runs import finish, reported, run_line, start
 
-from fretsolve.history import open_result
-from fretsolve.interrupt import NOTICE
+from fretsolve.result import open_result
+from fretsolve.system.signals import NOTICE
 
 RUN = {"increments": 5, "every": 2}
 

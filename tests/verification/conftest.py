@@ -11,9 +11,9 @@ import pytest
 
 from fretsolve import load_case, run
 from fretsolve.case import Case
-from fretsolve.grid import Grid
-from fretsolve.simulation import prepare
-from fretsolve.state import State, Summary
+from fretsolve.model.grid import Grid
+from fretsolve.result.state import State, Summary
+from fretsolve.simulation.simulation import prepare
 
 CASES = Path(__file__).parents[2] / "cases"
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
 
-from fretsolve.balance import Balance
-from fretsolve.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
-from fretsolve.edges import stick_area
-from fretsolve.elastic import ElasticOperator
-from fretsolve.model import derive_model
-from fretsolve.normal import NormalSolver
-from fretsolve.state import Zone
-from fretsolve.surface import separation
-from fretsolve.tangential import TangentialSolver
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.model.load_control import Balance
+from fretsolve.model.required_terms import derive_model
+from fretsolve.model.surface import separation
+from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
+from fretsolve.result.state import Zone
+from fretsolve.simulation.zone_areas import stick_area
+from fretsolve.solvers.normal import NormalSolver
+from fretsolve.solvers.tangential import TangentialSolver
 
 POINTS = (24, 48, 96)
 SIZES = (0.68, 0.72, 0.77)

@@ -10,10 +10,10 @@ import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, SIMILAR, A, build, grid_of, solve, solve_last
 
 from fretsolve import load_case, run
-from fretsolve.closed_forms import boussinesq_punch, full_slip_torque, full_stick_compliance, love_cone
 from fretsolve.errors import ContactLostError, GridEdgeError, NoSolutionError, SlidingError
-from fretsolve.model import derive_model
-from fretsolve.state import Zone
+from fretsolve.model.required_terms import derive_model
+from fretsolve.reference.closed_forms import boussinesq_punch, full_slip_torque, full_stick_compliance, love_cone
+from fretsolve.result.state import Zone
 
 CASE = """\
 bodies:

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build, solve
 
-from fretsolve.elastic import ElasticOperator
-from fretsolve.simulation import prepare
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.simulation.simulation import prepare
 
 LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
 MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")

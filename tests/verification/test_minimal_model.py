@@ -10,10 +10,10 @@ import pytest
 from solving import DISSIMILAR, build, solve
 
 from fretsolve import run
-from fretsolve.elastic import ElasticOperator
-from fretsolve.influence_spectra import InfluenceSpectra
-from fretsolve.normal import NormalSolver
-from fretsolve.tangential import TangentialSolver
+from fretsolve.elastic.influence_spectra import InfluenceSpectra
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.solvers.normal import NormalSolver
+from fretsolve.solvers.tangential import TangentialSolver
 
 NO_POISSON = ({"young_modulus": 200e3, "poisson_ratio": 0.0},) * 2
 PRESS, PULL, TWIST = {"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 2}, {"Mz": 2.0, "increments": 2}

@@ -13,8 +13,8 @@ from solving import DISSIMILAR, build
 
 from fretsolve import load_case, open_result, run
 from fretsolve.errors import CaseError
-from fretsolve.estimate import estimate
-from fretsolve.scene import prepare
+from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.setup import prepare
 
 PARTS = {
     "bodies": DISSIMILAR,

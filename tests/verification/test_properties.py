@@ -13,7 +13,7 @@ from solving import LOAD, build
 
 from fretsolve import run
 from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
-from fretsolve.state import Zone
+from fretsolve.result.state import Zone
 
 RESIDUALS = ("residual_gap", "residual_stick", "residual_slip", "residual_bound", "residual_load")
 REACH = 0.3

@@ -24,9 +24,9 @@ from solving import LOAD, SIMILAR, SPHERE
 
 from fretsolve import load_case
 from fretsolve.errors import FretsolveError
-from fretsolve.scene import Scene, prepare
-from fretsolve.simulation import run
-from fretsolve.state import State, Summary
+from fretsolve.result.state import State, Summary
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.simulation import run
 
 Parts = dict[str, Any]
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from solving import RADIUS
 
-from fretsolve.closed_forms import (
+from fretsolve.model.materials import Compliances
+from fretsolve.reference.closed_forms import (
     HertzContact,
     boussinesq_punch,
     cattaneo_mindlin,
@@ -20,7 +21,6 @@ from fretsolve.closed_forms import (
     lubkin,
     spence_stick_ratio,
 )
-from fretsolve.materials import Compliances
 
 from .driving import Parts, Run, solve_parts
 

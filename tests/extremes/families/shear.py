@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from solving import DISSIMILAR, FRICTION, LOAD
 
-from fretsolve.balance import Balance
 from fretsolve.errors import SlidingError
-from fretsolve.modes import TangentialModes
-from fretsolve.sliding import load_factor
+from fretsolve.model.load_control import Balance
+from fretsolve.solvers.limit_load import load_factor
+from fretsolve.solvers.rigid_modes import TangentialModes
 
 from .driving import Family, Parts, Probe, Run, solve_parts
 from .limits import (

@@ -1,0 +1,312 @@
+"""The command line: options, and how commands end. It knows everyone and computes nothing.
+
+Only click is imported here; what a command needs is imported when it is called. Exit codes: 0 done, 1 a check
+missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written, 70 a bug, 75 stopped by a signal.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fretsolve import __version__
+from fretsolve.cli.options import CommandLine, output_option, overrides_option, overwrite_option, quiet_option
+from fretsolve.cli.sweep import sweep
+from fretsolve.export import FORMATS
+from fretsolve.plots import KINDS
+from fretsolve.system.signals import StopRequest
+from fretsolve.system.threads import available, set_up_numerics
+from fretsolve.templates import TEMPLATES
+
+if TYPE_CHECKING:
+    from fretsolve.study.compared_with import TruthKind
+
+
+@click.group(
+    cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
+)
+@click.version_option(__version__, "-V", "--version", message="fretsolve %(version)s")
+@click.pass_context
+def main(context: click.Context) -> None:
+    """Solve fretting contact: elastic bodies pressed together with friction, sticking and slipping.
+
+    Exit codes: 0 done, 1 a check missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written,
+    70 a bug, 75 stopped by a signal (--resume goes on).
+    """
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        context.exit(2)
+    set_up_numerics()
+
+
+_CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
+
+
+@main.command()
+@click.argument("case", type=click.Path(path_type=Path))
+@output_option("The result file, which ends on .h5; by default that of the case with .h5.")
+@overrides_option
+@click.option(
+    "--error-bars",
+    is_flag=True,
+    help="Estimate the errors of the history, from coarser companion runs (solver.error_estimate).",
+)
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
+@overwrite_option("a result")
+@click.option(
+    "--threads",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    envvar="SLURM_CPUS_PER_TASK",
+    show_envvar=True,
+    help="Threads that share out the Fourier transforms; the result does not depend on them.",
+)
+@quiet_option
+@click.option("-v", "--verbose", is_flag=True, help="Tell of each increment all that the history keeps.")
+@click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
+def run(
+    case: Path,
+    out: Path | None,
+    overrides: tuple[str, ...],
+    error_bars: bool,
+    resume: bool,
+    overwrite: bool,
+    threads: int,
+    quiet: bool,
+    verbose: bool,
+    log_json: bool,
+) -> int:
+    """Solve CASE and write the result.
+
+    Every completed increment is saved at once. SIGINT (Ctrl-C), SIGTERM and SIGUSR1 stop the run after its
+    increment, a second one at once; --resume goes on.
+    """
+    if resume and overwrite:
+        raise click.UsageError("--resume and --overwrite exclude each other.")
+    if quiet + verbose + log_json > 1:
+        raise click.UsageError("of -q, -v and --log-json only one is possible.")
+    threads = available(threads)
+    with StopRequest() as stop:
+        from fretsolve.commands.run import Order, run_case
+
+        if error_bars:
+            overrides = (*overrides, "solver.error_estimate=true")
+        order = Order(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
+        return run_case(order, stop)
+
+
+@main.command()
+@_CASES
+@overrides_option
+def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
+    """Read each CASE and print what it comes to: values, model, grid, stages, memory and cost. Solves nothing."""
+    from fretsolve.commands.validate import validate_cases
+
+    return validate_cases(cases, overrides)
+
+
+@main.command()
+@_CASES
+@click.option(
+    "--junit", type=click.Path(path_type=Path), metavar="FILE.xml", help="Write the outcome as JUnit XML as well."
+)
+@overrides_option
+def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...]) -> int:
+    """Solve each CASE in memory and compare with what it expects.
+
+    All cases are run. The exit code is that of the worst outcome: a file that cannot be read or written (4), a
+    wrong case (2), no solution (3), a value that is off (1).
+    """
+    from fretsolve.commands.check import check_cases
+
+    return check_cases(cases, overrides, junit)
+
+
+@main.command()
+@click.argument("case", type=click.Path(path_type=Path))
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="KEY=A,B,C",
+    help="Values that a key takes; several keys are crossed. load_path.*.increments is that of every stage.",
+)
+@output_option("The folder of the runs, tables and picture; by default the case with .study.")
+@overrides_option
+@click.option(
+    "--quantity",
+    "quantities",
+    multiple=True,
+    metavar="NAME[@STAGE]",
+    help="What to compare, at the end of a stage (the last by default); by default what the load path moves"
+    " and what the case expects.",
+)
+@click.option(
+    "--truth",
+    type=click.Choice(["finest", "closed-form", "expect"]),
+    default="finest",
+    show_default=True,
+    help="What to compare with: the finest of the runs, closed forms, or what the case expects.",
+)
+@quiet_option
+def study(
+    case: Path,
+    varied: tuple[str, ...],
+    out: Path | None,
+    overrides: tuple[str, ...],
+    quantities: tuple[str, ...],
+    truth: TruthKind,
+    quiet: bool,
+) -> int:
+    """Run CASE over all combinations of settings: the error of each against what it costs.
+
+    The runs are made one after another and kept in OUT, where later studies find those that they share. After an
+    interrupt (exit code 75) the same command goes on.
+    """
+    with StopRequest() as stop:
+        from fretsolve.commands.study import StudyOrder, study_case
+
+        return study_case(StudyOrder(case, out, overrides, varied, quantities, truth, quiet), stop)
+
+
+@main.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
+def show(out: Path, every_increment: bool) -> int:
+    """Print the result OUT as a table; it may still be growing."""
+    from fretsolve.export.text_report import print_report
+    from fretsolve.result import open_result
+
+    with open_result(out) as result:
+        print_report(result, every_increment=every_increment)
+    return 0
+
+
+def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    """Two lengths in mm from a text such as ``0.1,-0.05``."""
+    if value is None:
+        return None
+    try:
+        x, y = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is not a point; two numbers in mm such as 0.1,-0.05 are needed") from None
+    return x, y
+
+
+@main.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("kinds", type=click.Choice(KINDS), nargs=-1, metavar="[KIND]...")
+@click.option(
+    "-o",
+    "--output",
+    "target",
+    type=click.Path(),
+    metavar="FILE",
+    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (made where it ends on /); by default OUT"
+    " with the kind in its name.",
+)
+@click.option(
+    "--step", "steps", type=int, multiple=True, metavar="N", help="The increment to show; profiles show several."
+)
+@click.option("--at", callback=_point, metavar="X,Y", help="The point in mm that the profiles go through.")
+@click.option(
+    "--field", "fields", multiple=True, metavar="NAME", help="The field that map and animate show; may be repeated."
+)
+@click.option("--all", "every_kind", is_flag=True, help="All kinds and a report, index.html, in the folder of -o.")
+def plot(
+    out: Path,
+    kinds: tuple[str, ...],
+    target: str | None,
+    steps: tuple[int, ...],
+    at: tuple[float, float] | None,
+    fields: tuple[str, ...],
+    every_kind: bool,
+) -> int:
+    """Draw the result OUT; it may still be growing.
+
+    KIND is one or more of loop (the default), profiles, map, streamlines, slip-angle, stick-history, convergence,
+    animate. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
+    """
+    if every_kind and kinds:
+        raise click.UsageError("--all takes all kinds; leave KIND out.")
+    from fretsolve.commands.plot import PlotOrder, plot_result
+
+    folder = target is not None and target.endswith(os.sep)
+    return plot_result(PlotOrder(out, kinds, Path(target) if target else None, folder, steps, at, fields, every_kind))
+
+
+@main.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option(
+    "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above for what it holds."
+)
+@output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
+@click.option(
+    "--step",
+    "steps",
+    type=int,
+    multiple=True,
+    metavar="N",
+    help="An increment, instead of all with fields; may be repeated.",
+)
+@overwrite_option("files")
+def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...], overwrite: bool) -> int:
+    """Write the result OUT for ParaView, spreadsheets or NumPy.
+
+    It may still be growing.
+
+    \b
+    vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,
+          the surfaces lie in the folder FILE.vtk. Heights are true to scale: scale z up to see them.
+    xdmf  the fields over the increments, for ParaView: FILE.xdmf refers to the data in OUT.
+    csv   the history, units in the header, for spreadsheets.
+    npz   history and fields, for NumPy.
+    """
+    from fretsolve.commands.export import ExportOrder, export_result
+
+    return export_result(ExportOrder(out, file_format, target, steps, overwrite))
+
+
+@main.command()
+@click.argument("kind", type=click.Choice(TEMPLATES))
+@output_option("By default KIND.yaml.", "CASE", "target")
+def new(kind: str, target: Path | None) -> int:
+    """Write a commented case to start from. A file that is there is not touched.
+
+    \b
+    hertz       a sphere pressed on a flat
+    mode1       sheared to and fro: partial slip, the fretting loop
+    mode2       pressed on a body of another material: slip without a tangential load
+    mode3       twisted to and fro
+    gross-slip  moved to and fro until everything slides
+    rough       a rough sphere, with a height map beside the case
+    """
+    from fretsolve.commands.new import new_case
+
+    return new_case(kind, target or Path(f"{kind}.yaml"))
+
+
+@main.command()
+@output_option("A .json file to write it to.", "FILE", "target")
+@overwrite_option("a file")
+def schema(target: Path | None, overwrite: bool) -> int:
+    """Print the JSON Schema of the case file, for editors.
+
+    With the first line `# yaml-language-server: $schema=FILE` in a case, editors that have the YAML language server
+    complete its keys, show what they mean and mark mistakes.
+    """
+    from fretsolve.commands.schema import schema_text, write_schema
+
+    if target is not None:
+        return write_schema(target, overwrite=overwrite)
+    print(schema_text())
+    return 0
+
+
+main.add_command(sweep)

@@ -1,0 +1,97 @@
+"""What all commands share: how they end, and the options that several have.
+
+Only click is imported here, as in `fretsolve.cli.main`.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from fretsolve.cli.streams import tolerant_streams
+from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.system.signals import end_by
+
+EXIT_BUG = 70
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class CommandLine(click.Group):
+    """A group whose commands return their exit code, and whose errors are one line each."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run the command line and exit; see `click.Command.main`."""
+        if not standalone_mode:
+            return super().main(args, prog_name, complete_var, standalone_mode, **extra)
+        with tolerant_streams():
+            code = _exit_code(lambda: super(CommandLine, self).main(args, prog_name, complete_var, False, **extra))
+        sys.exit(code)
+
+
+def _exit_code(command: Callable[[], int | None]) -> int:
+    """The exit code of `command`, after the message of the error that it ended with, if any."""
+    try:
+        code = command() or 0
+        sys.stdout.flush()
+    except click.UsageError as error:
+        place = error.ctx.command_path if error.ctx is not None else "fretsolve"
+        what = " ".join(error.format_message().split())
+        message, code = f"{place}: {what} (see {place} --help)", error.exit_code
+    except click.Abort:
+        end_by(signal.SIGINT)
+        message, code = "interrupted", 128 + signal.SIGINT
+    except FretsolveError as error:
+        message, code = str(error), error.exit_code
+    except MemoryError:
+        message, code = "the memory does not suffice; fewer grid.points are needed", CaseError.exit_code
+    except Exception as error:
+        if os.environ.get("FRETSOLVE_DEBUG"):
+            raise
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
+        code = EXIT_BUG
+    else:
+        return code
+    print(message, file=sys.stderr)
+    return code
+
+
+def overrides_option(command: Command) -> Command:
+    """The option `--set`."""
+    option = click.option(
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Put a value in place of the case's, as in --set grid.points=64; may be repeated.",
+    )
+    return option(command)
+
+
+def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
+    """The option `-o`, whose value goes to the parameter `name`."""
+    return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
+
+
+quiet_option = click.option(
+    "-q", "--quiet", is_flag=True, help="Print nothing but errors and what makes results doubtful."
+)
+
+
+def overwrite_option(what: str) -> Callable[[Command], Command]:
+    """The option `--overwrite`; what: that it replaces."""
+    return click.option("--overwrite", is_flag=True, help=f"Replace {what} that is there.")

@@ -1,0 +1,75 @@
+"""Standard output and standard error whose reader may go away in mid-run, as in ``fretsolve run case.yaml | head``.
+
+A run is worth more than the lines about it: what can no longer be read by anyone is dropped, and the run goes on.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
+from typing import Any, TextIO, cast
+
+from fretsolve.system.files import writing
+
+
+class TolerantStream:
+    """A text stream on top of `stream`; `name` is for messages.
+
+    Raises FileError where it cannot be written for another reason than a reader that has gone (a full disk).
+    """
+
+    def __init__(self, stream: TextIO, name: str):
+        self._stream = stream
+        self._name = name
+
+    def write(self, text: str) -> int:
+        with self._tolerance():
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with self._tolerance():
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    @contextmanager
+    def _tolerance(self) -> Iterator[None]:
+        with writing(self._name):
+            try:
+                yield
+            except OSError as error:
+                self._drop()
+                if not isinstance(error, BrokenPipeError):
+                    raise
+
+    def _drop(self) -> None:
+        """Send what is buffered and all that follows to nowhere, so that the interpreter can flush it at its exit."""
+        with suppress(OSError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
+
+
+@contextmanager
+def tolerant_streams() -> Iterator[None]:
+    """Make both streams tolerant within the block."""
+    _fill_closed_descriptors()
+    with Path(os.devnull).open("w") as nowhere:
+        output = cast(TextIO, TolerantStream(sys.stdout or nowhere, "standard output"))
+        messages = cast(TextIO, TolerantStream(sys.stderr or nowhere, "standard error"))
+        with redirect_stdout(output), redirect_stderr(messages):
+            yield
+
+
+def _fill_closed_descriptors() -> None:
+    """Where a stream was closed before the start, the next file opened would take its number, and messages."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)

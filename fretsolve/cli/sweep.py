@@ -1,0 +1,155 @@
+"""The command line of sweeps: options only, as in `fretsolve.cli.main`."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import click
+
+from fretsolve.cli.options import output_option, overwrite_option, quiet_option
+from fretsolve.system.signals import StopRequest
+
+MOST_JOBS = 1024
+MOST_CASES = 1_000_000
+
+
+@click.group(invoke_without_command=True)
+@click.pass_context
+def sweep(context: click.Context) -> None:
+    """Run a case over many points of its keys, on this machine or on a cluster; see docs/howto/sweeps.md."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help(), err=True)
+        context.exit(2)
+
+
+def _engine(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    if value in ("local", "slurm") or re.fullmatch(r"dask:\S+", value):
+        return value
+    raise click.BadParameter(f"{value!r} is no engine; local, slurm or dask:ADDRESS is needed")
+
+
+def _indices(context: click.Context, parameter: click.Parameter, value: str) -> list[int]:
+    """Numbers from a text such as ``3,7-9``."""
+    found: list[int] = []
+    for part in value.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
+        if match is None:
+            raise click.BadParameter(f"{value!r} is no list of cases; one such as 3,7-9 is needed")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if not 0 <= last - first < MOST_CASES:
+            raise click.BadParameter(f"{part.strip()!r} is no range of cases; one such as 7-9 is needed")
+        found += range(first, last + 1)
+    return found
+
+
+_FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+
+
+@sweep.command("run")
+@click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
+@output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    metavar="N",
+    help="Cases at the same time; by default one per core.",
+)
+@click.option(
+    "--on",
+    "engine",
+    callback=_engine,
+    default="local",
+    show_default=True,
+    metavar="ENGINE",
+    help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
+)
+@quiet_option
+def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool) -> int:
+    """Run all cases of SWEEP that have no result yet.
+
+    The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
+    exit code is 0 where every case has a result, also if that is that there is no solution.
+    """
+    notice = "stopping after the increments under way; a second signal stops this command at once"
+    at_once = "stopped; its processes stop after their increments, then the same command goes on"
+    with StopRequest(notice, at_once=at_once, idle=True) as stop:
+        from fretsolve.commands.sweep import SweepOrder, run_sweep
+
+        return run_sweep(SweepOrder(file, out, jobs, engine, quiet), stop)
+
+
+@sweep.command()
+@_FOLDER
+@click.option("--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Such as 3,7-9.")
+@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: run again after a signal.")
+def work(folder: Path, indices: list[int], requeued: bool) -> int:
+    """Run some cases of the sweep in DIR one after another; for job scripts of any scheduler."""
+    with StopRequest() as stop:
+        from fretsolve.commands.sweep import work
+
+        return work(folder, indices, stop, requeued=requeued)
+
+
+@sweep.command(hidden=True)
+@_FOLDER
+def serve(folder: Path) -> int:
+    """Work on the cases that another process names on standard input."""
+    from fretsolve.sweep.worker import serve
+
+    return serve(folder, 0, os.dup(1))
+
+
+@sweep.command()
+@_FOLDER
+def status(folder: Path) -> int:
+    """Tell how far the sweep in DIR is, what has failed and why, and what is missing."""
+    from fretsolve.commands.sweep import status
+
+    return status(folder)
+
+
+@sweep.command()
+@_FOLDER
+@output_option("A name that ends on .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.", "FILE")
+@click.option(
+    "--quantity",
+    "quantities",
+    multiple=True,
+    metavar="NAME[@STAGE]",
+    help="What to collect at the end of a stage (the last by default); by default what the sweep file names.",
+)
+@click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
+@overwrite_option("a FILE")
+def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
+    """Write one table of the settings and results of the sweep in DIR, with error bars where there are any.
+
+    The tables in DIR are the sweep's own and written anew each time.
+    """
+    from fretsolve.commands.sweep import collect_sweep
+
+    return collect_sweep(folder, out, quantities, fields=fields, overwrite=overwrite)
+
+
+@sweep.command()
+@_FOLDER
+@click.argument("kind", type=click.Choice(["quantity", "running-condition"]), default="quantity", metavar="[KIND]")
+@click.option("--quantity", metavar="NAME[@STAGE]", help="What to draw; by default the first that is collected.")
+@click.option(
+    "--over",
+    multiple=True,
+    metavar="KEY",
+    help="A varied key or a quantity along an axis; twice for a map. By default the first keys of the sweep.",
+)
+@output_option("The picture (.png, .pdf, .svg); by default DIR/QUANTITY.png or DIR/running-condition.png.", "FILE")
+def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
+    """Draw the sweep in DIR as far as it is.
+
+    KIND is quantity (the default), a quantity over one or two keys, or running-condition, where partial slip and gross
+    slip are, over two. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
+    """
+    from fretsolve.commands.sweep import plot_sweep
+
+    return plot_sweep(folder, kind, quantity, over, out)

@@ -1,0 +1,79 @@
+"""Lines on what a case comes to, for `run` and `validate`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from fretsolve.case import HISTORY_DIMENSIONS
+from fretsolve.setup.accuracy import percent
+from fretsolve.setup.cost_estimate import estimate
+
+if TYPE_CHECKING:
+    from fretsolve.model.required_terms import Model
+    from fretsolve.setup.setup import Scene
+
+MOST_STAGES_SHOWN = 40
+
+
+def model_lines(model: Model) -> list[str]:
+    """One line per part of the model: whether it is kept, and why."""
+    width = max(len(decision.part) for decision in model.decisions)
+    return [
+        f"{decision.part:{width}}  {'on ' if decision.kept else 'off'}  {decision.reason}"
+        for decision in model.decisions
+    ]
+
+
+def model_table(scene: Scene) -> Iterator[str]:
+    """The parts of the model, with their shares of the memory that grows with the grid and of the time, and why."""
+    shares = estimate(scene).shares
+    memory, seconds = (sum(getattr(share, name) for share in shares.values()) for name in ("memory", "seconds"))
+    width = max(len(decision.part) for decision in scene.model.decisions)
+    yield f"{'part':{width}}       {'memory':>6}  {'time':>5}  what and why"
+    for decision in scene.model.decisions:
+        cells, why = ("off", "", ""), decision.reason
+        if decision.kept:
+            share = shares[decision.part]
+            cells = ("on", f"{share.memory / memory:.0%}", f"{share.seconds / seconds:.0%}")
+            why = f"{decision.takes}: {why}"
+        yield f"{decision.part:{width}}  {cells[0]:3}  {cells[1]:>6}  {cells[2]:>5}  {why}"
+
+
+def grid_line(scene: Scene) -> str:
+    """Cells, size and cell side of the grid, and whether the size was chosen."""
+    grid = scene.grid
+    chosen = " (auto)" if scene.case.grid.size is None else ""
+    at = f" about ({grid.x0:g}, {grid.y0:g}) mm" if grid.x0 or grid.y0 else ""
+    return (
+        f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
+        f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
+    )
+
+
+def accuracy_lines(scene: Scene) -> list[str]:
+    """What the accuracy that is asked for has picked, none where it is not."""
+    if scene.case.solver.accuracy is None:
+        return []
+    picked = ", ".join(scene.picked) or "nothing, as all is given"
+    return [f"accuracy {percent(scene.case.solver.accuracy)} picks {picked}"]
+
+
+def stage_lines(scene: Scene) -> Iterator[str]:
+    """One line per stage: what it moves where, in how many increments."""
+    stages = scene.case.stages()
+    path = scene.load_path
+    for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:
+        targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
+        notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
+        chosen = f" ({', '.join(notes)})" if notes else ""
+        yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
+    if len(stages) > MOST_STAGES_SHOWN:
+        yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"
+
+
+def warn(scene: Scene, *texts: str) -> None:
+    """Print warnings of the case to standard error, one line each."""
+    for text in texts:
+        print(f"{scene.case.source.path}: warning: {text}", file=sys.stderr)

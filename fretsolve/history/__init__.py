@@ -1,9 +1,0 @@
-"""The result file: written increment by increment, read complete, failed, stopped or still growing."""
-
-from __future__ import annotations
-
-from fretsolve.history.header import RunHeader
-from fretsolve.history.reader import Result, open_result
-from fretsolve.history.writer import SAME_COMMAND, HistoryWriter
-
-__all__ = ["SAME_COMMAND", "HistoryWriter", "Result", "RunHeader", "open_result"]

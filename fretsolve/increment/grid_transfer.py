@@ -1,0 +1,74 @@
+"""Restriction to a grid of half the points per side, and back: first estimates from coarser grids.
+
+A coarse cell holds two by two fine ones, or two by one where a side has too few points to be halved; the last row
+of an odd number of cells is paired with nothing. Coarse problems are posed as in a full approximation scheme
+(Brandt 1977), so that an exact fine estimate is also the coarse problem's, up to the zones' edges, and a poor one is
+mended where it is wrong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.model.grid import Grid
+from fretsolve.system.arrays import BoolArray, FloatArray
+
+FEWEST_POINTS = 24
+"""Sides with fewer points are not halved."""
+
+
+class Coarsening:
+    """Transfer between a grid and the coarser one that it makes; `coarse` is None where nothing can be halved."""
+
+    def __init__(self, grid: Grid):
+        self.fine = grid
+        self.factors = tuple(2 if count >= 2 * FEWEST_POINTS else 1 for count in grid.shape)
+        self.coarse = self._coarse_grid() if 2 in self.factors else None
+
+    def _coarse_grid(self) -> Grid:
+        """The cells of `coarse` cover those of `fine`, from the same corner on."""
+        fine, (fx, fy) = self.fine, self.factors
+        nx, ny = -(-fine.nx // fx), -(-fine.ny // fy)
+        shift_x = 0.5 * (nx * fx - fine.nx) * fine.dx
+        shift_y = 0.5 * (ny * fy - fine.ny) * fine.dy
+        return Grid(nx, ny, fx * fine.dx, fy * fine.dy, fine.x0 + shift_x, fine.y0 + shift_y)
+
+    def restrict(self, field: FloatArray) -> FloatArray:
+        """Means over the coarse cells, ``(..., nx, ny)``; nothing beyond the fine grid."""
+        fx, fy = self.factors
+        rows = _pair_mean(field, -2) if fx == 2 else field
+        return _pair_mean(rows, -1) if fy == 2 else rows
+
+    def restrict_separation(self, separation: FloatArray) -> FloatArray:
+        """Means where all of a coarse cell has material, +inf elsewhere."""
+        padding = [(0, count % factor) for count, factor in zip(separation.shape, self.factors, strict=True)]
+        return self.restrict(np.pad(separation, padding, constant_values=np.inf))
+
+    def prolong(self, field: FloatArray) -> FloatArray:
+        """Bilinear interpolation to the fine cells, ``(..., nx, ny)``, falling to 0 outside of the coarse grid."""
+        fx, fy = self.factors
+        rows = _interpolate(field, -2)[..., : self.fine.nx, :] if fx == 2 else field
+        return _interpolate(rows, -1)[..., : self.fine.ny] if fy == 2 else rows
+
+    def inject(self, mask: BoolArray) -> BoolArray:
+        """Every fine cell gets what its coarse cell has."""
+        fx, fy = self.factors
+        nx, ny = self.fine.shape
+        return np.repeat(np.repeat(mask, fx, axis=0)[:nx], fy, axis=1)[:, :ny]
+
+
+def _pair_mean(field: FloatArray, axis: int) -> FloatArray:
+    moved = np.moveaxis(field, axis, 0)
+    if moved.shape[0] % 2:
+        moved = np.concatenate([moved, np.zeros_like(moved[:1])])
+    return np.moveaxis(0.5 * (moved[0::2] + moved[1::2]), 0, axis)
+
+
+def _interpolate(field: FloatArray, axis: int) -> FloatArray:
+    moved = np.moveaxis(field, axis, 0)
+    result = np.empty((2 * moved.shape[0], *moved.shape[1:]), dtype=field.dtype)
+    result[0::2] = 0.75 * moved
+    result[1::2] = 0.75 * moved
+    result[2::2] += 0.25 * moved[:-1]
+    result[1:-1:2] += 0.25 * moved[1:]
+    return np.moveaxis(result, 0, axis)

@@ -1,0 +1,90 @@
+"""Loads that no contact can carry, found before iterating where the load alone tells, and contact at the edge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
+from fretsolve.model.grid import Grid
+from fretsolve.model.load_control import Balance
+from fretsolve.system.arrays import BoolArray, FloatArray
+
+JUST_BELOW = 2e-6
+"""Relative distance from sliding that six digits of a load do not show."""
+
+
+def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> None:
+    """Raise ContactLostError where no pressure >= 0 on the grid has the imposed P, Mx, My.
+
+    The point of application (My/P, Mx/P) must lie among the cells that have material opposite.
+    """
+    load, mx, my = balance.imposed_resultant
+    if not balance.forced[0]:
+        return
+    material = np.isfinite(separation)
+    if not material.any():
+        raise ContactLostError("the surfaces nowhere face each other on the grid, so P cannot be imposed there", "P")
+    if load == 0.0:
+        if mx or my:
+            raise ContactLostError("no contact can carry a moment at P = 0", "Mx" if mx else "My")
+        return
+    for name, mode, moment, axis, centers in (("Mx", 1, mx, 0, grid.y), ("My", 2, my, 1, grid.x)):
+        reached = centers[material.any(axis=axis)]
+        if balance.forced[mode] and not reached.min() <= moment / load <= reached.max():
+            raise ContactLostError(
+                f"the load acts at {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
+                f" ({reached.min():.6g} to {reached.max():.6g} mm), so the bodies tilt over",
+                name,
+            )
+
+
+def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | None = None) -> None:
+    """Raise GridEdgeError where the contact has reached the edge of the potential contact area.
+
+    map_border: cells beyond which a height map ends, (nx, ny). Its end is not the end of the material.
+    """
+    if map_border is not None and pressure[map_border].any():
+        raise GridEdgeError(
+            "the contact reaches the edge of the height map, beyond which nothing is known; take a map that is larger"
+            " than the contact, or, where the material does end, with a rim of NaN",
+            "map",
+        )
+    edges = {
+        "x": (pressure[0].any(), pressure[-1].any()),
+        "y": (pressure[:, 0].any(), pressure[:, -1].any()),
+    }
+    sides = [f"{sign}{axis}" for axis, reached in edges.items() for sign, at in zip("-+", reached, strict=True) if at]
+    if sides:
+        lx, ly = grid.size
+        raise GridEdgeError(
+            f"the contact reaches the edge ({', '.join(sides)}) of the potential contact area of"
+            f" {lx:.4g} x {ly:.4g} mm, where its pressure would be cut off"
+        )
+
+
+def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingError:
+    """The error for tangential loads that are 1/`factor` times what friction carries; capacity: mu P (N)."""
+    named = [
+        (name, unit, value)
+        for name, unit, value in zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), imposed.imposed_resultant, strict=True)
+        if value
+    ]
+    loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
+    if factor == 0.0 and capacity > 0.0 and imposed.imposed_resultant[2]:
+        return SlidingError(
+            f"Mz = {imposed.imposed_resultant[2]:.6g} N mm on a contact of one cell, which has no arm to bear a torque;"
+            " take more points or a smaller area, or impose phi_z instead",
+            "Mz",
+        )
+    carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
+    if abs(factor - 1.0) < JUST_BELOW:
+        carried = "no more than just below it"
+    return SlidingError(
+        f"gross sliding under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
+        f" the friction, or impose"
+        f" {' and '.join(_MOTION[name] for name, _, _ in named)} instead",
+        named[0][0],
+    )
+
+
+_MOTION = {"Qx": "delta_x", "Qy": "delta_y", "Mz": "phi_z"}

@@ -1,0 +1,43 @@
+"""Pointwise kernels: compiled by numba where it is installed (extra `fast`), in NumPy elsewhere.
+
+`FRETSOLVE_NUMBA=0` in the environment chooses NumPy. Both give the same results, up to the order in which sums are
+rounded. Compiled, each array is read and written once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fretsolve.kernels import cg_numpy as cg
+from fretsolve.kernels import friction_numpy as friction
+from fretsolve.kernels import normal_numpy as normal
+from fretsolve.kernels import spectral_numpy as spectral
+from fretsolve.system.compiler import compiler_wanted
+
+COMPILED = False
+WHY_NOT = ""
+"""What numba says where it is installed and cannot be used."""
+
+
+def compile_seconds() -> float:
+    """Wall-clock time (s) that compiling the kernels has taken in this process."""
+    return 0.0
+
+
+def readying_seconds() -> float:
+    """The same with reading them from disk, which is no part of any increment's time."""
+    return 0.0
+
+
+if not TYPE_CHECKING and compiler_wanted():
+    try:
+        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_numba
+    except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
+        WHY_NOT = f"{type(error).__name__}: {error}"
+    else:
+        from fretsolve.kernels.numba_options import compile_seconds, readying_seconds
+
+        cg, friction, normal, spectral = cg_numba, friction_numba, normal_numba, spectral_numba
+        COMPILED = True
+
+__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "normal", "readying_seconds", "spectral"]

@@ -1,0 +1,212 @@
+"""The pointwise kernels of the inner iterations compiled by numba; see `fretsolve.kernels.cg_numpy`.
+
+Sums run over a row in the arrays' own precision, over the rows in double.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from fretsolve.kernels.numba_options import kernel, larger, largest_of
+
+
+@kernel
+def finish_search(
+    image: Any, residual: Any, weight: Any, normal: Any, constraints: Any, moments: Any
+) -> float:
+    """As `fretsolve.kernels.cg_numpy.finish_search`."""
+    components, nx, ny = image.shape
+    zero = image.dtype.type(0.0)
+    one = image.dtype.type(1.0)
+    product = 0.0
+    moments[:] = 0.0
+    for i in range(nx):
+        in_row = zero
+        if components == 1:
+            for j in range(ny):
+                value = image[0, i, j] * weight[i, j]
+                image[0, i, j] = value
+                in_row += residual[0, i, j] * value
+        else:
+            for j in range(ny):
+                w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
+                diagonal = (one - w * w) * w
+                r_x, r_y = residual[0, i, j], residual[1, i, j]
+                x, y = image[0, i, j] * w + diagonal * r_x, image[1, i, j] * w + diagonal * r_y
+                along = x * n_x + y * n_y
+                x -= n_x * along
+                y -= n_y * along
+                image[0, i, j], image[1, i, j] = x, y
+                in_row += r_x * x + r_y * y
+        product += in_row
+        for m in range(len(moments)):
+            moment = zero
+            for part in range(components):
+                for j in range(ny):
+                    moment += constraints[m, part, i, j] * image[part, i, j]
+            moments[m] += moment
+    return product
+
+
+@kernel
+def turn(direction: Any, image: Any, weight: Any, constraints: Any, moments: Any, growth: float) -> None:
+    """As `fretsolve.kernels.cg_numpy.turn`."""
+    components, nx, ny = image.shape
+    factor = image.dtype.type(growth)
+    for part in range(components):
+        for i in range(nx):
+            for m in range(len(moments)):
+                moment = image.dtype.type(moments[m])
+                for j in range(ny):
+                    image[part, i, j] -= moment * weight[i, j] * constraints[m, part, i, j]
+            for j in range(ny):
+                direction[part, i, j] = factor * direction[part, i, j] + image[part, i, j]
+
+
+@kernel
+def finish_image(
+    image: Any,
+    direction: Any,
+    stiffness: Any,
+    normal: Any,
+    zone: Any,
+    weight: Any,
+    constraints: Any,
+    moments: Any,
+) -> float:
+    """As `fretsolve.kernels.cg_numpy.finish_image`."""
+    components, nx, ny = image.shape
+    zero = image.dtype.type(0.0)
+    product = 0.0
+    moments[:] = 0.0
+    for i in range(nx):
+        in_row = zero
+        if components == 1:
+            for j in range(ny):
+                value = image[0, i, j] if zone[i, j] else zero
+                image[0, i, j] = value
+                in_row += direction[0, i, j] * value
+        else:
+            for j in range(ny):
+                n_x, n_y, s = normal[0, i, j], normal[1, i, j], stiffness[i, j]
+                d_x, d_y = direction[0, i, j], direction[1, i, j]
+                x, y = image[0, i, j] + s * d_x, image[1, i, j] + s * d_y
+                along = x * n_x + y * n_y
+                inside = zone[i, j]
+                x = x - n_x * along if inside else zero
+                y = y - n_y * along if inside else zero
+                image[0, i, j], image[1, i, j] = x, y
+                in_row += d_x * x + d_y * y
+        product += in_row
+        for m in range(len(moments)):
+            moment = zero
+            for part in range(components):
+                for j in range(ny):
+                    moment += constraints[m, part, i, j] * weight[i, j] * image[part, i, j]
+            moments[m] += moment
+    return product
+
+
+@kernel
+def advance(
+    solution: Any, residual: Any, direction: Any, image: Any, constraints: Any, moments: Any, length: float
+) -> float:
+    """As `fretsolve.kernels.cg_numpy.advance`."""
+    components, nx, ny = image.shape
+    step = image.dtype.type(length)
+    squares = np.zeros(ny, image.dtype)
+    for i in range(nx):
+        for part in range(components):
+            for j in range(ny):
+                solution[part, i, j] += step * direction[part, i, j]
+                residual[part, i, j] -= step * image[part, i, j]
+            for m in range(len(moments)):
+                moment = image.dtype.type(length * moments[m])
+                for j in range(ny):
+                    residual[part, i, j] += moment * constraints[m, part, i, j]
+        if components == 1:
+            for j in range(ny):
+                squares[j] = larger(residual[0, i, j] * residual[0, i, j], squares[j])
+        else:
+            for j in range(ny):
+                squared = residual[0, i, j] * residual[0, i, j] + residual[1, i, j] * residual[1, i, j]
+                squares[j] = larger(squared, squares[j])
+    return math.sqrt(largest_of(squares))
+
+
+@kernel
+def restrict(field: Any, normal: Any, zone: Any) -> None:
+    """As `fretsolve.kernels.cg_numpy.restrict`."""
+    components, nx, ny = field.shape
+    zero = field.dtype.type(0.0)
+    for i in range(nx):
+        if components == 1:
+            for j in range(ny):
+                field[0, i, j] = field[0, i, j] if zone[i, j] else zero
+        else:
+            for j in range(ny):
+                n_x, n_y = normal[0, i, j], normal[1, i, j]
+                along = field[0, i, j] * n_x + field[1, i, j] * n_y
+                inside = zone[i, j]
+                field[0, i, j] = field[0, i, j] - n_x * along if inside else zero
+                field[1, i, j] = field[1, i, j] - n_y * along if inside else zero
+
+
+@kernel
+def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> None:
+    """As `fretsolve.kernels.cg_numpy.weigh_moments`."""
+    components, nx, ny = field.shape
+    moments[:] = 0.0
+    for m in range(len(moments)):
+        for part in range(components):
+            for i in range(nx):
+                in_row = field.dtype.type(0.0)
+                for j in range(ny):
+                    in_row += constraints[m, part, i, j] * weight[i, j] * field[part, i, j]
+                moments[m] += in_row
+
+
+@kernel
+def remove(field: Any, constraints: Any, moments: Any) -> float:
+    """As `fretsolve.kernels.cg_numpy.remove`."""
+    components, nx, ny = field.shape
+    squares = np.zeros(ny, field.dtype)
+    for i in range(nx):
+        for part in range(components):
+            for m in range(len(moments)):
+                moment = field.dtype.type(moments[m])
+                for j in range(ny):
+                    field[part, i, j] -= moment * constraints[m, part, i, j]
+        if components == 1:
+            for j in range(ny):
+                squares[j] = larger(field[0, i, j] * field[0, i, j], squares[j])
+        else:
+            for j in range(ny):
+                squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
+                squares[j] = larger(squared, squares[j])
+    return math.sqrt(largest_of(squares))
+
+
+@kernel
+def add(field: Any, change: Any, factor: float) -> None:
+    """As `fretsolve.kernels.cg_numpy.add`."""
+    components, nx, ny = field.shape
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                field[part, i, j] += factor * change[part, i, j]
+
+
+@kernel
+def largest_part(field: Any) -> float:
+    """As `fretsolve.kernels.cg_numpy.largest_part`."""
+    components, nx, ny = field.shape
+    sizes = np.zeros(ny, field.dtype)
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                sizes[j] = larger(abs(field[part, i, j]), sizes[j])
+    return float(largest_of(sizes))

@@ -1,0 +1,164 @@
+"""The pointwise kernels of the inner iterations in NumPy, through blocks of rows that stay in cache.
+
+Fields are (c, nx, ny) with one or two components, planes (nx, ny), constraints (n, c, nx, ny), moments (n,). The
+symbols are those of `fretsolve.solvers.projected_cg`. `normal` and `stiffness` matter with two components only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.system.arrays import BoolArray, FloatArray
+
+BLOCK_BYTES = 100 * 1024
+"""Size of a plane's part in a block."""
+
+
+def finish_search(
+    image: FloatArray,
+    residual: FloatArray,
+    weight: FloatArray,
+    normal: FloatArray,
+    constraints: FloatArray,
+    moments: FloatArray,
+) -> float:
+    """``image = T (W image + (1 - W^2) W residual)``, its products with `residual` (returned) and the constraints."""
+    product = 0.0
+    moments[:] = 0.0
+    for rows in _blocks(weight):
+        block, w = image[:, rows], weight[rows]
+        block *= w
+        if len(image) == 2:
+            diagonal = (1.0 - w * w) * w
+            for part, of_residual in zip(block, residual[:, rows], strict=True):
+                part += diagonal * of_residual
+            _take_tangential(block, normal[:, rows])
+        product += _product(residual[:, rows], block)
+        for index, constraint in enumerate(constraints):
+            moments[index] += _product(constraint[:, rows], block)
+    return product
+
+
+def turn(
+    direction: FloatArray,
+    image: FloatArray,
+    weight: FloatArray,
+    constraints: FloatArray,
+    moments: FloatArray,
+    growth: float,
+) -> None:
+    """``image -= W constraints moments``; ``direction = growth direction + image``."""
+    for rows in _blocks(weight):
+        block = image[:, rows]
+        for constraint, moment in zip(constraints, moments, strict=True):
+            block -= float(moment) * weight[rows] * constraint[:, rows]
+        direction[:, rows] *= growth
+        direction[:, rows] += block
+
+
+def finish_image(
+    image: FloatArray,
+    direction: FloatArray,
+    stiffness: FloatArray,
+    normal: FloatArray,
+    zone: BoolArray,
+    weight: FloatArray,
+    constraints: FloatArray,
+    moments: FloatArray,
+) -> float:
+    """``image = T (image + S direction)`` in the zone, its products with `direction` (returned), and weighted ones
+    with the constraints."""
+    product = 0.0
+    moments[:] = 0.0
+    for rows in _blocks(weight):
+        block = image[:, rows]
+        if len(image) == 2:
+            block += stiffness[rows] * direction[:, rows]
+            _take_tangential(block, normal[:, rows])
+        np.copyto(block, 0.0, where=~zone[rows])
+        product += _product(direction[:, rows], block)
+        weighted = weight[rows] * block
+        for index, constraint in enumerate(constraints):
+            moments[index] += _product(constraint[:, rows], weighted)
+    return product
+
+
+def advance(
+    solution: FloatArray,
+    residual: FloatArray,
+    direction: FloatArray,
+    image: FloatArray,
+    constraints: FloatArray,
+    moments: FloatArray,
+    length: float,
+) -> float:
+    """``solution += length direction``; ``residual -= length (image - constraints moments)``. Its largest length."""
+    largest = 0.0
+    for rows in _blocks(solution[0]):
+        solution[:, rows] += length * direction[:, rows]
+        block = residual[:, rows]
+        block -= length * image[:, rows]
+        for constraint, moment in zip(constraints, moments, strict=True):
+            block += float(length * moment) * constraint[:, rows]
+        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
+    return math.sqrt(largest)
+
+
+def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
+    """``field = T field`` in the zone, 0 out of it."""
+    for rows in _blocks(zone):
+        if len(field) == 2:
+            _take_tangential(field[:, rows], normal[:, rows])
+        np.copyto(field[:, rows], 0.0, where=~zone[rows])
+
+
+def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
+    """Products of W `field` with the constraints."""
+    moments[:] = 0.0
+    for rows in _blocks(weight):
+        weighted = weight[rows] * field[:, rows]
+        for index, constraint in enumerate(constraints):
+            moments[index] += _product(constraint[:, rows], weighted)
+
+
+def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> float:
+    """``field -= constraints moments``; its largest length."""
+    largest = 0.0
+    for rows in _blocks(field[0]):
+        block = field[:, rows]
+        for constraint, moment in zip(constraints, moments, strict=True):
+            block -= float(moment) * constraint[:, rows]
+        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
+    return math.sqrt(largest)
+
+
+def add(field: FloatArray, change: FloatArray, factor: float) -> None:
+    """``field += factor change``, in the precision of `field`."""
+    for rows in _blocks(field[0]):
+        field[:, rows] += np.multiply(change[:, rows], factor, dtype=field.dtype)
+
+
+def largest_part(field: FloatArray) -> float:
+    """The largest component's size."""
+    return float(np.maximum(field.max(), -field.min()))
+
+
+def _blocks(plane: NDArray[np.generic]) -> Iterator[slice]:
+    rows = max(1, BLOCK_BYTES // max(1, plane.shape[1] * plane.itemsize))
+    for start in range(0, plane.shape[0], rows):
+        yield slice(start, start + rows)
+
+
+def _take_tangential(block: FloatArray, normal: FloatArray) -> None:
+    along = block[0] * normal[0]
+    along += block[1] * normal[1]
+    for part, direction in zip(block, normal, strict=True):
+        part -= along * direction
+
+
+def _product(first: FloatArray, second: FloatArray) -> float:
+    return sum(float(np.vdot(a, b)) for a, b in zip(first, second, strict=True))

@@ -1,0 +1,178 @@
+"""The pointwise kernels of the slip law compiled by numba; see `fretsolve.kernels.friction_numpy`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from fretsolve.kernels.numba_options import kernel, larger, largest_of
+
+
+@kernel
+def take_slip(
+    slip: Any,
+    elastic_slip: Any,
+    rigid: Any,
+    x: Any,
+    y: Any,
+    normal: Any,
+    weight: Any,
+    sums: Any,
+) -> None:
+    """As `fretsolve.kernels.friction_numpy.take_slip`."""
+    nx, ny = weight.shape
+    sums[:] = 0.0
+    for i in range(nx):
+        sum_x, sum_y, turned = 0.0, 0.0, 0.0
+        for j in range(ny):
+            w = weight[i, j]
+            inside = 1.0 if w > 0.0 else 0.0
+            s_x = inside * (rigid[0] - rigid[2] * y[j] + elastic_slip[0, i, j])
+            s_y = inside * (rigid[1] + rigid[2] * x[i] + elastic_slip[1, i, j])
+            slip[0, i, j], slip[1, i, j] = s_x, s_y
+            n_x, n_y = normal[0, i, j], normal[1, i, j]
+            along = s_x * n_x + s_y * n_y
+            t_x, t_y = w * (s_x - along * n_x), w * (s_y - along * n_y)
+            sum_x += t_x
+            sum_y += t_y
+            turned -= y[j] * t_x
+        sums[0] += sum_x
+        sums[1] += sum_y
+        sums[2] += turned + x[i] * sum_y
+
+
+@kernel
+def move(
+    slip: Any,
+    rigid: Any,
+    x: Any,
+    y: Any,
+    normal: Any,
+    bound: Any,
+    slipping: Any,
+    stiffness: Any,
+    weight: Any,
+    unit: float,
+    stiffest: float,
+) -> None:
+    """As `fretsolve.kernels.friction_numpy.move`."""
+    nx, ny = weight.shape
+    along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
+    for i in range(nx):
+        across = along_y + turn * x[i]
+        for j in range(ny):  # without branches, so that vector instructions do it
+            touches = weight[i, j] > 0.0
+            s_x = slip[0, i, j] + (along_x - turn * y[j] if touches else 0.0)
+            s_y = slip[1, i, j] + (across if touches else 0.0)
+            slip[0, i, j], slip[1, i, j] = s_x, s_y
+            n_x, n_y = normal[0, i, j], normal[1, i, j]
+            forward = s_x * n_x + s_y * n_y
+            slips = touches & slipping[i, j] & (forward > 0.0)
+            resistance = forward / bound[i, j] / unit
+            resistance = resistance if resistance < stiffest else stiffest
+            resistance = resistance if slips else 0.0
+            share = 1.0 / (1.0 + resistance)
+            slipping[i, j] = slips
+            normal[0, i, j], normal[1, i, j] = n_x if slips else 0.0, n_y if slips else 0.0
+            stiffness[i, j] = resistance
+            weight[i, j] = share if touches else 0.0
+
+
+@kernel
+def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
+    """As `fretsolve.kernels.friction_numpy.gram`."""
+    nx, ny = weight.shape
+    result[:, :] = 0.0
+    for i in range(nx):
+        xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(ny):
+            w, n_x, n_y = float(weight[i, j]), normal[0, i, j], normal[1, i, j]
+            along = n_y * x[i] - n_x * y[j]
+            xx += w * (1.0 - n_x * n_x)
+            yy += w * (1.0 - n_y * n_y)
+            xy -= w * n_x * n_y
+            xt -= w * (y[j] + n_x * along)
+            yt += w * (x[i] - n_y * along)
+            tt += w * (x[i] * x[i] + y[j] * y[j] - along * along)
+        result[0, 0] += xx
+        result[1, 1] += yy
+        result[0, 1] += xy
+        result[0, 2] += xt
+        result[1, 2] += yt
+        result[2, 2] += tt
+    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+
+
+@kernel
+def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any) -> None:
+    """As `fretsolve.kernels.friction_numpy.add_motion`."""
+    nx, ny = weight.shape
+    for i in range(nx):
+        for j in range(ny):
+            w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
+            m_x, m_y = rigid[0] - rigid[2] * y[j], rigid[1] + rigid[2] * x[i]
+            along = m_x * n_x + m_y * n_y
+            shear[0, i, j] += w * (m_x - along * n_x)
+            shear[1, i, j] += w * (m_y - along * n_y)
+
+
+@kernel
+def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
+    """As `fretsolve.kernels.friction_numpy.violation`."""
+    nx, ny = slipping.shape
+    largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
+            squared = s_x * s_x + s_y * s_y
+            along = s_x * n_x + s_y * n_y
+            t_x, t_y = s_x - along * n_x, s_y - along * n_y
+            across = t_x * t_x + t_y * t_y
+            slips = slipping[i, j]
+            largest[j] = larger(squared, largest[j])
+            in_slip[j] = larger(across if slips else 0.0, in_slip[j])
+            in_stick[j] = larger(0.0 if slips else squared, in_stick[j])
+    return math.sqrt(largest_of(largest)), math.sqrt(largest_of(in_slip)), math.sqrt(largest_of(in_stick))
+
+
+@kernel
+def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None:
+    """As `fretsolve.kernels.friction_numpy.scale_tangential`."""
+    _, nx, ny = slip.shape
+    for i in range(nx):
+        for j in range(ny):
+            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
+            along = s_x * n_x + s_y * n_y
+            result[0, i, j] = factor * (s_x - along * n_x)
+            result[1, i, j] = factor * (s_y - along * n_y)
+
+
+@kernel
+def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal: Any) -> None:
+    """As `fretsolve.kernels.friction_numpy.return_to_circle`."""
+    nx, ny = bound.shape
+    for i in range(nx):
+        for j in range(ny):
+            q_x, q_y, limit = shear[0, i, j], shear[1, i, j], bound[i, j]
+            length = math.sqrt(q_x * q_x + q_y * q_y)  # faster than hypot
+            slips = contact[i, j] & (slipping[i, j] | (length > limit))
+            inverse = 1.0 / length
+            inverse = inverse if slips & (length > 0.0) else 0.0
+            n_x, n_y = q_x * inverse, q_y * inverse
+            slipping[i, j] = slips
+            normal[0, i, j], normal[1, i, j] = n_x, n_y
+            shear[0, i, j], shear[1, i, j] = n_x * limit if slips else q_x, n_y * limit if slips else q_y
+
+
+@kernel
+def excess(shear: Any, bound: Any) -> float:
+    """As `fretsolve.kernels.friction_numpy.excess`."""
+    nx, ny = bound.shape
+    largest = np.full(ny, -math.inf)
+    for i in range(nx):
+        for j in range(ny):
+            q_x, q_y = shear[0, i, j], shear[1, i, j]
+            largest[j] = larger(math.sqrt(q_x * q_x + q_y * q_y) - bound[i, j], largest[j])
+    return float(largest_of(largest))

@@ -1,0 +1,139 @@
+"""The pointwise kernels of the slip law in NumPy.
+
+Vectors are (2, nx, ny), planes (nx, ny), `x` (nx,), `y` (ny,) the cells' centres; a rigid motion of amplitudes
+(a, b, c) is (a - c y, b + c x). `normal` is the shear's direction in the slip zone and 0 elsewhere; `weight` is
+positive in the contact and 0 elsewhere. Tangential is what is across `normal`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fretsolve.system.arrays import BoolArray, FloatArray
+
+
+def take_slip(
+    slip: FloatArray,
+    elastic_slip: FloatArray,
+    rigid: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    normal: FloatArray,
+    weight: FloatArray,
+    sums: FloatArray,
+) -> None:
+    """``slip = elastic slip + rigid motion`` in the contact; weighted sums of its tangential part times each
+    of the rigid motions."""
+    np.copyto(slip, elastic_slip)
+    _add_motion(slip, rigid, x, y)
+    slip *= weight > 0.0
+    tangential = _tangential(slip, normal)
+    tangential *= weight
+    along_y, along_x = tangential[0].sum(axis=0), tangential[1].sum(axis=1)
+    sums[:] = along_y.sum(), along_x.sum(), along_x @ x - along_y @ y
+
+
+def move(
+    slip: FloatArray,
+    rigid: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    normal: FloatArray,
+    bound: FloatArray,
+    slipping: BoolArray,
+    stiffness: FloatArray,
+    weight: FloatArray,
+    unit: float,
+    stiffest: float,
+) -> None:
+    """Add a rigid motion to the slip in the contact; cells that slip against the shear stick.
+
+    ``stiffness = min(slip along the shear / bound / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + it)``.
+    """
+    contact = weight > 0.0
+    motion = np.zeros_like(slip)
+    _add_motion(motion, rigid, x, y)
+    motion *= contact
+    slip += motion
+    forward = slip[0] * normal[0] + slip[1] * normal[1]
+    slipping &= forward > 0.0
+    normal *= slipping
+    forward *= slipping
+    np.divide(forward, bound, out=forward, where=slipping)
+    forward /= unit
+    np.minimum(forward, stiffest, out=forward)
+    stiffness[:] = forward
+    forward += 1.0
+    weight[:] = 0.0
+    np.divide(1.0, forward, out=weight, where=contact, casting="same_kind")
+
+
+def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
+    """Weighted sums of products of the rigid motions' tangential parts, (3, 3)."""
+    across_x, across_y = x[:, None], y[None, :]
+    along = normal[1] * across_x - normal[0] * across_y
+    w_x, w_y = weight * normal[0], weight * normal[1]
+    total = weight.sum(dtype=np.float64)
+    result[0, 0] = total - (w_x * normal[0]).sum()
+    result[1, 1] = total - (w_y * normal[1]).sum()
+    result[0, 1] = result[1, 0] = -(w_x * normal[1]).sum()
+    result[0, 2] = result[2, 0] = -(weight * across_y + w_x * along).sum()
+    result[1, 2] = result[2, 1] = (weight * across_x - w_y * along).sum()
+    result[2, 2] = (weight * (across_x**2 + across_y**2 - along**2)).sum()
+
+
+def add_motion(
+    shear: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, weight: FloatArray, normal: FloatArray
+) -> None:
+    """Add the weighted tangential part of a rigid motion."""
+    motion = np.zeros_like(shear)
+    _add_motion(motion, rigid, x, y)
+    shear += weight * _tangential(motion, normal)
+
+
+def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tuple[float, float, float]:
+    """Largest slip; largest tangential part in the slip zone; largest slip out of it."""
+    tangential = _tangential(slip, normal)
+    squared = np.einsum("kij,kij->ij", tangential, tangential)
+    in_slip = float(np.max(squared, where=slipping, initial=0.0))
+    in_stick = float(np.max(squared, where=~slipping, initial=0.0))
+    largest = float(np.einsum("kij,kij->ij", slip, slip).max())
+    return math.sqrt(largest), math.sqrt(in_slip), math.sqrt(in_stick)
+
+
+def scale_tangential(slip: FloatArray, normal: FloatArray, factor: float, result: FloatArray) -> None:
+    """``result = factor`` times the slip's tangential part, in the precision of `result`."""
+    np.multiply(_tangential(slip, normal), factor, out=result, casting="same_kind")
+
+
+def return_to_circle(
+    shear: FloatArray, bound: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
+) -> None:
+    """Shear beyond the bound slips; in the slip zone the shear gets the length of the bound and `normal` its
+    direction."""
+    length = np.hypot(shear[0], shear[1])
+    slipping |= length > bound
+    slipping &= contact
+    np.divide(1.0, length, out=length, where=length > 0.0)
+    np.multiply(shear, length, out=normal)
+    normal *= slipping
+    for part, direction in zip(shear, normal, strict=True):
+        np.multiply(direction, bound, out=part, where=slipping)
+
+
+def excess(shear: FloatArray, bound: FloatArray) -> float:
+    """Largest length of the shear beyond the bound; negative where none is."""
+    return float((np.hypot(shear[0], shear[1]) - bound).max())
+
+
+def _add_motion(field: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:
+    field[0] += rigid[0] - rigid[2] * y[None, :]
+    field[1] += rigid[1] + rigid[2] * x[:, None]
+
+
+def _tangential(field: FloatArray, normal: FloatArray) -> FloatArray:
+    along = field[0] * normal[0] + field[1] * normal[1]
+    result: FloatArray = field - along * normal
+    return result

@@ -1,0 +1,110 @@
+"""The pointwise kernels of the normal problem compiled by numba; see `fretsolve.kernels.normal_numpy`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fretsolve.kernels.numba_options import kernel, larger, largest_of
+
+
+@kernel
+def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.rigid_displacement`."""
+    nx, ny = field.shape
+    for i in range(nx):
+        along = rigid[0] + rigid[2] * x[i]
+        for j in range(ny):
+            field[i, j] = along + rigid[1] * y[j]
+
+
+@kernel
+def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, sums: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.sum_gaps`."""
+    nx, ny = uz.shape
+    sums[:] = 0.0
+    for i in range(nx):
+        along, one, turned = rigid[0] + rigid[2] * x[i], 0.0, 0.0
+        for j in range(ny):
+            gap = separation[i, j] + uz[i, j] - along - rigid[1] * y[j] if contact[i, j] else 0.0
+            one += gap
+            turned += gap * y[j]
+        sums[0] += one
+        sums[1] += turned
+        sums[2] += one * x[i]
+
+
+@kernel
+def take_gap(
+    separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, gap: Any
+) -> tuple[float, float, float]:
+    """As `fretsolve.kernels.normal_numpy.take_gap`."""
+    nx, ny = uz.shape
+    sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    for i in range(nx):
+        along = rigid[0] + rigid[2] * x[i]
+        for j in range(ny):
+            inside, raised = contact[i, j], uz[i, j]
+            found = separation[i, j] + raised - along - rigid[1] * y[j]
+            gap[i, j] = found
+            sizes[j] = larger(abs(found) if inside else 0.0, sizes[j])
+            depths[j] = larger(0.0 if inside else -found, depths[j])
+            heights[j] = larger(raised if inside else 0.0, heights[j])
+    return largest_of(sizes), largest_of(depths), largest_of(heights)
+
+
+@kernel
+def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.take_residual`."""
+    nx, ny = gap.shape
+    for i in range(nx):
+        for j in range(ny):
+            residual[i, j] = factor * gap[i, j] if contact[i, j] else 0.0
+
+
+@kernel
+def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.gram`."""
+    nx, ny = weight.shape
+    result[:, :] = 0.0
+    for i in range(nx):
+        one, first, second = 0.0, 0.0, 0.0
+        for j in range(ny):
+            w = 1.0 * weight[i, j]
+            one += w
+            first += w * y[j]
+            second += w * y[j] * y[j]
+        result[0, 0] += one
+        result[0, 1] += first
+        result[1, 1] += second
+        result[0, 2] += one * x[i]
+        result[1, 2] += first * x[i]
+        result[2, 2] += one * x[i] * x[i]
+    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+
+
+@kernel
+def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.sum_modes`."""
+    nx, ny = field.shape
+    sums[:] = 0.0
+    for i in range(nx):
+        one, turned = 0.0, 0.0
+        for j in range(ny):
+            one += field[i, j]
+            turned += field[i, j] * y[j]
+        sums[0] += one
+        sums[1] += turned
+        sums[2] += one * x[i]
+
+
+@kernel
+def stretch(pressure: Any, rigid: Any, x: Any, y: Any) -> None:
+    """As `fretsolve.kernels.normal_numpy.stretch`."""
+    nx, ny = pressure.shape
+    for i in range(nx):
+        along = 1.0 + rigid[0] + rigid[2] * x[i]
+        for j in range(ny):
+            stretched = pressure[i, j] * (along + rigid[1] * y[j])
+            pressure[i, j] = 0.0 if stretched < 0.0 else stretched

@@ -1,0 +1,85 @@
+"""The pointwise kernels of the normal problem in NumPy.
+
+Fields are (nx, ny), `x` (nx,), `y` (ny,) the cells' centres; a rigid displacement of amplitudes (a, b, c) is
+a + b y + c x. `separation` may be inf, where there is no material and so no contact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.system.arrays import BoolArray, FloatArray
+
+
+def rigid_displacement(rigid: FloatArray, x: FloatArray, y: FloatArray, field: FloatArray) -> None:
+    """``field`` = the rigid displacement, in the field's precision."""
+    np.add(rigid[0] + rigid[1] * y[None, :], rigid[2] * x[:, None], out=field, casting="same_kind")
+
+
+def sum_gaps(
+    separation: FloatArray,
+    uz: FloatArray,
+    rigid: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    contact: BoolArray,
+    sums: FloatArray,
+) -> None:
+    """Sums over the contact of the gap times 1, y, x."""
+    gap = np.empty_like(uz)
+    _gap(separation, uz, rigid, x, y, gap)
+    gap[~contact] = 0.0
+    sum_modes(gap, x, y, sums)
+
+
+def take_gap(
+    separation: FloatArray,
+    uz: FloatArray,
+    rigid: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    contact: BoolArray,
+    gap: FloatArray,
+) -> tuple[float, float, float]:
+    """``gap = separation + uz - rigid displacement``; its largest size in contact, the deepest penetration elsewhere,
+    and the largest uz in contact."""
+    _gap(separation, uz, rigid, x, y, gap)
+    in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
+    penetration = -float(np.min(gap, where=~contact, initial=0.0))
+    return in_contact, penetration, float(np.max(uz, where=contact, initial=0.0))
+
+
+def take_residual(gap: FloatArray, contact: BoolArray, factor: float, residual: FloatArray) -> None:
+    """``residual = factor gap`` in contact and 0 elsewhere, in the precision of `residual`."""
+    residual[:] = 0.0
+    np.multiply(gap, factor, out=residual, where=contact, casting="same_kind")
+
+
+def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
+    """Weighted sums of products of 1, y, x, (3, 3)."""
+    along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)
+    one_y, one_x, mixed = along_y @ y, along_x @ x, x @ (weight @ y)
+    result[:] = [
+        [along_x.sum(), one_y, one_x],
+        [one_y, along_y @ y**2, mixed],
+        [one_x, mixed, along_x @ x**2],
+    ]
+
+
+def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray, sums: FloatArray) -> None:
+    """Sums of the field times 1, y, x."""
+    along_x, along_y = field.sum(axis=1, dtype=np.float64), field.sum(axis=0, dtype=np.float64)
+    sums[:] = along_x.sum(), along_y @ y, along_x @ x
+
+
+def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:
+    """Add to the pressure itself times the rigid displacement; none becomes negative."""
+    pressure *= 1.0 + (rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None])
+    np.maximum(pressure, 0.0, out=pressure)
+
+
+def _gap(
+    separation: FloatArray, uz: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, gap: FloatArray
+) -> None:
+    np.add(separation, uz, out=gap)
+    gap -= rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None]

@@ -1,0 +1,172 @@
+"""Products of spectra with kernels compiled by numba; see `fretsolve.kernels.spectral_numpy`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fretsolve.kernels.numba_options import kernel as compiled_kernel
+
+TILE = 8
+"""Lines and columns that change places at a time: in double precision 8 complex numbers are two lines of cache."""
+
+
+@compiled_kernel
+def join_rows(upper: Any, lower: Any, lines: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.join_rows`."""
+    rows, ny = upper.shape
+    for r in range(rows):
+        if r < lower.shape[0]:
+            for j in range(ny):
+                lines[r, j] = complex(upper[r, j], lower[r, j])
+        else:
+            for j in range(ny):
+                lines[r, j] = upper[r, j]
+        lines[r, ny:] = 0.0
+
+
+@compiled_kernel
+def split_rows(lines: Any, upper: Any, lower: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.split_rows`."""
+    rows, ny = upper.shape
+    for r in range(rows):
+        for j in range(ny):
+            upper[r, j] = lines[r, j].real
+        if r < lower.shape[0]:
+            for j in range(ny):
+                lower[r, j] = lines[r, j].imag
+
+
+@compiled_kernel
+def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.split_spectra`."""
+    rows, columns = upper.shape
+    length = lines.shape[1]
+    half = upper.real.dtype.type(0.5)
+    mirrored = np.empty(columns, lines.dtype)  # so that all else runs forward, in vector instructions
+    unused = np.empty(columns, lines.dtype)
+    for r in range(rows):
+        one, other = upper[r], lower[r] if r < lower.shape[0] else unused
+        mirrored[0] = lines[r, 0]
+        for k in range(1, columns):
+            mirrored[k] = lines[r, length - k]
+        for k in range(columns):
+            a, b = lines[r, k], mirrored[k]
+            one[k] = complex(half * (a.real + b.real), half * (a.imag - b.imag))
+            other[k] = complex(half * (a.imag + b.imag), half * (b.real - a.real))
+
+
+@compiled_kernel
+def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.join_spectra`."""
+    rows, columns = upper.shape
+    length = lines.shape[1]
+    nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
+    for r in range(rows):
+        one, other = upper[r], lower[r] if r < lower.shape[0] else nothing
+        for k in range(columns):
+            a, b = one[k], other[k]
+            lines[r, k] = complex(a.real - b.imag, a.imag + b.real)
+            mirrored[k] = complex(a.real + b.imag, b.real - a.imag)
+        for k in range(columns, length):
+            lines[r, k] = mirrored[length - k]
+        # These wave numbers stand for both signs.
+        lines[r, 0] = complex(one[0].real, other[0].real)
+        if length % 2 == 0:
+            lines[r, length // 2] = complex(one[length // 2].real, other[length // 2].real)
+
+
+@compiled_kernel
+def take_columns(spectrum: Any, lines: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.take_columns`."""
+    rows, columns = spectrum.shape
+    whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
+    for first in range(0, whole_columns, TILE):
+        for start in range(0, whole_rows, TILE):
+            for j in range(TILE):
+                for i in range(TILE):
+                    lines[first + j, start + i] = spectrum[start + i, first + j]
+    for j in range(whole_columns, columns):
+        for i in range(whole_rows):
+            lines[j, i] = spectrum[i, j]
+    for i in range(whole_rows, rows):
+        for j in range(columns):
+            lines[j, i] = spectrum[i, j]
+    lines[:, rows:] = 0.0
+
+
+@compiled_kernel
+def give_columns(lines: Any, spectrum: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.give_columns`."""
+    rows, columns = spectrum.shape
+    whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
+    for start in range(0, whole_rows, TILE):
+        for first in range(0, whole_columns, TILE):
+            for i in range(TILE):
+                for j in range(TILE):
+                    spectrum[start + i, first + j] = lines[first + j, start + i]
+    for i in range(whole_rows, rows):
+        for j in range(whole_columns):
+            spectrum[i, j] = lines[j, i]
+    for j in range(whole_columns, columns):
+        for i in range(rows):
+            spectrum[i, j] = lines[j, i]
+
+
+@compiled_kernel
+def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.multiply`."""
+    lines, length = field.shape
+    half = kernel.shape[1]
+    one = kernel.dtype.type(1.0)
+    sign = -one if odd else one
+    for n in range(lines):
+        for i in range(half):
+            result[n, i] = field[n, i] * kernel[n, i]
+        for i in range(half, length):
+            result[n, i] = field[n, i] * (sign * kernel[n, length - i])
+
+
+@compiled_kernel
+def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.multiply_pair`."""
+    direct_x, direct_y, mixed = kernels
+    field_x, field_y = fields
+    result_x, result_y = results
+    lines, length = field_x.shape
+    half = mixed.shape[1]
+    one = mixed.dtype.type(1.0)
+    sign = -one if odd else one
+    for n in range(lines):
+        for i in range(half):
+            x, y, across = field_x[n, i], field_y[n, i], mixed[n, i]
+            result_x[n, i] = x * direct_x[n, i] + y * across
+            result_y[n, i] = x * across + y * direct_y[n, i]
+        for i in range(half, length):
+            x, y, across = field_x[n, i], field_y[n, i], sign * mixed[n, length - i]
+            result_x[n, i] = x * direct_x[n, length - i] + y * across
+            result_y[n, i] = x * across + y * direct_y[n, length - i]
+
+
+@compiled_kernel
+def multiply_coupled(direct: Any, mixed: Any, odd: Any, fields: Any) -> None:
+    """As `fretsolve.kernels.spectral_numpy.multiply_coupled`."""
+    direct_z, direct_x, direct_y = direct
+    mixed_zx, mixed_zy, mixed_xy = mixed
+    field_z, field_x, field_y = fields
+    lines, length = field_z.shape
+    half = direct_z.shape[1]
+    one = direct_z.dtype.type(1.0)
+    for n in range(lines):
+        for i in range(length):
+            mirrored = i if i < half else length - i
+            sign_zx = -one if odd[0] and i >= half else one
+            sign_zy = -one if odd[1] and i >= half else one
+            sign_xy = -one if odd[2] and i >= half else one
+            z, x, y = field_z[n, i], field_x[n, i], field_y[n, i]
+            zx, zy = sign_zx * mixed_zx[n, mirrored], sign_zy * mixed_zy[n, mirrored]
+            xy = sign_xy * mixed_xy[n, mirrored]
+            field_z[n, i] = z * direct_z[n, mirrored] + x * zx + y * zy
+            field_x[n, i] = z * zx + x * direct_x[n, mirrored] + y * xy
+            field_y[n, i] = z * zy + x * xy + y * direct_y[n, mirrored]

@@ -1,0 +1,276 @@
+"""Measured height maps: read from a file, and interpolated onto a grid's cell centres.
+
+Files: HDF5 (``.h5``, ``.hdf5``, ``.hdf``), NumPy (``.npy``, ``.npz``) and text (``.txt``, ``.csv``, ``.dat``,
+``.xyz``: numbers separated by white space, commas or semicolons; ``#`` begins a comment). The first index, in
+text the row, runs along x and the second along y. Text of three columns that list every point x, y, z of a
+regular grid once is read as such points, all three in the unit of the heights. The spacing is the case's, or
+else that of the points, or of the attributes `spacing`, or `dx` and `dy`, of an HDF5 dataset (mm). The map is
+centred on the surface's centre. Values that are not finite are holes.
+
+Interpolation is bilinear: measured maps are rough and have holes, where a spline would overshoot and carry
+a hole's or a step's effect across the map. It is exact at the map's own points; between them it lies above a
+paraboloid of radius R by up to spacing^2/8R per direction.
+"""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.system.arrays import BoolArray, DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.case.surface_specs import HeightsSurface
+
+Pair = tuple[float, float]
+
+HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+NUMPY_SUFFIXES = (".npy", ".npz")
+TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
+
+SNAP = 1e-6
+"""Slack, in spacings, for rounding: about the map's border, and about the reach of a hole."""
+CHUNK_POINTS = 1 << 18
+"""Points interpolated at a time, to bound the memory of coordinates and results."""
+
+
+def height_map_separation(source: HeightsSurface, x: DoubleArray, y: DoubleArray, key: KeyPath) -> DoubleArray:
+    """Separation (mm) at ascending `x` (nx,), `y` (ny,), in mm from the map's centre: ``(nx, ny)``.
+
+    +inf off the map and about its holes. `key` is the source's place in the case. Raises what
+    `load_height_map` does, and CaseError if no cell lies on the map.
+    """
+    height_map = load_height_map(source, key)
+    result = height_map.sample(x, y)
+    if not np.isfinite(result).any():
+        spans = " x ".join(f"{span:g}" for span in height_map.span)
+        message = f"no cell of the grid lies on the map {source.file.name!r} of {spans} mm"
+        raise CaseError(f"{message} or all do in its holes; move its center or the grid", key)
+    return result
+
+
+@dataclass(frozen=True)
+class HeightMap:
+    """Separation at points `spacing` apart about the origin, in mm; `values` (mx, my), NaN in holes."""
+
+    values: DoubleArray
+    spacing: Pair
+
+    @property
+    def span(self) -> Pair:
+        """Distances between the outermost points (mm)."""
+        mx, my = self.values.shape
+        return (mx - 1) * self.spacing[0], (my - 1) * self.spacing[1]
+
+    def sample(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Separation at ascending `x` (nx,), `y` (ny,), in mm: (nx, ny), +inf off the map and about holes."""
+        from scipy.ndimage import map_coordinates
+
+        result = np.full((x.size, y.size), np.inf)
+        u, first_u = self._coordinates(x, 0)
+        v, first_v = self._coordinates(y, 1)
+        if u.size == 0 or v.size == 0:
+            return result
+        holes = ~np.isfinite(self.values)
+        filled = np.where(holes, 0.0, self.values)
+        hole_share = holes.astype(np.float64) if holes.any() else None
+        rows = max(1, CHUNK_POINTS // v.size)
+        for start in range(0, u.size, rows):
+            part = u[start : start + rows]
+            points = np.stack(np.broadcast_arrays(part[:, None], v[None, :]))
+            heights = map_coordinates(filled, points, order=1, mode="nearest")
+            if hole_share is not None:
+                heights[map_coordinates(hole_share, points, order=1, mode="nearest") > SNAP] = np.inf
+            result[first_u + start : first_u + start + part.size, first_v : first_v + v.size] = heights
+        return result
+
+    def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
+        """Cells at `x` (nx,), `y` (ny,) that are the map's last ones before it ends within the grid: (nx, ny)."""
+        last = np.zeros((x.size, y.size), dtype=bool)
+        u, first_u = self._coordinates(x, 0)
+        v, first_v = self._coordinates(y, 1)
+        if u.size and v.size:
+            rows = slice(first_u, first_u + u.size)
+            columns = slice(first_v, first_v + v.size)
+            ends_x = [i for i in (first_u, first_u + u.size - 1) if i not in (0, x.size - 1)]
+            ends_y = [j for j in (first_v, first_v + v.size - 1) if j not in (0, y.size - 1)]
+            last[ends_x, columns] = True
+            last[rows, ends_y] = True
+        return last
+
+    def _coordinates(self, positions: DoubleArray, axis: int) -> tuple[DoubleArray, int]:
+        """The `positions` on the map, in spacings from its first point, and the first one's index."""
+        count = self.values.shape[axis]
+        index = positions / self.spacing[axis] + (count - 1) / 2
+        on_map = np.flatnonzero((index >= -SNAP) & (index <= count - 1 + SNAP))
+        if on_map.size == 0:
+            return index[:0], 0
+        return np.clip(index[on_map], 0.0, count - 1), int(on_map[0])
+
+
+def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
+    """Read `source`, whose place in the case is `key`.
+
+    Raises FileError where the file is missing or cannot be read, CaseError (at `key` or below) where what it
+    holds is no map: wrong dimensions, no such dataset, no spacing, no finite value.
+    """
+    file = source.file
+    suffix = file.suffix.lower()
+    try:
+        file.open("rb").close()
+    except OSError as error:
+        raise _unreadable(file, error) from error
+    if suffix in HDF5_SUFFIXES:
+        content = _read_hdf5(file, source.dataset, (*key, "dataset"))
+    elif suffix in NUMPY_SUFFIXES:
+        content = _read_numpy(file, source.dataset, (*key, "dataset"))
+    elif suffix in TEXT_SUFFIXES:
+        content = _read_text(file, source.unit)
+    else:
+        known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
+        raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+    _require_unit(content.units, source, (*key, "unit"))
+    values = _checked(content.values, file, (*key, "file"))
+    values *= -source.unit if source.invert else source.unit
+    return HeightMap(values, _spacing(source, content, (*key, "spacing")))
+
+
+@dataclass(frozen=True)
+class _Content:
+    """What a file holds: an array as it stands there, and the spacing (mm) and units if the file tells them."""
+
+    values: NDArray[Any]
+    spacing: tuple[float, ...] | None = None
+    units: str = ""
+
+
+def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
+    """Refuse a map whose file states another unit of length than the case; other texts are not looked at."""
+    from fretsolve.case.quantities import LENGTH, QuantityError, to_internal
+
+    if not units:
+        return
+    try:
+        stated = to_internal(units, LENGTH, bare_unit=True)
+    except QuantityError:
+        return
+    if not math.isclose(stated, source.unit, rel_tol=1e-9):
+        raise CaseError(
+            f"the heights in {source.file.name!r} are in {units}, the case takes them as in units of"
+            f" {source.unit:g} mm; unit: {units} would be right",
+            key,
+        )
+
+
+def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
+    """`values` as floats, NaN where not finite."""
+    if values.ndim != 2 or min(values.shape) < 2:
+        shape = " x ".join(map(str, values.shape)) or "scalar"
+        raise CaseError(f"{file.name!r} holds a {shape} array; at least 2 x 2 heights are needed", key)
+    if not (np.issubdtype(values.dtype, np.floating) or np.issubdtype(values.dtype, np.integer)):
+        raise CaseError(f"{file.name!r} holds values of type {values.dtype}; real numbers are needed", key)
+    checked = values.astype(np.float64)
+    finite = np.isfinite(checked)
+    if not finite.any():
+        raise CaseError(f"{file.name!r} holds no finite height; at least one is needed", key)
+    checked[~finite] = np.nan
+    return checked
+
+
+def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> Pair:
+    """The case's spacing, or else the file's (mm)."""
+    if source.spacing is not None:
+        return source.spacing
+    example = "give that of the map's points, such as [1 um, 1 um]"
+    if content.spacing is None:
+        raise CaseError(f"spacing is missing, and {source.file.name!r} has none; {example}", key)
+    pair = content.spacing * 2 if len(content.spacing) == 1 else content.spacing
+    if len(pair) != 2 or not all(0.0 < step < np.inf for step in pair):
+        raise CaseError(f"the spacing in {source.file.name!r} is {list(content.spacing)}; {example}", key)
+    return pair[0], pair[1]
+
+
+def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
+    """A dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
+    import h5py
+
+    try:
+        with h5py.File(file, "r") as stored:
+            nodes: list[tuple[str, Any]] = []
+            stored.visititems(lambda *node: nodes.append(node))
+            datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
+            node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
+            attributes = node.attrs
+            separate = [attributes[name] for name in ("dx", "dy") if name in attributes]
+            spacing = tuple(float(step) for step in np.ravel(attributes.get("spacing", separate)))
+            units = attributes.get("units", "")
+            return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
+    except (OSError, TypeError, ValueError) as error:
+        raise _unreadable(file, error) from error
+
+
+def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
+    """The array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
+    try:
+        with file.open("rb") as stream:
+            stored = np.load(stream, allow_pickle=False)
+            if isinstance(stored, np.ndarray):
+                if dataset is not None:
+                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
+                return _Content(stored)
+            return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise _unreadable(file, error) from error
+
+
+def _read_text(file: Path, unit: float) -> _Content:
+    """A matrix, or points x, y, z (all in `unit`) of a regular grid."""
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        first = next((line for line in lines if line.split("#")[0].strip()), None)
+        if first is None:
+            raise ValueError("it holds no numbers")
+        delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
+        values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise _unreadable(file, error) from error
+    return _gridded(values, unit) or _Content(values)
+
+
+def _gridded(points: DoubleArray, unit: float) -> _Content | None:
+    """Rows x, y, z as a map if they list every point of a regular grid once, in any order; None otherwise."""
+    if points.shape[1] != 3:
+        return None
+    x, column = np.unique(points[:, 0], return_inverse=True)
+    y, row = np.unique(points[:, 1], return_inverse=True)
+    if min(x.size, y.size) < 2 or x.size * y.size != len(points):
+        return None
+    values = np.full((x.size, y.size), np.inf)
+    values[column, row] = points[:, 2]
+    steps = [np.diff(axis) for axis in (x, y)]
+    if np.isposinf(values).any() or any(np.ptp(step) > 1e-3 * step.mean() for step in steps):
+        return None
+    return _Content(values, tuple(float(step.mean()) * unit for step in steps))
+
+
+def _chosen(dataset: str | None, names: list[str], file: Path, key: KeyPath) -> str:
+    """The dataset asked for, or the only one."""
+    if dataset is None and len(names) == 1:
+        return names[0]
+    if dataset in names:
+        return dataset
+    wanted = "dataset is missing" if dataset is None else f"there is no dataset {dataset!r} in {file.name!r}"
+    raise CaseError(f"{wanted}; {file.name!r} has {', '.join(sorted(names)) or 'none'}", key)
+
+
+def _unreadable(file: Path, error: Exception) -> FileError:
+    known = isinstance(error, OSError) and error.strerror
+    reason = known or " ".join(str(error).split())
+    return FileError(f"the height map cannot be read: {reason}", file)

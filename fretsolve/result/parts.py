@@ -1,0 +1,282 @@
+"""The parts of a run that is not finished: one small file per increment, merged now and then.
+
+A part ``FIRST-LAST.h5`` holds the increments FIRST to LAST: the rows of the history, the fields that the case
+stores, and of the newest increment whatever else a restart needs. Parts are committed by a rename and never
+modified. A merged part makes those it was merged from superfluous, which may stay behind after a kill.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.errors import FileError
+from fretsolve.result.header import RunHeader
+from fretsolve.result.layout import (
+    ERRORS,
+    HISTORY,
+    RESTART,
+    STEP,
+    FieldQuantity,
+    copy_chunks,
+    create_field,
+    create_restart,
+)
+from fretsolve.result.state import Fields, State, Summary, SummaryErrors
+from fretsolve.system import atomic_files
+
+HEADER_NAME = "header.json"
+_PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
+_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in (STEP, *HISTORY)])
+_ERROR_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in ERRORS])
+
+
+@dataclass(frozen=True)
+class Part:
+    """A committed part of the increments `first` to `last`."""
+
+    path: Path
+    first: int
+    last: int
+
+
+def parts_folder(out: Path) -> Path:
+    """Where the parts of the result file `out` are."""
+    return out.with_name(out.name + ".parts")
+
+
+def all_parts(folder: Path) -> list[Part]:
+    """Every committed part, superfluous ones included, in order. Raises OSError."""
+    matches = [(path, _PART_NAME.fullmatch(path.name)) for path in folder.iterdir()]
+    parts = [Part(path, int(match[1]), int(match[2])) for path, match in matches if match]
+    return sorted(parts, key=lambda part: (part.first, part.last))
+
+
+def contiguous_parts(folder: Path) -> list[Part]:
+    """The parts that together hold increments 0 to n without a gap, n as large as can be. Raises OSError."""
+    chosen: list[Part] = []
+    for part in sorted(all_parts(folder), key=lambda part: (part.first, -part.last)):
+        if part.first == (chosen[-1].last + 1 if chosen else 0):
+            chosen.append(part)
+    return chosen
+
+
+def write_part(folder: Path, header: RunHeader, state: State, errors: SummaryErrors | None = None) -> Part:
+    """Commit one increment, with its error bars if there are any. Raises OSError."""
+    step = state.summary.step
+    part = _named(folder, step, step)
+    steps = [step] if header.stores_fields(step) else []
+    kept = header.stored_fields if steps else ()
+    with atomic_files.new_hdf5(part.path, folder) as file:
+        _write_rows(file, [state.summary], [] if errors is None else [errors])
+        group = _create_fields(file, header, kept, steps)
+        for quantity in kept:
+            group[quantity.name][0] = component(state, quantity.name)
+        write_restart(file, state, kept)
+    return part
+
+
+def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state: State) -> Part:
+    """Commit one part with all increments of `sources`, of which `state` is the last.
+
+    Fields of increments that the case does not store are left out: a failed result has those of its last one.
+    Raises OSError, FileError.
+    """
+    rows: list[Summary] = []
+    errors: list[SummaryErrors] = []
+    for source in sources:
+        with open_piece(source) as piece:
+            rows += piece.summaries()
+            errors += piece.errors()
+    part = _named(folder, rows[0].step, rows[-1].step)
+    kept = header.stored_fields
+    steps = [row.step for row in rows if header.stores_fields(row.step)]
+    with atomic_files.new_hdf5(part.path, folder) as file:
+        _write_rows(file, rows, errors)
+        copy_fields(sources, steps, _create_fields(file, header, kept, steps), kept)
+        write_restart(file, state, kept if header.stores_fields(rows[-1].step) else ())
+    return part
+
+
+def copy_fields(
+    sources: Sequence[Path], steps: Sequence[int], target: Any, kept: Sequence[FieldQuantity]
+) -> None:
+    """Copy the fields `kept` of `steps` to the HDF5 group `target`, increment after increment.
+
+    The order is that of the increments whatever parts they come from, so that the file does not tell where a
+    run was stopped and resumed. Raises FileError.
+    """
+    rank = {step: index for index, step in enumerate(steps)}
+    for source in sources:
+        with open_piece(source) as piece, damage_reported(source, "fields"):
+            for index, step in enumerate(piece.field_steps):
+                for quantity in kept if step in rank else ():
+                    copy_chunks(piece.field_dataset(quantity.name), index, target[quantity.name], rank[step])
+
+
+def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> None:
+    """Write what of `state` is not among the fields `stored` for it, or there in another precision."""
+    group = file.create_group("restart")
+    for quantity in RESTART:
+        values = component(state, quantity.name)
+        if quantity not in stored or values.dtype != quantity.dtype:
+            create_restart(group, quantity, values)
+
+
+def component(state: State, name: str) -> NDArray[Any]:
+    """The array ``(nx, ny)`` of `state` that is stored under `name`."""
+    quantity = _BY_NAME[name]
+    owner = state if quantity.array == "displacement" else state.fields
+    array: NDArray[Any] = getattr(owner, quantity.array)
+    return array if quantity.component is None else array[quantity.component]
+
+
+class Piece:
+    """An open part or result file, both read alike. Raises FileError where it is damaged."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        with damage_reported(path):
+            self.file = h5py.File(path, "r")
+            try:
+                self.field_steps: list[int] = self.file["fields/step"][:].tolist()
+                self.field_names = [n for n in _BY_NAME if n in self.file["fields"]]
+            except BaseException:
+                self.file.close()
+                raise
+
+    def close(self) -> None:
+        self.file.close()
+
+    def history(self) -> dict[str, NDArray[Any]]:
+        """The columns of the history, `step` first, those of the error bars last if there are any."""
+        return self._columns("rows", _ROW) | self._columns("error_rows", _ERROR_ROW)
+
+    def summaries(self) -> list[Summary]:
+        """The rows of the history."""
+        columns = [column.tolist() for column in self._columns("rows", _ROW).values()]
+        return [Summary(*row) for row in zip(*columns, strict=True)]
+
+    def errors(self) -> list[SummaryErrors]:
+        """The error bars of each row, none where the run has no error bars."""
+        columns = [column.tolist() for column in self._columns("error_rows", _ERROR_ROW).values()]
+        return [SummaryErrors(*row) for row in zip(*columns, strict=True)]
+
+    def _columns(self, rows: str, kind: np.dtype[Any]) -> dict[str, NDArray[Any]]:
+        """Columns of the history, in a part's dataset `rows` or a result's own; none of bars that are not there."""
+        names = kind.names or ()
+        with damage_reported(self.path, "history"):
+            if rows in self.file:
+                found = self.file[rows][:]
+                return {name: found[name] for name in names}
+            if kind is _ERROR_ROW and names[0] not in self.file.get("history", {}):
+                return {}
+            return {name: self.file["history"][name][:] for name in names}
+
+    def field_dataset(self, name: str) -> Any:
+        """The dataset ``(len(field_steps), nx, ny)`` of a field."""
+        return self.file["fields"][name]
+
+    def read(self, name: str, step: int) -> NDArray[Any]:
+        """A field ``(nx, ny)`` at `step`: one of `field_steps`, or the last where a restart is kept."""
+        values: NDArray[Any]
+        with damage_reported(self.path, f"fields/{name} of increment {step}"):
+            if step in self.field_steps and name in self.field_names:
+                values = self.field_dataset(name)[self.field_steps.index(step)]
+            elif step == self.history()["step"][-1]:
+                values = self.file["restart"][name][:]
+            else:
+                raise FileError(f"the fields of increment {step} are not kept any more", self.path)
+        return values
+
+    def state(self) -> State:
+        """The last increment, exactly as it was."""
+        summary = self.summaries()[-1]
+        with damage_reported(self.path, "restart"):
+            kept = {name: dataset[:] for name, dataset in self.file["restart"].items()}
+        for quantity in RESTART:
+            if quantity.name not in kept:
+                kept[quantity.name] = self.read(quantity.name, summary.step)
+        whole = {quantity.array: _whole(quantity.array, kept) for quantity in RESTART}
+        displacement = whole.pop("displacement")
+        return State(summary, Fields(**whole), displacement)
+
+    def verify(self) -> None:
+        """Read every dataset, so that its checksum is compared. Raises FileError."""
+        datasets: list[Any] = []
+        with damage_reported(self.path):
+            self.file.visititems(lambda _, node: datasets.append(node) if hasattr(node, "shape") else None)
+            for dataset in datasets:
+                for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
+                    dataset[index]
+
+
+@contextmanager
+def open_piece(path: Path) -> Iterator[Piece]:
+    """A `Piece`, closed again at the end. Raises FileError."""
+    piece = Piece(path)
+    try:
+        yield piece
+    finally:
+        piece.close()
+
+
+@contextmanager
+def damage_reported(path: Path, what: str = "") -> Iterator[None]:
+    """Turn what h5py raises on reading `path` into a FileError, but leave FileNotFoundError."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except (OSError, KeyError, RuntimeError) as error:
+        raise FileError(_reason(error, what), path) from error
+
+
+def _reason(error: Exception, what: str) -> str:
+    message = " ".join(str(error).split())
+    if isinstance(error, PermissionError):
+        return "no permission to read the file"
+    if isinstance(error, IsADirectoryError):
+        return "a folder; the file of a result is needed"
+    if "truncated file" in message:
+        return "the file is truncated: it was not copied or written to its end"
+    if "file signature not found" in message:
+        return "not an HDF5 file, so no result of a run"
+    if "filter returned failure" in message or "checksum" in message:
+        return f"{what or 'the file'} is damaged: the checksum does not match"
+    return f"cannot read {what or 'the file'}: {message}"
+
+
+_BY_NAME: Mapping[str, FieldQuantity] = {quantity.name: quantity for quantity in RESTART}
+
+
+def _named(folder: Path, first: int, last: int) -> Part:
+    return Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
+
+
+def _write_rows(file: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
+    for name, values, kind in (("rows", summaries, _ROW), ("error_rows", errors, _ERROR_ROW)):
+        if values:
+            rows = np.array([astuple(value) for value in values], kind)
+            file.create_dataset(name, data=rows, chunks=rows.shape, fletcher32=True)
+
+
+def _create_fields(file: Any, header: RunHeader, kept: Sequence[FieldQuantity], steps: Sequence[int]) -> Any:
+    group = file.create_group("fields")
+    group.create_dataset("step", data=np.array(steps, STEP.dtype))
+    for quantity in kept:
+        create_field(group, quantity, len(steps), header.shape)
+    return group
+
+
+def _whole(array: str, components: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+    members = [components[quantity.name] for quantity in RESTART if quantity.array == array]
+    return members[0] if len(members) == 1 else np.stack(members)

@@ -1,0 +1,169 @@
+"""What is known of the contact after an increment: scalars for the history, fields, and their certificate.
+
+Units are mm, N, MPa, rad (so N.mm for moments, mJ = N.mm for work). Arrays are ``(nx, ny)``, vector fields
+component first, ``(2, nx, ny)``. Signs: pressure >= 0 is compressive; shear is the traction that body 1
+exerts on body 2; slip is that of body 1 relative to body 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.system.arrays import FloatArray
+
+
+def nothing(shape: tuple[int, ...]) -> FloatArray:
+    """Zeros that take no memory, read-only: a field that a scene does not need."""
+    return np.broadcast_to(np.float64(0.0), shape)
+
+
+class Zone(IntEnum):
+    """State of a cell, as stored in the field `zone`."""
+
+    OPEN = 0
+    STICK = 1
+    SLIP = 2
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Residuals of the contact conditions, computed from the tractions alone (dimensionless).
+
+    gap: largest |gap| in contact or penetration outside, over the largest normal displacement in the contact; or
+        largest tension over the largest pressure.
+    stick: largest |slip increment| in the stick zone over the largest rigid displacement increment.
+    slip: largest angle (rad) between shear and slip increment, weighted by the slip over the largest slip.
+    bound: largest excess of |shear| over friction coefficient times pressure, over its largest value.
+    load: worst imposed load or displacement component's error, over its scale.
+
+    The scales of stick and slip have least values, which docs/conventions.md tells.
+    """
+
+    gap: float
+    stick: float
+    slip: float
+    bound: float
+    load: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of the residuals; NaN if one of them is."""
+        return float(np.max([self.gap, self.stick, self.slip, self.bound, self.load]))
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One row of the history: attribute names are the names of the datasets in ``/history``.
+
+    Forces and moments are those transmitted through the contact; displacements and rotations those of
+    body 1 relative to body 2. `work` is dissipated in the increment, `work_total` since the start.
+    """
+
+    step: int
+    stage: int
+    P: float
+    Mx: float
+    My: float
+    Qx: float
+    Qy: float
+    Mz: float
+    delta_z: float
+    delta_x: float
+    delta_y: float
+    phi_x: float
+    phi_y: float
+    phi_z: float
+    contact_area: float
+    stick_area: float
+    contact_radius: float
+    stick_radius: float
+    contact_cells: int
+    stick_cells: int
+    max_pressure: float
+    max_shear: float
+    work: float
+    work_total: float
+    iterations_normal: int
+    iterations_tangential: int
+    alternations: int
+    operator_applications: int
+    wall_time: float
+    residual_gap: float
+    residual_stick: float
+    residual_slip: float
+    residual_bound: float
+    residual_load: float
+
+    @property
+    def worst_residual(self) -> float:
+        """The largest of the certificate's residuals."""
+        return max(float(value) for name, value in vars(self).items() if name.startswith("residual_"))
+
+
+ERROR_SUFFIX = "_error"
+
+
+@dataclass(frozen=True)
+class SummaryErrors:
+    """Error bars of one row of the history: estimated errors of `Summary`'s values, in their units, all >= 0.
+
+    NaN where they are not known. Attribute names are the names of datasets in ``/history``. companion_applications: of
+    the elastic operator in the companion runs up to here since the row before, in parts of one on the run's own grid;
+    companion_wall_time: the seconds that they took.
+    """
+
+    P_error: float
+    Mx_error: float
+    My_error: float
+    Qx_error: float
+    Qy_error: float
+    Mz_error: float
+    delta_z_error: float
+    delta_x_error: float
+    delta_y_error: float
+    phi_x_error: float
+    phi_y_error: float
+    phi_z_error: float
+    contact_radius_error: float
+    stick_radius_error: float
+    max_pressure_error: float
+    work_error: float
+    work_total_error: float
+    companion_applications: float
+    companion_wall_time: float
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Fields at the end of an increment.
+
+    pressure, gap, slip_path, work_density: ``(nx, ny)``; shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)``
+    uint8 of `Zone`. slip is summed since the start, slip_path is the length of its path, work_density the
+    work dissipated per area since the start.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    slip: FloatArray
+    slip_path: FloatArray
+    work_density: FloatArray
+    zone: NDArray[np.uint8]
+    gap: FloatArray
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything after one certified increment.
+
+    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
+    refers to. Together with `fields` and `summary` it is all that a restart needs. Where nothing can slip, it is
+    `nothing`, and so are shear, slip, slip_path and work_density.
+    """
+
+    summary: Summary
+    fields: Fields
+    displacement: FloatArray

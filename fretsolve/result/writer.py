@@ -1,0 +1,276 @@
+"""Writing a result so that no completed increment is lost, whenever the run ends and however.
+
+Each increment is one file in ``OUT.parts/``, committed by a rename. OUT is written once, from the parts, when
+the run is complete or has failed. Where OUT exists it is the truth and its parts are leftovers.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self
+
+import h5py
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.result.final_file import write_result
+from fretsolve.result.header import RunHeader, require_same_run
+from fretsolve.result.header_reader import read_attributes, read_header
+from fretsolve.result.lock import RunLock
+from fretsolve.result.parts import (
+    HEADER_NAME,
+    Part,
+    all_parts,
+    contiguous_parts,
+    merge_parts,
+    open_piece,
+    parts_folder,
+    write_part,
+)
+from fretsolve.result.state import State, Summary, SummaryErrors
+from fretsolve.system import atomic_files
+from fretsolve.system.files import reason_of, require_free
+
+MERGE_EVERY = 32
+"""Increments per merged part: bounds the number of files and the restart data that is kept without use."""
+
+RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
+"""How a run is gone on with: one of a case, one of several."""
+
+TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
+"""What to do about a result that is there."""
+
+
+class HistoryWriter:
+    """A result being written; a context manager, which stops the run where it is left without `finish`.
+
+    complete: OUT is there already and there is nothing to do. last_state: where to go on from, None for a
+    start at the beginning. summaries: of all committed increments. errors: their error bars, none where the header
+    promises none. notes: what a person should hear of a resume.
+    """
+
+    def __init__(
+        self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME
+    ):
+        self.out = out
+        self._advice = advice
+        self.header = header
+        self._pause = pause
+        self._saved_at = time.monotonic()
+        self._unsaved: list[tuple[State, SummaryErrors | None]] = []
+        self.complete = False
+        self.last_state: State | None = None
+        self.summaries: list[Summary] = []
+        self.errors: list[SummaryErrors] = []
+        self.notes: list[str] = []
+        self._folder = parts_folder(out)
+        self._lock = lock
+        self._parts: list[Part] = []
+
+    @classmethod
+    def open(
+        cls,
+        out: Path,
+        header: RunHeader,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+        retry: bool = True,
+        pause: float = 0.0,
+        advice: str = RESUME,
+    ) -> HistoryWriter:
+        """Begin the result `out`, or go on with it.
+
+        retry: whether to resume one that has failed, which else is left as it is.
+        pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
+        advice: what to tell where nothing more can be saved.
+        Raises CaseError where `out` or its parts exist and neither option is given, FileError where they belong to
+        another run or are damaged, where another run writes them, and where the folder cannot be written.
+        """
+        if resume and overwrite:
+            raise ValueError("resume and overwrite exclude each other")
+        with _reported("cannot begin the result", out):
+            require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
+            if overwrite:
+                _require_replaceable(out)
+            if resume and out.exists() and _is_final(out, header, retry):
+                return cls._finished(out, header)
+            writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause, advice)
+            try:
+                writer._begin(resume, overwrite, retry)
+            except BaseException:
+                writer.stop()
+                raise
+            return writer
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def append(self, state: State, errors: SummaryErrors | None = None) -> None:
+        """Commit an increment: once this returns, no kill and no power cut takes it back, unless there is a pause.
+
+        errors: its error bars, where the header promises them. Raises FileError where it cannot be written (all
+        earlier increments stay), ValueError where `state` does not follow the last one.
+        """
+        if (errors is not None) != self.header.errors:
+            raise ValueError("error bars are needed of every increment or of none, as the header has it")
+        if state.summary.step != len(self.summaries):
+            raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
+        self.last_state = state
+        self.summaries.append(state.summary)
+        self.errors += [] if errors is None else [errors]
+        self._unsaved.append((state, errors))
+        if time.monotonic() - self._saved_at >= self._pause:
+            self.save()
+
+    def save(self) -> None:
+        """Commit the increments that a pause has left unsaved. Raises FileError as `append` does."""
+        with _reported("cannot save the increment", self._folder, self._advice):
+            if not (self._folder / HEADER_NAME).exists():
+                self._write_header()
+            while self._unsaved:
+                state, errors = self._unsaved[0]
+                self._parts.append(write_part(self._folder, self.header, state, errors))
+                del self._unsaved[0]
+                single = [part for part in self._parts if part.first == part.last]
+                if len(single) >= MERGE_EVERY:
+                    self._merge(single, state)
+        self._saved_at = time.monotonic()
+
+    def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
+        """Write OUT from the parts and remove these. message, kind: why the run failed. Raises FileError."""
+        failure = (message, kind) if status == "failed" else None
+        with _reported("cannot write the result", self.out, self._advice):
+            sources = [part.path for part in self._parts]
+            unsaved = [state for state, _ in self._unsaved]
+            told = self.summaries, self.errors, sources, unsaved, self.last_state, failure
+            write_result(self.out, self._folder, self.header, *told)
+            self._clear()
+        self.stop()
+
+    def stop(self) -> None:
+        """Leave the committed increments for a later resume, and let other runs write."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    @classmethod
+    def _finished(cls, out: Path, header: RunHeader) -> HistoryWriter:
+        """For a result that is complete, whose parts a kill may have left behind."""
+        writer = cls(out, header, None)
+        writer._read_final()
+        if parts_folder(out).exists():
+            writer._lock = RunLock.acquire(parts_folder(out))
+            try:
+                atomic_files.remove_temporaries(writer._folder)
+                writer._clear()
+            finally:
+                writer.stop()
+        return writer
+
+    def _read_final(self) -> None:
+        with open_piece(self.out) as piece:
+            self.summaries, self.errors = piece.summaries(), piece.errors()
+        self.complete = True
+
+    def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
+        # Another run may have ended since, so all is looked at again under the lock.
+        require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
+        atomic_files.remove_temporaries(self._folder)
+        if overwrite:
+            self._clear()
+            atomic_files.remove(self.out)
+        elif self.out.exists():
+            if _is_final(self.out, self.header, retry):
+                self._clear()
+                self._read_final()
+            else:
+                self._take_up_failed()
+            return
+        if not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
+            self._clear()
+        elif resume:
+            self._take_up_stopped()
+        else:
+            message = "a stopped run is there: --resume goes on with it, --overwrite starts anew"
+            raise CaseError(message, (), self._folder)
+        if not self._pause:
+            self._write_header()
+
+    def _write_header(self) -> None:
+        atomic_files.write_text(self._folder / HEADER_NAME, self.header.to_json())
+
+    def _take_up_failed(self) -> None:
+        """Turn a failed result back into parts: the next attempt starts from its last increment.
+
+        OUT goes last, so that a kill in between leaves it, and with it all there is.
+        """
+        self._clear()
+        self._write_header()
+        with open_piece(self.out) as piece:
+            self.summaries, self.errors = piece.summaries(), piece.errors()
+            if self.summaries:
+                piece.verify()
+                self.last_state = piece.state()
+                self._parts = [merge_parts(self._folder, self.header, [self.out], self.last_state)]
+        atomic_files.remove(self.out)
+
+    def _take_up_stopped(self) -> None:
+        """Go on after the last increment up to which all parts are sound."""
+        stored = read_header(self._folder)
+        require_same_run(self._folder, stored.effective_case, stored.inputs, stored.version, self.header)
+        for part in contiguous_parts(self._folder):
+            try:
+                with open_piece(part.path) as piece:
+                    piece.verify()
+                    self.summaries += piece.summaries()
+                    self.errors += piece.errors()
+                    self.last_state = piece.state()
+            except FileError as error:
+                self.notes.append(f"{error}; going on from increment {part.first}")
+                break
+            self._parts.append(part)
+        kept = {part.path for part in self._parts}
+        atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])
+
+    def _merge(self, single: list[Part], state: State) -> None:
+        merged = merge_parts(self._folder, self.header, [part.path for part in single], state)
+        self._parts = [part for part in self._parts if part not in single] + [merged]
+        atomic_files.remove(*[part.path for part in single])
+
+    def _clear(self) -> None:
+        """Remove all parts, the header first: without it what is left counts as nothing."""
+        atomic_files.remove(self._folder / HEADER_NAME)
+        atomic_files.remove(*[part.path for part in all_parts(self._folder)])
+        self._parts = []
+
+
+def _require_replaceable(out: Path) -> None:
+    if out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
+        raise FileError("is no HDF5 file, which --overwrite leaves alone: remove it, or give another name", out)
+
+
+def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
+    """Whether nothing is left to do for the result `out`. Raises FileError where it is that of another run."""
+    attributes = read_attributes(out)
+    inputs = str(attributes.get("inputs", "{}"))
+    require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)
+    return attributes["status"] == "complete" or not retry
+
+
+@contextmanager
+def _reported(action: str, file: Path, advice: str = "") -> Iterator[None]:
+    """Turn an OSError into a FileError that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        kept = f"; the increments so far are kept, {advice}" if advice else ""
+        raise FileError(f"{action}: {reason_of(error)}{kept}", file) from error

@@ -1,0 +1,261 @@
+"""The loop over the increments of a case, as a generator of states."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fretsolve.case.load_components import PAIRS
+from fretsolve.elastic.fftw_wisdom import load_wisdom, measured_plans, save_wisdom
+from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.working_state import Start
+from fretsolve.kernels import readying_seconds
+from fretsolve.model.grid import Grid
+from fretsolve.model.load_path import Increment
+from fretsolve.model.surface import map_spans
+from fretsolve.result.state import Certificate, Fields, State, Summary, Zone, nothing
+from fretsolve.setup.contact_size import MARGIN, contact_size
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation.slip_and_work import ContactState, limit_to_contact, mean_pressure
+from fretsolve.simulation.zone_areas import contact_area, stick_area
+from fretsolve.system.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from fretsolve.case import Case
+    from fretsolve.model.load_control import Balance
+
+FEWEST_CELLS = 8
+"""Per side: on fewer a contact reaches the edge because its cells are large."""
+
+WIDER = 1.5
+"""By how much a size is enlarged in advice where shear or moments widen the contact."""
+
+
+RIGID = tuple(motion for _, motion in PAIRS)
+
+
+def run(
+    case: Case | Scene, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
+) -> Iterator[State]:
+    """Solve `case` and yield a `State` per increment, each certified.
+
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: that share out
+    the transforms; no bit of a state depends on their number.
+    Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
+    """
+    if not isinstance(case, Scene) and not hasattr(case, "load_path"):
+        raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
+    if (start.summary.step + 1 if start is not None else 0) != len(history):
+        raise ValueError("start must be the state after the last increment of history, or both be left out")
+    scene = case if isinstance(case, Scene) else prepare(case)
+    load_wisdom()
+    solver = IncrementSolver(
+        scene.grid,
+        scene.separation(),
+        scene.model,
+        scene.case.solver.tolerance,
+        scene.case.solver.max_iterations,
+        threads,
+        scene.map_border(),
+        _precision(scene),
+    )
+    state, summaries, plans = start, list(history), measured_plans()
+    for step in range(len(summaries), scene.load_path.increments):
+        began = _working_seconds()
+        increment = scene.load_path.increment(step, summaries)
+        before = scene.load_path.increment(step - 1, summaries).normal if step else None
+        try:
+            solved = solver.solve(increment, _start(state, before, scene.grid))
+        except NoSolutionError as error:
+            _locate(error, scene, increment)
+            raise
+        if measured_plans() > plans:
+            # Before the increment is given out: a resumed run must transform by the same plans.
+            save_wisdom()
+            plans = measured_plans()
+        touching = _touching(state, solver.separation)
+        state = _state(solved, state, touching, increment, scene, _working_seconds() - began)
+        del solved  # what the state does not need of it
+        summaries.append(state.summary)
+        yield state
+
+
+def _working_seconds() -> float:
+    """A clock that stands still while kernels are compiled or read from disk, which happens once in a process."""
+    return time.perf_counter() - readying_seconds()
+
+
+def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
+    if state is None:
+        return Start(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
+    rigid = np.array([getattr(state.summary, name) for name in RIGID])
+    return Start(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
+
+
+def _touching(state: State | None, separation: FloatArray) -> ContactState:
+    """The contact after `state`; at first the surfaces touch at their nearest points."""
+    if state is None:
+        nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
+        gap = separation - (nearest if np.isfinite(nearest) else 0.0)
+        return ContactState(nothing(separation.shape), gap, np.zeros(separation.shape, bool))
+    return ContactState(state.fields.pressure, state.fields.gap, state.fields.zone == Zone.SLIP)
+
+
+def _state(
+    solved: Solved,
+    previous: State | None,
+    before: ContactState,
+    increment: Increment,
+    scene: Scene,
+    wall_time: float,
+) -> State:
+    """Accumulate slip and work, and sum the increment up."""
+    solution, evidence = solved.solution, solved.evidence
+    areas = _areas(solved, scene)
+    slip, slip_path, work_density, work = evidence.slip, nothing(scene.grid.shape), nothing(scene.grid.shape), 0.0
+    if scene.model.slides:
+        slip_path, work_density, work = _accumulate(solved, before, previous, scene)
+    work_before = 0.0 if previous is None else previous.summary.work_total
+    pressure, shear, slip, slip_path, work_density, gap, displacement = (
+        _kept(field, _precision(scene))
+        for field in (
+            solution.pressure, solution.shear, slip, slip_path, work_density, evidence.gap, solution.displacement
+        )
+    )
+    fields = Fields(pressure, shear, slip, slip_path, work_density, evidence.zone, gap)
+    for array in (*vars(fields).values(), displacement):
+        array.flags.writeable = False  # the next increment starts from these very arrays
+    summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
+    return State(summary, fields, displacement)
+
+
+def _precision(scene: Scene) -> type[np.floating]:
+    """Of the elastic operator and the fields of the states."""
+    return np.float32 if scene.case.solver.precision == "single" else np.float64
+
+
+def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
+    """`field` in the precision of the states; nothing stays nothing."""
+    if not any(field.strides):
+        return np.broadcast_to(precision(0.0), field.shape)
+    return field.astype(precision, copy=False)
+
+
+def _accumulate(
+    solved: Solved, before: ContactState, previous: State | None, scene: Scene
+) -> tuple[FloatArray, FloatArray, float]:
+    """Path of the slip and density of the work since the start, and the increment's work; adds to the slip in place."""
+    solution, evidence = solved.solution, solved.evidence
+    slip = evidence.slip  # changed in place: the evidence is this state's alone
+    modulus = scene.model.compliances.contact_modulus
+    parted = limit_to_contact(slip, before, solution, evidence, scene.grid, modulus)
+    slip_path = np.hypot(slip[0], slip[1])
+    work_density = scene.model.friction * mean_pressure(before.pressure, solution.pressure)
+    work_density *= slip_path
+    # What a sticking cell slips is the certificate's residual.
+    work_density *= (evidence.zone == Zone.SLIP) | parted
+    work = float(work_density.sum()) * scene.grid.cell_area
+    if previous is not None:
+        slip += previous.fields.slip
+        slip_path += previous.fields.slip_path
+        work_density += previous.fields.work_density
+    return slip_path, work_density, work
+
+
+def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:
+    """Areas of the contact and of the stick zone, their edges placed inside the cells."""
+    solution, evidence, materials = solved.solution, solved.evidence, scene.model.compliances
+    contact = contact_area(solution.pressure, evidence.gap, scene.grid, materials)
+    bound = scene.model.friction * solution.pressure
+    stick = stick_area(
+        solution.pressure,
+        evidence.gap,
+        solution.shear,
+        bound,
+        evidence.slip,
+        evidence.zone,
+        scene.grid,
+        materials,
+        contact,
+    )
+    return float(contact), float(stick)
+
+
+def _summary(
+    solved: Solved,
+    increment: Increment,
+    areas: tuple[float, float],
+    work: float,
+    work_total: float,
+    wall_time: float,
+) -> Summary:
+    solution, zone = solved.solution, solved.evidence.zone
+    contact, stick = areas
+    rigid = dict(zip(RIGID, map(float, solution.rigid), strict=True))
+    return Summary(
+        step=increment.step,
+        stage=increment.stage.number,
+        **dict(zip(("P", "Mx", "My"), map(float, solved.normal), strict=True)),
+        **dict(zip(("Qx", "Qy", "Mz"), map(float, solved.tangential), strict=True)),
+        **rigid,
+        contact_area=contact,
+        stick_area=stick,
+        contact_radius=math.sqrt(contact / math.pi),
+        stick_radius=math.sqrt(stick / math.pi),
+        contact_cells=int(np.count_nonzero(zone)),
+        stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
+        max_pressure=float(solution.pressure.max()),
+        max_shear=float(np.hypot(solution.shear[0], solution.shear[1]).max()),
+        work=work,
+        work_total=work_total,
+        iterations_normal=solved.iterations_normal,
+        iterations_tangential=solved.iterations_tangential,
+        alternations=solved.alternations,
+        operator_applications=solved.operator_applications,
+        wall_time=wall_time,
+        **_residuals(solved.evidence.certificate),
+    )
+
+
+def _residuals(certificate: Certificate) -> dict[str, float]:
+    return {f"residual_{name}": float(value) for name, value in vars(certificate).items()}
+
+
+def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
+    """Say where in the case file the load stands that has no solution, and which size would hold the contact."""
+    stage = increment.stage
+    key: KeyPath = stage.key
+    if error.component in dict(stage.targets):
+        key = (*key, error.component)
+    if isinstance(error, GridEdgeError):
+        on_grid = error.component is None
+        key = ("grid", "size") if on_grid else ("surface",)
+        error.message += _advised_size(scene, increment) if on_grid else ""
+    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
+    place = scene.case.source.problem(message, key)
+    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
+
+
+def _advised_size(scene: Scene, increment: Increment) -> str:
+    """What to do about a contact that has reached the grid's edge: a size that holds it on all of the load path."""
+    loads = [increment.normal, *scene.load_path.normal_loads()]
+    surfaces, materials = scene.case.surface, scene.model.compliances
+    try:
+        size = contact_size(surfaces, materials, loads, scene.grid.center, max(scene.grid.size))
+    except CaseError:
+        return "; no size would hold it"
+    contact = tuple(side / MARGIN for side in size)
+    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
+        return "; no size would do, since the height map ends too soon: a larger map is needed"
+    if all(advised <= 1.05 * present for advised, present in zip(size, scene.grid.size, strict=True)):
+        if min(scene.grid.shape) < FEWEST_CELLS:
+            return "; the size would do with more points, which resolve the contact"
+        wider = tuple(WIDER * present for present in scene.grid.size)
+        advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"
+        return f"; the size would hold the contact under the normal load alone: {advice}"
+    return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

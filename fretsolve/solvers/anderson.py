@@ -1,0 +1,40 @@
+"""Anderson's mixing for fixed-point iterations that converge slowly or not at all by themselves.
+
+Sources: Anderson, J. ACM 12 (1965); Walker & Ni, SIAM J. Numer. Anal. 49 (2011).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from fretsolve.system.arrays import FloatArray
+
+DEPTH = 6
+"""Earlier iterates that are mixed; more gain nothing, fewer lose where friction and coupling are strong."""
+
+LEAST_SINGULAR_VALUE = 1e-6
+"""Of the differences between residuals, over their largest; below it they tell nothing new."""
+
+
+class Mixing:
+    """Next iterates x of x = g(x) from those before."""
+
+    def __init__(self) -> None:
+        self._iterates: list[FloatArray] = []
+        self._residuals: list[FloatArray] = []
+
+    def next(self, iterate: FloatArray, image: FloatArray, weight: FloatArray) -> FloatArray:
+        """The next x from x and g(x), both (n,); `weight` (n,) tells where their difference counts."""
+        residual = image - iterate
+        self._iterates.append(iterate.copy())
+        self._residuals.append(residual)
+        del self._iterates[: -DEPTH - 1], self._residuals[: -DEPTH - 1]
+        if len(self._residuals) == 1:
+            return image
+        steps = np.array([after - before for before, after in pairwise(self._residuals)])
+        moves = np.array([after - before for before, after in pairwise(self._iterates)])
+        shares = np.linalg.lstsq((steps * weight).T, residual * weight, rcond=LEAST_SINGULAR_VALUE)[0]
+        result: FloatArray = image - shares @ (moves + steps)
+        return result

@@ -1,0 +1,82 @@
+"""Limit of what friction can carry: the tangential loads at which the whole contact slides.
+
+By the kinematic theorem of limit analysis the imposed loads F can be carried by some |q| <= bound if and only if
+no rigid motion v of the forced modes has F.v > sum bound |v(x, y)| dA. The load factor is the least of that
+sum over all v with F.v = 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.elastic.rounding import circle_width
+from fretsolve.model.load_control import Balance
+from fretsolve.solvers.rigid_modes import TangentialModes, solve_modes
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
+
+ITERATIONS = 100
+AT_THE_LIMIT = 1e-9
+"""Relative distance from the limit that counts as sliding: at the limit the displacement is unbounded."""
+
+
+def at_the_limit(precision: type[np.floating]) -> float:
+    """The same for tractions stored in `precision`, which tell no smaller distance from the friction bound."""
+    return max(AT_THE_LIMIT, circle_width(precision))
+
+
+def load_factor(bound: FloatArray, balance: Balance, modes: TangentialModes) -> float:
+    """Factor on the forced tangential loads at which everything slides; inf where none is imposed.
+
+    bound: friction coefficient times pressure (nx, ny), MPa. Without a torque to balance it is exact; else it is
+    found by iteratively reweighted least squares, whose every iterate is an upper bound.
+    """
+    load = balance.imposed_resultant
+    if not load.any():
+        return np.inf
+    capacity = float(bound.sum(dtype=np.float64)) * modes.cell_area
+    if not balance.forced[2]:
+        return capacity / float(np.hypot(load[0], load[1]))
+    if np.count_nonzero(bound) < 2 and not _borne_by_a_cell(bound, load, balance.forced_index, modes):
+        return 0.0
+    size = float(np.abs(load).max())
+    return _least_dissipation(bound * modes.cell_area, load / size, balance.forced_index, modes) / size
+
+
+def _borne_by_a_cell(bound: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
+    """Whether some force on the only cell in contact has the imposed loads; not so where it would have to bear a
+    torque about itself, or where there is no contact."""
+    if not bound.any():
+        return False
+    i, j = np.unravel_index(int(bound.argmax()), bound.shape)
+    arm = max(abs(float(modes.x[i])), abs(float(modes.y[j])), float(np.sqrt(modes.cell_area)))
+    resultants = np.array([[1.0, 0.0], [0.0, 1.0], [-modes.y[j] / arm, modes.x[i] / arm]])[forced]
+    imposed = (load / np.array([1.0, 1.0, arm]))[forced]
+    force = np.linalg.lstsq(resultants, imposed, rcond=None)[0]
+    return bool(np.abs(resultants @ force - imposed).max() <= 1e-9 * np.abs(imposed).max())
+
+
+def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> float:
+    speed, reweighted = np.ones_like(weight), np.empty_like(weight)
+    motion = np.empty((2, *weight.shape))
+    best = np.inf
+    for _ in range(ITERATIONS):
+        np.divide(weight, speed, out=reweighted)
+        direction = solve_modes(_gram(reweighted, modes), load, forced)
+        direction /= direction @ load
+        modes.displacement(direction, motion)
+        np.hypot(motion[0], motion[1], out=speed)
+        dissipation = float(np.vdot(weight, speed))
+        if dissipation > best * (1.0 - 1e-12):
+            break
+        best = dissipation
+        np.maximum(speed, 1e-9 * float(speed.max()), out=speed)
+    return best
+
+
+def _gram(weight: FloatArray, modes: TangentialModes) -> DoubleArray:
+    """Weighted sums of products of the tangential modes, 3 x 3."""
+    along_x = weight.sum(axis=1, dtype=np.float64)
+    along_y = weight.sum(axis=0, dtype=np.float64)
+    total, x, y = along_x.sum(), along_x @ modes.x, along_y @ modes.y
+    polar = along_x @ modes.x**2 + along_y @ modes.y**2
+    return np.array([[total, 0.0, -y], [0.0, total, x], [-y, x, polar]])

@@ -1,0 +1,169 @@
+"""Results of a sweep over its settings: curves, maps, and the running condition."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fretsolve.errors import PictureError
+from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.marks import MOST_INCREMENTS, MOST_NAMED, line_colors, marks
+from fretsolve.plots.quantities import readable
+from fretsolve.system.arrays import IndexArray
+
+if TYPE_CHECKING:
+    from fretsolve.sweep.table import Column, Table
+
+PANEL = (5.6, 4.0)
+
+REGIMES: dict[str, dict[str, Any]] = {
+    "stick": {"marker": "^", "color": "0.75"},
+    "partial slip": {"marker": "o", "color": "#3b528b"},
+    "gross slip": {"marker": "s", "color": "#d95f02"},
+    "no solution": {"marker": "x", "color": "black"},
+}
+"""Running conditions by marker, shade and colour."""
+
+
+def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
+    """A quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
+
+    Raises PictureError.
+    """
+    x, y = _numbers(table, over), _column(table, quantity)
+    errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
+    if not np.isfinite(y.values).any():
+        raise PictureError(f"no case has a value of {quantity}")
+    unit = readable(y.units, y.values)
+    groups = _groups(table, over)
+    with canvas(ax, 1, 1, PANEL) as sheet:
+        axes = sheet.axes[0]
+        for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
+            order = rows[np.argsort(x.values[rows], kind="stable")]
+            options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
+            bars = unit.factor * errors.values[order] if errors is not None else None
+            axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
+        _logarithmic(axes, x, None)
+        axes.set_xlabel(x.heading)
+        axes.set_ylabel(f"{quantity} ({unit.text})")
+        if 1 < len(groups) <= MOST_NAMED:
+            axes.legend()
+        _title(sheet, table)
+        return sheet.figure
+
+
+def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = None) -> Figure:
+    """A quantity in colours over two varied keys; crosses where there is none. Raises PictureError."""
+    x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _column(table, quantity)
+    known = np.isfinite(z.values)
+    if not known.any():
+        raise PictureError(f"no case has a value of {quantity}")
+    _require_one_each(table, over)
+    unit = readable(z.units, z.values)
+    with canvas(ax, 1, 1, PANEL) as sheet:
+        axes = sheet.axes[0]
+        columns, rows = np.unique(x.values), np.unique(y.values)
+        _logarithmic(axes, x, y)
+        if len(columns) * len(rows) == len(z.values) and min(len(columns), len(rows)) > 1:
+            values = np.full((len(rows), len(columns)), np.nan)
+            values[np.searchsorted(rows, y.values), np.searchsorted(columns, x.values)] = unit.factor * z.values
+            colors: Any = axes.pcolormesh(columns, rows, values, shading="nearest", cmap=line_colors())
+        else:
+            colors = axes.scatter(
+                x.values[known], y.values[known], c=unit.factor * z.values[known], cmap=line_colors(), s=30.0
+            )
+        axes.plot(x.values[~known], y.values[~known], linestyle="", marker="x", color="black")
+        axes.set_xlabel(x.heading)
+        axes.set_ylabel(y.heading)
+        sheet.colorbar(axes, colors, f"{quantity} ({unit.text})")
+        _title(sheet, table)
+        return sheet.figure
+
+
+def running_condition(table: Table, over: tuple[str, str], ax: Target = None) -> Figure:
+    """Partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
+
+    Raises PictureError.
+    """
+    x, y = _numbers(table, over[0]), _numbers(table, over[1])
+    found = np.array([name or "no solution" if state.has_result else "" for name, state in _regimes(table)])
+    if not (found != "").any():
+        raise PictureError("no case has a result yet")
+    with canvas(ax, 1, 1, PANEL) as sheet:
+        axes = sheet.axes[0]
+        handles = []
+        for name, look in REGIMES.items():
+            here = found == name
+            if here.any():
+                axes.plot(x.values[here], y.values[here], linestyle="", markersize=7.0, **look)
+                handles.append(Line2D([], [], linestyle="", markersize=7.0, label=name, **look))
+        _logarithmic(axes, x, y)
+        axes.set_xlabel(x.heading)
+        axes.set_ylabel(y.heading)
+        sheet.legend(handles, len(handles))
+        _title(sheet, table)
+        return sheet.figure
+
+
+def _regimes(table: Table) -> Sequence[tuple[str, Any]]:
+    return list(zip(table.regimes, table.states, strict=True))
+
+
+def _column(table: Table, name: str) -> Column:
+    columns = {column.name: column for column in (*table.settings, *table.found)}
+    if name not in columns:
+        raise PictureError(f"{name!r} is no column of the sweep; there are {', '.join(columns)}")
+    return columns[name]
+
+
+def _numbers(table: Table, name: str) -> Column:
+    column = _column(table, name)
+    if column.values.dtype == object:
+        raise PictureError(f"the values of {name} are no numbers in one unit, so that they have no axis")
+    return column
+
+
+def _groups(table: Table, over: str) -> dict[str, IndexArray]:
+    """Rows by the values of all varied keys but `over`."""
+    others = [column for column in table.settings if column.name != over]
+    names = [
+        ", ".join(f"{column.name.rpartition('.')[2]} {_short(column, row)}" for column in others)
+        for row in range(len(table.states))
+    ]
+    return {name: np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)}
+
+
+def _short(column: Column, row: int) -> str:
+    value = column.values[row]
+    return str(value) if column.values.dtype == object else f"{value:.6g} {column.units}".rstrip()
+
+
+def _require_one_each(table: Table, over: tuple[str, str]) -> None:
+    others = [column.name for column in table.settings if column.name not in over]
+    varied = [name for name in others if len(set(map(str, _column(table, name).values))) > 1]
+    places = set(zip(*(_numbers(table, name).values.tolist() for name in over), strict=True))
+    if varied and len(places) < len(table.states):
+        raise PictureError(f"{', '.join(varied)} varies as well, so that a point has several values")
+
+
+def _logarithmic(axes: Axes, x: Column, y: Column | None) -> None:
+    """A logarithmic axis where values are spaced evenly in their logarithms."""
+    for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
+        if column is None:
+            continue
+        values = np.unique(column.values)
+        if len(values) > 2 and values[0] > 0.0:
+            ratios = values[1:] / values[:-1]
+            if np.ptp(ratios) < 1e-3 * ratios[0]:
+                set_scale("log")
+
+
+def _title(sheet: Canvas, table: Table) -> None:
+    if sheet.own:
+        text = "".join(character if character.isprintable() else "?" for character in table.manifest.title)
+        sheet.figure.suptitle(text, parse_math=False)

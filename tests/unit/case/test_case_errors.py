@@ -1,0 +1,110 @@
+"""Every kind of mistake in a case file gives one line: file, line, key, the value, what would be right."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fretsolve.case import CaseErrors, load_case
+from fretsolve.errors import CaseError, FileError
+
+CASE = """\
+title: similar bodies
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 210 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid:
+  points: 128
+  size: [0.72 mm, 0.72 mm]
+friction: 0.1
+coupling: auto
+load_path:
+  - {P: 400 N, increments: 10}
+  - {Qx: 36 N}
+  - cycle: {times: 3, stages: [{Qx: -36 N}, {Qx: 36 N}]}
+solver: {tolerance: 1e-6, precision: double}
+output: {fields: [pressure, zone], every: 1}
+expect:
+  - {quantity: stick_radius, value: 0.1398 mm, rel: 0.01, stage: 2}
+"""
+
+BODY_1 = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
+MISTAKES = [
+    (mistake["right"], mistake["wrong"], mistake["says"])
+    for mistake in yaml.safe_load((Path(__file__).parents[2] / "data" / "case_mistakes.yaml").read_text())
+]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"), MISTAKES, ids=[message.partition("; ")[0] for _, _, message in MISTAKES]
+)
+def test_mistake_gives_one_line(tmp_path: Path, right: str, wrong: str, message: str) -> None:
+    assert right in CASE
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.replace(right, wrong, 1))
+    with pytest.raises(CaseError) as caught:
+        load_case(path)
+    assert str(caught.value) == f"{path}:{message}"
+    assert caught.value.exit_code == 2
+
+
+def test_the_case_without_mistakes_loads(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE)
+    assert len(load_case(path).stages()) == 8
+
+
+def test_all_problems_are_reported_in_order_of_their_lines(tmp_path: Path) -> None:
+    text = CASE.replace("radius: 10 mm", "radius: 10 N").replace("rel: 0.01", "rel: 1 mm")
+    text = text.replace("coupling: auto", "a:").replace("0.1\n", "-0.1\n").replace("stage: 2", "stage: 99")
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    with pytest.raises(CaseErrors) as caught:
+        load_case(path)
+    lines = str(caught.value).split("\n")
+    assert [line.removeprefix(f"{path}:").split(": ")[:2] for line in lines] == [
+        ["5", "surface.sphere.radius"],
+        ["9", "friction"],
+        ["10", "a"],
+        ["18", "expect.0.rel"],
+    ]
+    assert caught.value.problems[0].key == caught.value.key
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_rigid_bodies_alone_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.replace(BODY_1, "rigid").replace(BODY_1.replace("200", "210"), "rigid"))
+    with pytest.raises(CaseError) as caught:
+        load_case(path)
+    assert str(caught.value) == f"{path}:2: bodies: both bodies are rigid; at least one must be elastic"
+
+
+NEEDED = "one with the keys bodies, surface, grid, load_path is needed"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", f":1: the file is empty; {NEEDED}"),
+        ("# only a comment\n", f":1: the file is empty; {NEEDED}"),
+        ("- a\n- b\n", f":1: the file does not hold a mapping; {NEEDED}"),
+        ("\n\njust text\n", f":3: the file does not hold a mapping; {NEEDED}"),
+    ],
+)
+def test_file_without_a_mapping(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    with pytest.raises(CaseError) as caught:
+        load_case(path)
+    assert str(caught.value) == f"{path}{message}"
+
+
+def test_missing_file_is_a_file_error(tmp_path: Path) -> None:
+    with pytest.raises(FileError) as caught:
+        load_case(tmp_path / "none.yaml")
+    assert caught.value.exit_code == 4

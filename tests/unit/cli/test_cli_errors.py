@@ -1,0 +1,159 @@
+"""Whatever is wrong with a command: the right exit code and one line that says what would be right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import CASE, invoke, write_case
+
+from fretsolve.cli import main as cli
+
+USAGE = {
+    ("rum",): "fretsolve: No such command 'rum'.",
+    ("run",): "fretsolve run: Missing argument 'CASE'. (see fretsolve run --help)",
+    ("run", "case.yaml", "--ovewrite"): "--overwrite",
+    ("run", "case.yaml", "--resume", "--overwrite"): "--resume and --overwrite exclude each other.",
+    ("run", "case.yaml", "--threads", "0"): "0 is not in the range",
+    ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
+    ("run", "case.yaml", "--set"): "requires an argument",
+    ("check",): "Missing argument",
+    ("export", "out.h5"): "Missing option '--to'. Choose from: vtk, xdmf, csv, npz",
+    ("validate",): "Missing argument",
+}
+
+
+@pytest.mark.parametrize("words", USAGE, ids=" ".join)
+def test_usage_error(words: tuple[str, ...]) -> None:
+    result = invoke(*words)
+    assert result.exit_code == 2
+    assert USAGE[words] in result.stderr
+    assert result.output.count("\n") == 1
+
+
+BAD = {
+    "grid: {points: 16}": ("grid: {pints: 16}", ":6: grid.pints: unknown key 'pints'; did you mean 'points'?"),
+    "friction: 0.1": ("friction: lots", ":7: friction: 'lots' has no number; a number such as '0.1' is needed"),
+    "title: tiny": ("title: tiny\n\tgrid: 3", ":2: not valid YAML"),
+    "  - {P: 400 N, increments: 1}": ("  - {P: 5 N*mm}", ":9: load_path.0.P: '5 N*mm' is a moment; a force such as"),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "validate", "check"])
+@pytest.mark.parametrize("good", BAD)
+def test_mistake_in_the_case(command: str, good: str, tmp_path: Path) -> None:
+    bad, message = BAD[good]
+    case = write_case(tmp_path, CASE.replace(good, bad))
+    result = invoke(command, case)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"{case}{message}")
+    assert result.stderr.count("\n") == 1
+    assert not case.with_suffix(".h5").exists()
+
+
+SETS = {
+    "foo": "--set foo: KEY=VALUE is needed",
+    "grid.points=abc": "--set grid.points=abc: grid.points: 'abc' is not allowed; a whole number",
+    "load_path.7.P=3 N": "load_path.7.P: the list has no entry 7; its entries are 0 to 1",
+    "frictoin=0.2": "--set frictoin=0.2: frictoin: unknown key 'frictoin'; did you mean 'friction'?",
+}
+
+
+@pytest.mark.parametrize("override", SETS)
+def test_mistake_in_an_override(override: str, tmp_path: Path) -> None:
+    result = invoke("run", write_case(tmp_path), "--set", override)
+    assert result.exit_code == 2
+    assert SETS[override] in result.stderr
+    assert result.output.count("\n") == 1
+
+
+def test_all_mistakes_of_a_case_at_once(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("points: 16", "points: 0").replace("friction: 0.1", "friction: -1"))
+    lines = invoke("run", case).stderr.splitlines()
+    assert [line.split(": ")[:2] for line in lines] == [[f"{case}:6", "grid.points"], [f"{case}:7", "friction"]]
+
+
+@pytest.mark.parametrize("command", ["run", "validate", "check", "show"])
+def test_missing_file_and_folder(command: str, tmp_path: Path) -> None:
+    for name in ("nothing.yaml", "folder"):
+        (tmp_path / "folder").mkdir(exist_ok=True)
+        result = invoke(command, tmp_path / name)
+        assert result.exit_code == 4
+        assert result.stderr.startswith(f"{tmp_path / name}: ")
+        assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"title: a case, not a result\n", b"\x89HDF\r\n\x1a\n and then nothing"])
+def test_show_something_else(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "some.h5"
+    path.write_bytes(content)
+    result = invoke("show", path)
+    assert result.exit_code == 4
+    assert result.stderr.startswith(f"{path}: ")
+    assert result.output.count("\n") == 1
+
+
+def test_output_that_cannot_be_written(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    folder = invoke("run", case, "-o", tmp_path)
+    assert folder.exit_code == 2
+    assert folder.output == f"{tmp_path}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+    (tmp_path / "folder.h5").mkdir()
+    folder = invoke("run", case, "-o", tmp_path / "folder.h5", "--overwrite")
+    message = f"{tmp_path}/folder.h5: is a folder; the name of a file is needed\n"
+    assert (folder.exit_code, folder.output) == (2, message)
+    missing = invoke("run", case, "-o", tmp_path / "missing" / "out.h5")
+    assert missing.exit_code == 4
+    assert missing.output == (
+        f"{tmp_path}/missing/out.h5: cannot begin the result: No such file or directory\n"
+    )
+
+
+def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken() -> None:
+        raise ZeroDivisionError("of two\nlines")
+
+    monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
+    monkeypatch.setattr("fretsolve.commands.schema.case_schema", broken)
+    result = invoke("schema")
+    assert result.exit_code == 70
+    assert result.stderr == (
+        "internal error: ZeroDivisionError: of two lines;"
+        " please report it, with what it prints under FRETSOLVE_DEBUG=1\n"
+    )
+    monkeypatch.setenv("FRETSOLVE_DEBUG", "1")
+    assert isinstance(invoke("schema").exception, ZeroDivisionError)
+
+
+def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
+    def greedy() -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("fretsolve.commands.schema.case_schema", greedy)
+    result = invoke("schema")
+    assert (result.exit_code, result.output.count("\n")) == (2, 1)
+
+
+def test_without_a_command_the_help_and_a_usage_error() -> None:
+    result = invoke()
+    assert result.exit_code == 2
+    assert "Commands:" in result.stderr
+    helped = invoke("--help")
+    assert (helped.exit_code, helped.stdout) == (0, result.stderr)
+
+
+def test_version_and_schema() -> None:
+    import json
+
+    from fretsolve import __version__
+
+    assert invoke("--version").stdout == f"fretsolve {__version__}\n"
+    schema = json.loads(invoke("schema").stdout)
+    assert {"bodies", "surface", "load_path"} == set(schema["required"])
+
+
+def test_every_command_has_help() -> None:
+    for name in cli.main.commands:
+        result = invoke(name, "--help")
+        assert result.exit_code == 0
+        assert result.stdout.startswith(f"Usage: fretsolve {name} ")

@@ -1,0 +1,297 @@
+"""``fretsolve run``: what it prints, where the result goes, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from command_line import CASE, invoke, saved_steps, write_case
+
+from fretsolve import load_case, open_result
+from fretsolve.result.parts import parts_folder
+from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.setup import prepare
+from fretsolve.system.threads import available
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, str]:
+    """Result, output and messages of one run."""
+    case = write_case(tmp_path_factory.mktemp("solved"))
+    result = invoke("run", case)
+    assert result.exit_code == 0, result.stderr
+    return case.with_suffix(".h5"), result.stdout, result.stderr
+
+
+def test_introduces_the_case_first(solved: tuple[Path, str, str]) -> None:
+    out, output, messages = solved
+    lines = output.splitlines()
+    assert lines[:2] == ["tiny", f"result: {out}"]
+    assert re.match(r"normal problem +on +the bodies", lines[2])
+    assert re.match(r"tangential problem +on +the load path moves Qx", lines[3])
+    assert re.match(r"between pressure and shear +off +Dundurs' constant is 0", lines[5])
+    assert re.match(r"slip and work +on +what shears may slip", lines[6])
+    assert lines[7] == "grid: 16 x 16 cells of 0.04517 x 0.04517 mm on 0.7227 x 0.7227 mm (auto)"
+    assert lines[8] == "5 increments"
+    assert messages.count("\n") == 1
+    assert "warning: grid.points: only 13.3 cells across the contact" in messages
+
+
+def test_progress_is_one_parsable_line_per_increment(solved: tuple[Path, str, str]) -> None:
+    out, output, _ = solved
+    lines = [line for line in output.splitlines() if line.startswith("step=")]
+    rows = [dict(word.split("=") for word in line.split()) for line in lines]
+    assert [int(row["step"]) for row in rows] == [0, 1, 2, 3, 4]
+    assert [int(row["stage"]) for row in rows] == [1, 2, 2, 2, 2]
+    assert {(row["increments"], row["stages"]) for row in rows} == {("5", "2")}
+    with open_result(out) as result:
+        found = [int(row["iterations_tangential"]) for row in rows]
+        np.testing.assert_array_equal(found, result.history["iterations_tangential"])
+        np.testing.assert_allclose([float(row["work_total"]) for row in rows], result.history["work_total"], 1e-5)
+    assert all(0.0 < float(row["residual"]) <= 1e-6 for row in rows)
+
+
+def test_ends_with_the_stages_and_the_place_of_the_result(solved: tuple[Path, str, str]) -> None:
+    out, output, _ = solved
+    lines = output.splitlines()
+    assert lines[-1] == f"complete: {out}, 5 increments"
+    table = output[output.index("─") :].splitlines()
+    assert [line.split()[:4] for line in table[1:3]] == [["0", "1", "400", "0"], ["4", "2", "400", "20"]]
+    assert "worst residual" in output
+    assert "of wall time" in output
+
+
+def test_result_tells_what_made_it(solved: tuple[Path, str, str]) -> None:
+    out, _, _ = solved
+    with open_result(out) as result:
+        assert result.status == "complete"
+        assert result.case_yaml == CASE
+        assert result.effective_case["solver"]["tolerance"] == 1e-6
+        provenance = json.loads(result.attributes["provenance"])
+        assert result.fields == ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "zone")
+        assert len(result.x) == 16
+        assert result.x[-1] + result.x[0] == 0.0
+    assert (provenance["threads"], provenance["precision"]) == (1, "double")
+    assert {"python", "numpy", "scipy", "pyfftw", "h5py", "platform"} <= provenance.keys()
+
+
+def test_quiet_prints_nothing(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", case, "-q", "--set", "grid.points=32")
+    assert (result.exit_code, result.output) == (0, "")
+    assert case.with_suffix(".h5").exists()
+
+
+def test_warnings_go_to_standard_error(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE + "coupling: none\n")
+    result = invoke("run", case)
+    assert result.exit_code == 0
+    assert result.stderr.startswith(f"{case}: warning: coupling: none leaves out ux from qy")
+    assert result.stderr.count("\n") == 2
+
+
+def test_set_and_threads_and_output(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path), tmp_path / "other.h5"
+    words = ("--set", "grid.points=[12, 10]", "--set", "load_path.1.increments=2", "--threads", 2)
+    result = invoke("run", case, "-o", out, *words)
+    assert result.exit_code == 0, result.stderr
+    assert saved_steps(result.stdout) == [0, 1, 2]
+    assert not case.with_suffix(".h5").exists()
+    with open_result(out) as found:
+        assert (len(found.x), len(found.y)) == (12, 10)
+        provenance = json.loads(found.attributes["provenance"])
+    assert provenance["threads"] == available(2)
+    assert provenance["overrides"] == ["grid.points=[12, 10]", "load_path.1.increments=2"]
+
+
+def test_result_that_exists_is_not_touched(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    out = case.with_suffix(".h5")
+    assert invoke("run", case, "-q").exit_code == 0
+    before = out.read_bytes()
+    again = invoke("run", case)
+    assert again.exit_code == 2
+    assert again.output == f"{out}: exists: --overwrite replaces it, --resume goes on unless it is complete\n"
+    resumed = invoke("run", case, "--resume")
+    assert (resumed.exit_code, resumed.output) == (0, f"{out}: already complete, 5 increments\n")
+    other = invoke("run", case, "--resume", "--set", "friction=0.2")
+    assert other.exit_code == 4
+    assert "friction.coefficient is 0.1 there, 0.2 now" in other.output
+    assert out.read_bytes() == before
+    replaced = invoke("run", case, "-q", "--overwrite", "--set", "friction=0.2")
+    assert replaced.exit_code == 0
+    assert out.read_bytes() != before
+
+
+def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path, CASE.replace("20 N", "50 N")), tmp_path / "case.h5"
+    result = invoke("run", case)
+    assert result.exit_code == 3
+    first, *_, last = result.stderr.splitlines()
+    assert first.startswith(f"{case}: warning: load_path.1.Qx: 50 N is not below the 40 N (mu P) that friction carries")
+    assert last.startswith(f"{case}:10: load_path.1.Qx: gross sliding under Qx = 50 N")
+    assert result.stdout.endswith(f"failed: {out}, 4 increments\n")
+    with open_result(out) as found:
+        assert (found.status, found.increments) == ("failed", 4)
+        assert found.attributes["failure"] == last
+    assert invoke("show", out).exit_code == 0
+
+
+def test_failure_under_an_override_names_it(tmp_path: Path) -> None:
+    result = invoke("run", write_case(tmp_path), "-q", "--set", "load_path.1.Qx=50 N")
+    assert result.exit_code == 3
+    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: load_path.1.Qx: gross sliding")
+
+
+def test_contact_at_the_grids_edge_advises_a_size(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("{points: 16}", "{points: 16, size: 0.4 mm}"))
+    result = invoke("run", case)
+    assert result.exit_code == 3
+    first, *_, last = result.stderr.splitlines()
+    assert first.startswith(f"{case}: warning: grid.size: the contact comes near the grid's edge or reaches it; [0.723")
+    assert last.startswith(f"{case}:6: grid.size: the contact reaches the edge")
+    advised = re.search(r"size: (\[.* mm\]) would do", result.stderr)
+    assert advised is not None
+    enlarged = invoke("run", case, "-q", "--overwrite", "--set", f"grid.size={advised[1]}")
+    assert enlarged.exit_code == 0, enlarged.output
+
+
+def test_not_converged_goes_on_with_more_iterations(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", case, "--set", "solver.max_iterations=6")
+    assert result.exit_code == 3
+    assert "solver.max_iterations" in result.stderr
+    before = saved_steps(result.stdout)
+    resumed = invoke("run", case, "--resume")
+    assert resumed.exit_code == 0, resumed.stderr
+    assert [*before, *saved_steps(resumed.stdout)] == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("words", [("-o", "{case}"), ("-o", "{case}", "--overwrite")])
+def test_case_is_never_replaced(tmp_path: Path, words: tuple[str, ...]) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", case, *[word.format(case=case) for word in words])
+    assert result.exit_code == 2
+    assert result.output == f"{case}: the result would replace the case itself; give another name with -o\n"
+    assert case.read_text() == CASE
+
+
+@pytest.mark.parametrize("name", ["mine.yaml", "mine", "mine.npz"])
+def test_result_has_the_ending_of_hdf5(tmp_path: Path, name: str) -> None:
+    other = write_case(tmp_path, name=name)
+    for words in ((), ("--overwrite",), ("--resume",)):
+        result = invoke("run", write_case(tmp_path), "-o", other, *words)
+        assert result.exit_code == 2
+        assert result.output == f"{other}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+    assert other.read_text() == CASE
+    assert not (tmp_path / f"{name}.parts").exists()
+
+
+def test_height_map_is_never_replaced(tmp_path: Path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "case.h5", "w") as file:
+        file["gap"] = np.zeros((8, 8))
+    heights = "surface: {heights: {file: case.h5, dataset: gap, spacing: 0.1 mm}}"
+    case = write_case(tmp_path, CASE.replace("surface: {sphere: {radius: 10 mm}}", heights))
+    before = (tmp_path / "case.h5").read_bytes()
+    result = invoke("run", case, "--overwrite")
+    assert result.exit_code == 2
+    assert "the result would replace a height map of the case" in result.output
+    assert (tmp_path / "case.h5").read_bytes() == before
+
+
+def test_grid_beyond_the_memory_is_refused(tmp_path: Path) -> None:
+    result = invoke("run", write_case(tmp_path), "--set", "grid.points=1000000")
+    assert result.exit_code == 2
+    assert re.search(r"grid.points: 1000000 x 1000000 cells take about \d+ TB of memory, this machine", result.output)
+
+
+def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    case, out = write_case(tmp_path), tmp_path / "case.h5"
+    size = estimate(prepare(load_case(case))).file
+    certain = "is too much for the"
+    for share, code, words in ((3.0, 0, ""), (1.5, 0, "may be too much for the"), (0.05, 2, certain)):
+        monkeypatch.setattr(shutil, "disk_usage", lambda folder, share=share: SimpleNamespace(free=share * size))
+        checked, result = invoke("validate", case), invoke("run", case, "-q")
+        assert result.exit_code == code, result.stderr
+        for told in (checked.stderr, result.stderr):
+            assert words in told
+            assert ("output.every: a result of about" in told) == (share < 2.0)
+            assert ("empty cells compress, the run goes on" in told) == (share == 1.5)
+            assert ("another disk is needed" in told) == (words == certain)
+        assert out.exists() == (code == 0)
+        assert not parts_folder(out).exists()
+        out.unlink(missing_ok=True)
+    assert result.stderr.startswith(f"{case}:1: output.every: a result of about")
+    assert result.stderr.count("\n") == 1
+
+
+def test_quiet_run_tells_what_makes_its_result_doubtful(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", case, "-q")
+    assert (result.exit_code, result.stdout) == (0, "")
+    needed = "20 or more are needed for errors below a few per cent"
+    assert result.stderr == f"{case}: warning: grid.points: only 13.3 cells across the contact; {needed}\n"
+    uncoupled = invoke("run", case, "-q", "--overwrite", "--set", "grid.points=32", "--set", "coupling=none")
+    assert uncoupled.stdout == ""
+    assert "warning: coupling: none" in uncoupled.stderr
+
+
+@pytest.mark.parametrize("words", [(), ("-q",), ("--log-json",)])
+def test_contact_of_few_cells_is_told_of_where_no_formula_knew(words: tuple[str, ...], tmp_path: Path) -> None:
+    spheres = "surface=[{sphere: {radius: 20 mm}}, {sphere: {radius: 20 mm}}]"
+    case = write_case(tmp_path)
+    result = invoke("run", case, *words, "--set", spheres, "--set", "grid.size=3 mm")
+    assert result.exit_code == 0
+    assert result.output.count("grid.points: the contact has no more than 12 cells; 315 or more, as") == 1
+    result = invoke("run", case, *words, "--overwrite", "--set", spheres, "--set", "grid={points: 32, size: 0.8 mm}")
+    assert (result.exit_code, "grid.points" in result.output) == (0, False)
+
+
+def test_show_prints_one_row_per_stage_or_per_increment(solved: tuple[Path, str, str]) -> None:
+    out, output, _ = solved
+    shown = invoke("show", out).stdout.splitlines()
+    assert shown[:2] == ["tiny", "complete, 5 increments"]
+    assert "\n".join(shown[3:]) in output  # the table and totals that the run ended with
+    every = invoke("show", out, "--all").stdout.splitlines()
+    assert len(every) == len(shown) + 3
+
+
+def test_result_tells_the_model_and_why(solved: tuple[Path, str, str]) -> None:
+    with open_result(solved[0]) as result:
+        model = json.loads(result.attributes["model"])
+    assert [(part["part"], part["kept"]) for part in model] == [
+        ("normal problem", True),
+        ("tangential problem", True),
+        ("ux from qy, uy from qx", True),
+        ("between pressure and shear", False),
+        ("slip and work", True),
+    ]
+    assert model[1]["reason"] == "the load path moves Qx"
+
+
+def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
+    heights = np.add.outer(np.linspace(-1, 1, 40) ** 2, np.linspace(-1, 1, 40) ** 2) / 20
+    np.save(tmp_path / "map.npy", heights)
+    text = CASE.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 0.05 mm}")
+    case = write_case(tmp_path, text.replace("Qx: 20 N", "Qx: 50 N").split("expect:")[0])
+    first = invoke("run", case)
+    assert first.exit_code == 3  # gross sliding: a failed result, which --resume takes up again
+    np.save(tmp_path / "map.npy", 1.1 * heights)
+    second = invoke("run", case, "--resume")
+    assert second.exit_code == 4
+    assert "holds a run of another case: content of.height map 1 is" in second.stderr
+
+
+def test_quiet_run_still_tells_that_its_accuracy_is_not_met(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    result = invoke("run", str(case), "-q", "--set", "solver.accuracy=0.01 %")
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert "accuracy 0.01 % is not met" in result.stderr.splitlines()[-1]

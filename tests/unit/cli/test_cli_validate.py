@@ -1,0 +1,186 @@
+"""``fretsolve validate``: the effective case, the model, the grid, Hertz's contact and the cost, without solving."""
+
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import CASE, invoke, python, write_case
+
+from fretsolve import load_case
+from fretsolve.commands.validate import effective_yaml
+from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.hertz import hertz_contact
+from fretsolve.setup.setup import prepare
+
+DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
+ELLIPSOID = "surface={ellipsoid: {radius_x: 10 mm, radius_y: 25 mm, angle: 30 deg}}"
+
+
+def validated(tmp_path: Path, *sets: str) -> tuple[str, str]:
+    """Output and messages for the tiny case with `sets`."""
+    words = [word for value in sets for word in ("--set", value)]
+    result = invoke("validate", write_case(tmp_path), *words)
+    assert result.exit_code == 0, result.stderr
+    return result.stdout, result.stderr
+
+
+def test_report_on_a_sphere(tmp_path: Path) -> None:
+    output, messages = validated(tmp_path, "grid.points=64")
+    assert re.search(r"tangential problem +on +\d+% +\d+%  qx, qy; ux .*: the load path moves Qx", output)
+    assert "64 x 64 cells of 0.01129 x 0.01129 mm on 0.7227 x 0.7227 mm (auto)" in output
+    assert "stage 1: P -> 400 N in 1 increment\n" in output
+    assert "stage 2: Qx -> 20 N in 4 increments\n" in output
+    assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 0.00906654 mm" in output
+    assert "53.3 cells across the contact" in output
+    assert "slides at Q = mu P = 40 N, at Mz = 7.09467 N*mm" in output
+    assert re.search(r"about \d+ MB of memory", output)
+    assert messages == ""
+
+
+def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:
+    for sets in (NORMAL, (DISSIMILAR,)):
+        output, _ = validated(tmp_path, "grid.points=64", *sets)
+        table = output.partition("what and why")[2].partition("\nDundurs' constant")[0]
+        rows = re.findall(r"^(.+?) +(on|off) +(?:(\d+)% +(\d+)%)?", table, re.MULTILINE)
+        assert len(rows) == 5
+        for column in (2, 3):
+            assert sum(int(row[column]) for row in rows if row[1] == "on") == pytest.approx(100, abs=3)
+        assert all(row[2] == "" for row in rows if row[1] == "off")
+
+
+def test_effective_case_is_a_case(tmp_path: Path) -> None:
+    case = load_case(write_case(tmp_path), [ELLIPSOID, "grid.center=[0.1 mm, 0]", "title='with: colon # and hash'"])
+    written = effective_yaml(prepare(case))
+    again = load_case(write_case(tmp_path, written, "effective.yaml"))
+    assert again == case
+    assert "&" not in written
+
+
+def test_coarse_grid_is_warned_of(tmp_path: Path) -> None:
+    _, messages = validated(tmp_path)
+    assert messages.count("\n") == 1
+    assert "case.yaml: warning: grid.points: only 13.3 cells across the contact; 20 or more" in messages
+
+
+def test_case_that_asks_for_too_few_terms_is_warned_of(tmp_path: Path) -> None:
+    _, messages = validated(tmp_path, "grid.points=64", "coupling=none", DISSIMILAR)
+    assert "warning: coupling: none leaves out what pressure and shear do to each other" in messages
+
+
+def test_automatic_increments_are_told(tmp_path: Path) -> None:
+    output, _ = validated(tmp_path, "load_path=[{P: 400 N}, {cycle: {times: 60, stages: [{Qx: 9}, {Qx: -9}]}}]")
+    assert "stage 1: P -> 400 N in 1 increment (auto)" in output
+    assert "and 81 more stages, up to stage 121" in output
+
+
+def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
+    for path in ("[{P: 400 N, My: 20 N*mm}]", "[{P: 0 N}]"):
+        output, _ = validated(tmp_path, f"load_path={path}", "expect=[]", "grid.size=1 mm")
+        assert "Hertz" not in output
+    output, _ = validated(tmp_path, "surface={cone: {angle: 2 deg}}", "grid.size=1 mm")
+    assert "Hertz" not in output
+
+
+def scene_of(tmp_path: Path, *sets: str) -> object:
+    return prepare(load_case(write_case(tmp_path), ["grid.size=1 mm", *sets]))
+
+
+def test_hertz_under_displacement_control_is_that_under_its_force(tmp_path: Path) -> None:
+    forced = hertz_contact(scene_of(tmp_path))
+    moved = hertz_contact(scene_of(tmp_path, f"load_path.0={{delta_z: {forced.delta_z!r}}}"))
+    assert moved.load == pytest.approx(400.0)
+    assert moved.semi_axes == pytest.approx(forced.semi_axes)
+
+
+def test_hertz_of_an_ellipsoid(tmp_path: Path) -> None:
+    round_one = hertz_contact(scene_of(tmp_path, "surface={ellipsoid: {radius_x: 10 mm, radius_y: 10 mm}}"))
+    slim = hertz_contact(scene_of(tmp_path, ELLIPSOID))
+    assert round_one == hertz_contact(scene_of(tmp_path))
+    assert slim.semi_axes == pytest.approx((0.255826, 0.470156), rel=1e-5)
+    assert slim.max_pressure == pytest.approx(1.5 * 400.0 / (math.pi * math.prod(slim.semi_axes)))
+
+
+def test_several_cases_and_the_errors_of_all(tmp_path: Path) -> None:
+    good = write_case(tmp_path, name="good.yaml")
+    bad = write_case(tmp_path, CASE.replace("points", "pints"), "bad.yaml")
+    result = invoke("validate", bad, good, tmp_path / "none.yaml")
+    assert result.exit_code == 4
+    assert f"{good}, with all defaults" in result.stdout
+    lines = result.stderr.splitlines()
+    assert lines[0].startswith(f"{bad}:6: grid.pints: unknown key")
+    assert lines[-1].startswith(f"{tmp_path / 'none.yaml'}: can't be read")
+    assert invoke("validate", good, bad).exit_code == 2
+
+
+def test_missing_height_map_is_found_before_the_run(tmp_path: Path) -> None:
+    heights = "surface={heights: {file: map.npy, spacing: 1 um}}"
+    result = invoke("validate", write_case(tmp_path), "--set", heights, "--set", "grid.size=1 mm")
+    assert result.exit_code == 4
+    assert str(tmp_path / "map.npy") in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_grid_beyond_the_memory_is_warned_of(tmp_path: Path) -> None:
+    _, messages = validated(tmp_path, "grid.points=1000000")
+    assert "take about" in messages
+
+
+def test_validate_loads_no_solver(tmp_path: Path) -> None:
+    code = (
+        "import sys; from fretsolve.cli.main import main; sys.argv = ['fretsolve', 'validate', sys.argv[1]]\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "print([name for name in ('pyfftw', 'h5py', 'rich', 'scipy.fft', 'scipy.special') if name in sys.modules])"
+    )
+    assert python(code, write_case(tmp_path)).splitlines()[-1] == "[]"
+
+
+NORMAL = ("friction=0", "load_path=[{P: 400 N, increments: 2}]", "expect=[]")
+
+
+RUN_AND_TELL_MEMORY = """
+import re
+from pathlib import Path
+from fretsolve.cli.main import main
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
+"""
+"""The process's own peak: what the parent's wait reports begins with the parent's size."""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads Linux's /proc")
+@pytest.mark.parametrize(
+    "sets",
+    [
+        NORMAL,
+        (DISSIMILAR, "load_path.1.increments=1"),
+        (DISSIMILAR, "load_path=[{P: 400 N, increments: 2}]", "expect=[]", "grid.points=512"),
+    ],
+    ids=["normal", "coupled", "finer"],
+)
+def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    values = ["grid.points=256", *sets]
+    words = [word for value in values for word in ("--set", value)]
+    command = [sys.executable, "-c", RUN_AND_TELL_MEMORY, "run", str(case), "-q", *words]
+    child = subprocess.run(command, capture_output=True, text=True, check=True)
+    taken = 1024 * int(child.stdout)
+    assert estimate(prepare(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)
+
+
+def test_flat_round_punch_has_its_closed_form(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", "{punch: {radius: 1 um}}"))
+    done = invoke("validate", case, "--set", "load_path=[{P: 4 N}]", "--set", "expect=[]")
+    assert done.exit_code == 0
+    told = "P = 4 N: a = 0.001 mm, mean pressure = 1.27324e+06 MPa, delta_z = 0.0182 mm\n"
+    assert f"# Boussinesq at the largest load\n{told}" in done.stdout  # P/(pi a^2), P/(2 E* a)
+    assert "load_path: the punch goes deep against its radius (delta_z/a = 18," in done.stderr
+    rounded = invoke("validate", case, "--set", "surface.punch.edge_radius=0.1 um")
+    assert "Boussinesq" not in rounded.stdout

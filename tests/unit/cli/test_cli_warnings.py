@@ -1,0 +1,138 @@
+"""What `validate`, `run` and `check` warn of: theory, resolution, loads and settings that are doubtful."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import CASE, invoke, write_case
+
+from fretsolve import load_case
+from fretsolve.setup.hertz import hertz_contacts
+from fretsolve.setup.setup import prepare
+from fretsolve.setup.slip_forecast import first_slide, smallest_stick
+from fretsolve.setup.warnings import doubts
+
+FINE = CASE.replace("points: 16", "points: 64")
+DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
+CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))
+PRESSED = "load_path.1.Qx=0 N"
+
+
+def scene_of(folder: Path, *sets: str, text: str = FINE) -> object:
+    return prepare(load_case(write_case(folder, text), sets))
+
+
+DOUBTS = {
+    ("grid.points=16",): "grid.points: only 13.3 cells across the contact; 20 or more",
+    ("surface={cone: {angle: 2 deg}}", "grid.points=16"): "grid.points: only 13.3 cells across",
+    (PRESSED, "grid={points: 64, size: 40 mm}"): "grid.points: only 0.96 cells across the contact; 20 or more",
+    ("surface={punch: {radius: 0.2 mm}}", "grid={points: 64, size: 200 mm}"): "grid.points: only 0.13 cells across",
+    (PRESSED, "surface={cone: {angle: 2 deg}}", "grid={points: 64, size: 8 mm}"): "grid.points: only 4.1 cells across",
+    ("surface={cylinder: {radius: 10 mm, axis: x}}", "grid={points: 64, size: [9 mm, 0.5 mm]}"): "only 18.3 cells",
+    ("surface={cylinder: {radius: 10 mm, axis: y}}", "grid={points: 64, size: [0.5 mm, 9 mm]}"): "only 18.3 cells",
+    ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
+    ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
+    ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
+    ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",
+    ("load_path.1={Mz: 7.1 N*mm}",): "load_path.1.Mz: 7.1 N*mm is not below the 7.09467 N*mm (3 pi mu P a/16)",
+    ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "load_path.2: 30 N is not below the 20 N",
+    ("load_path.0={delta_z: 9 um}", "load_path.1.Qx=40 N"): "is not below the 39.5604 N (mu P)",
+    ("load_path.0.P=400 kN", "grid.size=18 mm"): "load_path: the contact is large against the radius (a/R = 0.3, p0/",
+    ("bodies.0.young_modulus=200 MPa", "grid.size=8 mm"): "are all units right?",
+    ("surface={punch: {radius: 0.1 mm}}", "grid.size=0.3 mm"): "deep against its radius (delta_z/a = 0.18, mean",
+    ("surface={punch: {radius: 0.1 mm}}", "grid.size=0.3 mm", "load_path.0={delta_z: 18.2 um}"): "delta_z/a = 0.18, m",
+    ("grid.size=0.61 mm",): "grid.size: the contact comes near the grid's edge or reaches it; [0.723 mm, 0.723 mm]",
+    ("grid={points: 64, size: 0.8 mm, center: [0.1 mm, 0]}",): "grid.size: the contact comes near",
+    ("surface.sphere.radius=-10 mm", "grid.size=1 mm"): "surface.sphere.radius: -10 mm is concave",
+    ("surface={cone: {angle: 80 deg}}",): "cone.angle: 80 deg between flank and contact plane is steep",
+    ("load_path.1={delta_x: 5 mm}",): "load_path: delta_x moves the surfaces by 17 contact radii",
+    ("load_path.1={phi_z: 90 deg}",): "load_path: phi_z moves the surfaces by 1.6 contact radii",
+    ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
+    ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 76 x 76 that accuracy 1 %",
+    (DISSIMILAR, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
+        "load_path.0.increments: 30 are fewer than the 91 that accuracy 1 % picks: it will"
+    ),
+    (DISSIMILAR, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
+}
+
+
+@pytest.mark.parametrize("sets", DOUBTS, ids=" ".join)
+def test_doubtful_case_is_told_of_once(sets: tuple[str, ...], tmp_path: Path) -> None:
+    found = doubts(scene_of(tmp_path, *sets))
+    assert sum(DOUBTS[sets] in text for text in found) == 1
+    assert len(found) == 1
+    assert all(text[0].islower() and "\n" not in text for text in found)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
+def test_shipped_cases_are_beyond_doubt(case: Path) -> None:
+    scene = prepare(load_case(case))
+    assert doubts(scene) == list(scene.model.warnings)
+
+
+WITHOUT_FRICTION = FINE.replace("friction: 0.1\n", "")
+
+
+def test_friction_that_was_forgotten(tmp_path: Path) -> None:
+    (found,) = doubts(scene_of(tmp_path, text=WITHOUT_FRICTION))
+    assert found.startswith("friction: not given, so it is 0, although the load path moves Qx; say friction: 0 if")
+    pressed = ("load_path=[{P: 400 N}]", "expect=[]")
+    assert doubts(scene_of(tmp_path, *pressed, text=WITHOUT_FRICTION)) == []
+    (found,) = doubts(scene_of(tmp_path, *pressed, DISSIMILAR, text=WITHOUT_FRICTION))
+    assert "although the bodies differ (Dundurs' constant 0.1938)" in found
+    assert doubts(scene_of(tmp_path, *pressed, DISSIMILAR, "friction=0")) == []
+
+
+def test_tilted_and_displaced_contacts_are_not_judged_by_theories_of_others(tmp_path: Path) -> None:
+    assert doubts(scene_of(tmp_path, "load_path.0={P: 400 N, My: 8 N*mm}", "grid.size=0.8 mm")) == []
+    assert doubts(scene_of(tmp_path, "load_path.1={delta_x: 5 um}", "expect=[]")) == []
+    assert doubts(scene_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
+
+
+def smallest(tmp_path: Path, *sets: str) -> tuple[int, float, str] | None:
+    scene = scene_of(tmp_path, "expect=[]", *sets)
+    found = smallest_stick(scene, hertz_contacts(scene))
+    return None if found is None else (found.stage, found.radius, found.authors)
+
+
+def test_smallest_stick_zone_by_closed_forms(tmp_path: Path) -> None:
+    path = "load_path=[{P: 400 N}, {Qx: 20 N}, {Qx: -36 N}, {Qx: 0}]"
+    assert smallest(tmp_path, path) == (2, pytest.approx(0.139761, abs=1e-6), "Cattaneo, Mindlin")
+    assert smallest(tmp_path, "load_path.1={Mz: 5}") == (1, pytest.approx(0.208818, abs=1e-6), "Lubkin")
+    spence = smallest(tmp_path, DISSIMILAR, "load_path=[{P: 400 N}]")
+    assert spence == (0, pytest.approx(0.5102 * 0.301107, rel=1e-3), "Spence")
+    for other in (
+        ("load_path.1={Mz: 7.2}",),  # everything slips
+        ("load_path.1={Qx: 20, Mz: 1}",),
+        ("load_path=[{P: 400 N}, {Qx: 20, P: 500 N}]",),
+        ("friction=0",),
+        (DISSIMILAR,),
+        ("surface={cylinder: {radius: 1 mm, axis: x, length: 1 mm}}", "grid.size=2 mm"),
+    ):
+        assert smallest(tmp_path, *other) is None
+
+
+def test_nothing_slides_below_the_limit(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, "load_path.1.Qx=39.99 N")
+    assert first_slide(scene, hertz_contacts(scene)) is None
+
+
+@pytest.mark.parametrize("command", ["validate", "run", "check"])
+def test_commands_warn_alike_and_once(command: str, tmp_path: Path) -> None:
+    text = CASE.replace("friction: 0.1\n", "").replace("{Qx: 20 N, increments: 4}", "{delta_x: 1 um}")
+    case = write_case(tmp_path, text)
+    sets = ("solver.tolerance=0.01", "expect=[{quantity: P, value: 400, rel: 1}]")
+    result = invoke(command, case, "--set", sets[0], "--set", sets[1])
+    assert result.exit_code == 0
+    lines = result.stderr.splitlines()
+    assert [line.split(":")[2].strip() for line in lines] == ["friction", "grid.points", "solver.tolerance"]
+    assert all(line.startswith(f"{case}: warning: ") for line in lines)
+
+
+def test_validate_tells_what_theory_expects(tmp_path: Path) -> None:
+    output = invoke("validate", write_case(tmp_path, FINE)).stdout
+    assert "a/R = 0.0301, p0/E* = 0.0192, E* = 109890 MPa" in output
+    assert "that is at a displacement of 0.00110094 mm (Cattaneo, Mindlin)" in output
+    assert "smallest stick radius c = 0.238989 mm, 42.3 cells across, at the end of stage 2 (Cattaneo" in output
+    assert "Dundurs' constant 0\n" in output

@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import convolve2d
+
+from fretsolve.elastic import convolution
+from fretsolve.elastic.convolution import PaddedConvolution, RowSpace, padded_length
+
+SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
+PARITIES = [(False, False), (True, False), (False, True), (True, True)]
+
+
+def quadrant(shape, odd_x, odd_y, seed=1):
+    """Values at offsets from 0 on; an odd function is 0 there."""
+    values = np.random.default_rng(seed).normal(size=shape)
+    if odd_x:
+        values[0] = 0.0
+    if odd_y:
+        values[:, 0] = 0.0
+    return values
+
+
+def whole(values, odd_x, odd_y):
+    """The function at all offsets from -(n-1) to n-1."""
+    rows = np.concatenate([(-1 if odd_x else 1) * values[:0:-1], values])
+    return np.concatenate([(-1 if odd_y else 1) * rows[:, :0:-1], rows], axis=1)
+
+
+def convolve(padded, kernels, fields, turned_field=None, turned_displacement=None):
+    rows = padded.row_spectra(len(fields) + len(kernels), RowSpace())
+    inputs, outputs = rows[: len(fields)], rows[len(fields) :]
+    for field, spectrum in zip(fields, inputs, strict=True):
+        padded.transform_rows(field, spectrum)
+    padded.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
+    results = [np.empty(padded.shape, dtype=fields[0].dtype) for _ in kernels]
+    for spectrum, result in zip(outputs, results, strict=True):
+        padded.restore_rows(spectrum, result)
+    return results
+
+
+@pytest.mark.parametrize("points", [1, 2, 3, 8, 17, 64, 100, 129, 1000])
+def test_padded_length(points):
+    length = padded_length(points)
+    assert length >= 2 * points - 1
+    assert length <= 2.83 * points + 2  # twice the area costs more than the worst of lengths
+    assert points == 1 or length % 2 == 0
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("odd_x", "odd_y"), PARITIES)
+def test_linear_convolution(shape, odd_x, odd_y):
+    """Real spectra for even-even and odd-odd kernels, imaginary ones for the others, which take a turn by i."""
+    padded = PaddedConvolution(shape)
+    values = quadrant(shape, odd_x, odd_y)
+    kernel = padded.kernel_spectrum(values, odd_x, odd_y)
+    field = np.random.default_rng(2).normal(size=shape)
+    turn = 0 if odd_x != odd_y else None
+    (found,) = convolve(padded, ((kernel,),), [field], turned_field=turn)
+    summed = convolve2d(field, whole(values, odd_x, odd_y))
+    (nx, ny) = shape
+    exact = summed[nx - 1 : 2 * nx - 1, ny - 1 : 2 * ny - 1]
+    np.testing.assert_allclose(found, exact, atol=1e-13 * max(np.abs(exact).max(), 1.0))
+
+
+def test_blocks_do_not_matter(monkeypatch):
+    shape = (24, 30)
+    values, field = quadrant(shape, True, True), np.random.default_rng(3).normal(size=shape)
+    results = []
+    for cache in (400 * 1024, 3000):
+        monkeypatch.setattr(convolution, "CACHE_BYTES", cache)
+        padded = PaddedConvolution(shape)
+        kernel = padded.kernel_spectrum(values, True, True)
+        results.append(convolve(padded, ((kernel,),), [field])[0])
+    np.testing.assert_allclose(results[0], results[1], atol=1e-12)
+
+
+def test_matrix_of_kernels():
+    shape = (9, 6)
+    padded = PaddedConvolution(shape)
+    parities = {"xx": (False, False), "xy": (True, True), "yy": (False, False)}
+    values = {name: quadrant(shape, *odd, seed=index) for index, (name, odd) in enumerate(parities.items())}
+    kernel = {name: padded.kernel_spectrum(values[name], *parities[name]) for name in parities}
+    fields = list(np.random.default_rng(5).normal(size=(2, *shape)))
+    together = convolve(padded, ((kernel["xx"], kernel["xy"]), (kernel["xy"], kernel["yy"])), fields)
+    alone = convolve(padded, ((kernel["xx"],),), fields[:1])[0] + convolve(padded, ((kernel["xy"],),), fields[1:])[0]
+    np.testing.assert_allclose(together[0], alone, atol=1e-12)
+
+
+def test_transforms_are_counted():
+    padded = PaddedConvolution((8, 8))
+    kernel = padded.kernel_spectrum(quadrant((8, 8), False, False), False, False)
+    convolve(padded, ((kernel,),), [np.ones((8, 8))])
+    assert padded.transforms == 1.0
+
+
+def test_single_precision():
+    shape = (20, 16)
+    values, field = quadrant(shape, False, False), np.random.default_rng(4).normal(size=shape)
+    found = []
+    for dtype in (np.float64, np.float32):
+        padded = PaddedConvolution(shape, dtype)
+        kernel = padded.kernel_spectrum(values, False, False)
+        found.append(convolve(padded, ((kernel,),), [field.astype(dtype)])[0])
+    assert found[1].dtype == np.float32
+    np.testing.assert_allclose(found[1], found[0], atol=1e-4 * np.abs(found[0]).max())
+
+
+def test_room_for_spectra_is_lent_and_given_back():
+    space = RowSpace()
+    first = space.arrays(2, (4, 5), np.dtype(np.complex128))
+    again = space.arrays(1, (5, 6), np.dtype(np.complex64))
+    assert np.shares_memory(first[0], again[0])
+    assert not np.shares_memory(*first)
+    assert all(array.ctypes.data % 64 == 0 for array in first)
+    space.release()
+    assert not np.shares_memory(first[0], space.arrays(1, (4, 5), np.dtype(np.complex128))[0])

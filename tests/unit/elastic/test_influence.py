@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fretsolve.elastic import influence
+
+INTEGRANDS = {
+    "inverse_distance": lambda x, y: 1.0 / np.hypot(x, y),
+    "along_x": lambda x, y: x * x / np.hypot(x, y) ** 3,
+    "along_y": lambda x, y: y * y / np.hypot(x, y) ** 3,
+    "across": lambda x, y: x * y / np.hypot(x, y) ** 3,
+    "radial_x": lambda x, y: x / (x * x + y * y),
+    "radial_y": lambda x, y: y / (x * x + y * y),
+}
+NAMES = list(INTEGRANDS)
+
+
+def at(name, x, y, dx, dy):
+    return float(getattr(influence, name)(np.array([x]), np.array([y]), dx, dy)[0, 0])
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("i", "j"), [(1, 0), (0, 1), (3, 2), (13, 5), (0, 40), (350, 200)])
+@pytest.mark.parametrize(("dx", "dy"), [(0.01, 0.01), (0.02, 0.013)])
+def test_integrals_over_cells_beside_the_point(name, i, j, dx, dy):
+    """By Gauss quadrature with 40 points per side; every method of integration is met, near and far."""
+    x, y = i * dx, j * dy
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    values = INTEGRANDS[name](x + 0.5 * dx * nodes[:, None], y + 0.5 * dy * nodes[None, :])
+    exact = 0.25 * dx * dy * float(weights @ values @ weights)
+    scale = dx * dy / math.hypot(x, y)
+    assert at(name, x, y, dx, dy) == pytest.approx(exact, rel=1e-11, abs=1e-11 * scale)
+
+
+def test_the_cell_itself():
+    """4 h ln(1 + sqrt 2) for a square of side h; the odd integrals vanish."""
+    h = 0.37
+    assert at("inverse_distance", 0.0, 0.0, h, h) == pytest.approx(4 * h * math.log(1 + math.sqrt(2)), rel=1e-14)
+    assert at("along_x", 0.0, 0.0, h, h) == pytest.approx(2 * h * math.log(1 + math.sqrt(2)), rel=1e-14)
+    for name in ("across", "radial_x", "radial_y"):
+        assert at(name, 0.0, 0.0, h, h) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 0.3), (0.2, 1.0)])
+def test_squares_of_direction_cosines_add_up_to_one(spacing):
+    x, y = np.arange(400) * spacing[0], np.arange(50) * spacing[1]
+    total = influence.along_x(x, y, *spacing) + influence.along_y(x, y, *spacing)
+    np.testing.assert_allclose(total, influence.inverse_distance(x, y, *spacing), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("x", [0.8, 5.0, 11.7, 12.3, 29.9, 30.2, 150.0, 299.8, 301.0])
+def test_two_halves_make_a_cell(name, x):
+    """Also where the method of integration changes."""
+    halves = at(name, x - 0.25, 3.0, 0.5, 1.0) + at(name, x + 0.25, 3.0, 0.5, 1.0)
+    assert halves == pytest.approx(at(name, x, 3.0, 1.0, 1.0), rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scales_with_length(name):
+    function = getattr(influence, name)
+    x, y = np.arange(40) * 0.3, np.arange(30) * 0.2
+    large = function(x * 1e6, y * 1e6, 0.3e6, 0.2e6) / 1e6
+    reach = influence.inverse_distance(x, y, 0.3, 0.2)
+    assert (np.abs(large - function(x, y, 0.3, 0.2)) <= 1e-12 * np.maximum(reach, 1.0)).all()
+
+
+def test_exchanging_the_axes():
+    x, y = np.arange(12) * 0.3, np.arange(9) * 0.2
+    np.testing.assert_array_equal(influence.along_y(x, y, 0.3, 0.2), influence.along_x(y, x, 0.2, 0.3).T)
+    np.testing.assert_array_equal(influence.radial_y(x, y, 0.3, 0.2), influence.radial_x(y, x, 0.2, 0.3).T)
+
+
+def test_far_away_nothing_is_lost():
+    """Corner differences would have lost six digits here."""
+    far = np.array([1000.0])
+    assert at("inverse_distance", 1000.0, 0.0, 1.0, 1.0) == pytest.approx(1e-3 * (1 + 1 / 24e6), rel=1e-12)
+    assert influence.inverse_distance(far, far, 1.0, 1.0)[0, 0] == pytest.approx(1e-3 / math.sqrt(2), rel=1e-7)

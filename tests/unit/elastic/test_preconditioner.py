@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.preconditioner import SymbolInverse
+from fretsolve.model.materials import Compliances
+from fretsolve.model.terms import Terms
+
+MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=0.0)
+
+
+def inverse(shape, spacing=(0.1, 0.12), cross=True, factor=1.0, dtype=np.float64):
+    return SymbolInverse(shape, spacing, MATERIAL, cross, factor, dtype)
+
+
+def matrix(apply, components, shape):
+    """The linear map as a matrix, from its images of unit fields."""
+    columns = []
+    for unit in np.eye(components * shape[0] * shape[1]):
+        image = np.empty((components, *shape))
+        apply(unit.reshape((components, *shape)), image)
+        columns.append(image.ravel())
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("shape", [(6, 5), (7, 8), (1, 9)])
+@pytest.mark.parametrize("cross", [True, False])
+def test_symmetric_and_positive(shape, cross):
+    made = inverse(shape, cross=cross)
+    for apply, components in ((made.normal, 1), (made.tangential, 2)):
+        found = matrix(apply, components, shape)
+        np.testing.assert_allclose(found, found.T, atol=1e-12 * found.max())
+        assert np.linalg.eigvalsh(found).min() > 0.0
+
+
+@pytest.mark.parametrize("components", [1, 2])
+def test_it_nearly_inverts(components):
+    """Of the product of both few eigenvalues lie far from 1: that is what saves iterations."""
+    shape, spacing = (12, 12), (0.1, 0.1)
+    elastic = ElasticOperator(shape, spacing, MATERIAL, Terms(True, True, False))
+    made = inverse(shape, spacing)
+    if components == 1:
+        there = matrix(lambda field, out: elastic.normal(field[0], out[0]), 1, shape)
+        back = matrix(made.normal, 1, shape)
+    else:
+        there, back = matrix(elastic.tangential, 2, shape), matrix(made.tangential, 2, shape)
+    eigenvalues = np.linalg.eigvals(back @ there).real
+    assert eigenvalues.min() > 0.1
+    assert np.count_nonzero(np.abs(eigenvalues - 1.0) < 0.3) > 0.6 * eigenvalues.size
+
+
+def test_factor_precision_and_place_of_the_result():
+    field = np.random.default_rng(0).normal(size=(2, 20, 30))
+    expected = np.empty_like(field)
+    inverse((20, 30)).tangential(field, expected)
+    single = field.astype(np.float32)
+    inverse((20, 30), factor=1e-5, dtype=np.float32).tangential(single, single)
+    np.testing.assert_allclose(single, 1e-5 * expected, atol=1e-5 * np.abs(1e-5 * expected).max())
+
+
+def test_a_component_that_is_nowhere_costs_nothing():
+    made, field = inverse((20, 30), cross=False), np.zeros((2, 20, 30))
+    field[0] = 1.0
+    result = np.ones_like(field)
+    made.tangential(field, result)
+    assert result[0].all()
+    assert not result[1].any()
+    alone = inverse((20, 30))
+    alone.normal(field[:1], np.empty((1, 20, 30)))
+    assert made.transforms == alone.transforms
+    assert 0.25 < made.transforms < 0.4
+
+
+@pytest.mark.parametrize("shape", [(6, 6), (7, 6)])
+def test_mirrored_displacements_give_mirrored_shears(shape):
+    """x to -x turns the sign of the x components alone; the highest wave number of an even period stands for both."""
+    made, field = inverse(shape), np.random.default_rng(0).normal(size=(2, *shape))
+    plain, mirrored = np.empty_like(field), np.empty_like(field)
+    made.tangential(field, plain)
+    turned = field[:, ::-1].copy()
+    turned[0] *= -1.0
+    made.tangential(turned, mirrored)
+    mirrored = mirrored[:, ::-1]
+    mirrored[0] *= -1.0
+    np.testing.assert_allclose(mirrored, plain, atol=1e-10 * np.abs(plain).max())

@@ -1,0 +1,114 @@
+"""The printed table: which rows and columns, in 100 characters, without colour codes where it is piped."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from fake_states import fake_header, fake_states
+from rich.console import Console
+
+from fretsolve.export.text_report import history_tables, print_report, relevant_columns, stage_ends
+from fretsolve.result import HistoryWriter, Result, open_result
+
+
+def made_up(tmp_path: Path, count: int = 7, end: str = "complete", **changes: float) -> Result:
+    """A result of `count` increments, three a stage, with `changes` to all rows of its history."""
+    with HistoryWriter.open(tmp_path / "out.h5", fake_header(), overwrite=True) as writer:
+        for state in fake_states(count):
+            writer.append(replace(state, summary=replace(state.summary, **changes)))
+        if end != "stopped":
+            writer.finish(end, "load_path.1.Qx: sliding")
+    return open_result(tmp_path / "out.h5")
+
+
+def printed(result: Result, **options: bool) -> list[str]:
+    text = io.StringIO()
+    print_report(result, file=text, **options)
+    assert "\x1b" not in text.getvalue()
+    return text.getvalue().splitlines()
+
+
+def test_one_row_per_stage_end_with_units_and_totals(tmp_path: Path) -> None:
+    lines = printed(made_up(tmp_path))
+    assert lines[0] == "made up"
+    assert lines[1] == "complete, 7 increments"
+    assert lines[2].startswith("coupling tangential, grid 6 x 5 cells on 0.6 x 0.5 mm, fretsolve ")
+    assert lines[5].split()[:4] == ["step", "stage", "P", "Qx"]
+    assert lines[6].split()[:4] == ["N", "N", "mm", "mm"]
+    assert [line.split()[:2] for line in lines[8:-2]] == [["2", "1"], ["5", "2"], ["6", "3"]]
+    assert lines[-2].startswith("worst residual 3.0e-07 (residual_stick of increment 0), dissipated work ")
+    assert lines[-1] == "28 operator applications, 1.75 s of wall time"
+    assert max(map(len, lines)) <= 100
+
+
+def test_every_increment(tmp_path: Path) -> None:
+    lines = printed(made_up(tmp_path), every_increment=True)
+    assert [line.split()[0] for line in lines[8:-2]] == list("0123456")
+
+
+def test_error_bars_at_rounding_are_none(tmp_path: Path) -> None:
+    result = made_up(tmp_path)
+    bars = {"P": 1e-16, "delta_z": 1e-3, "max_pressure": np.nan}
+    result.history = {**result.history}
+    for name, share in bars.items():
+        result.history[f"{name}_error"] = share * np.abs(result.history[name])
+    cells = {line.split()[0]: line.split()[2:4] for line in printed(result) if "±" in line or "unknown" in line}
+    assert cells["P"] == ["±", "0"]
+    assert cells["delta_z"] == ["±", f"{1e-3 * result.history['delta_z'][-1]:.1e}"]
+    assert cells["max_pressure"][0] == "unknown"
+
+
+def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:
+    names = relevant_columns(made_up(tmp_path, My=1e-13, delta_y=0.0, delta_z=0.0))
+    assert not {"Mx", "My", "Qy", "Mz", "delta_y", "phi_z"} & set(names)
+    assert {"P", "Qx", "delta_x", "delta_z", "stick_radius", "work_total"} <= set(names)
+
+
+def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
+    names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
+    lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-4)))
+    assert max(map(len, lines)) <= 120
+    assert sum("step" in line and "stage" in line for line in lines) > 1
+    assert "…" not in "".join(lines)
+    assert sum(line.count("-0.0001235") for line in lines) == 3 * len(names)
+
+
+def test_failed_and_stopped_results(tmp_path: Path) -> None:
+    assert printed(made_up(tmp_path, end="failed"))[1] == "failed, 7 increments: load_path.1.Qx: sliding"
+    assert printed(made_up(tmp_path, end="stopped"))[1] == "stopped, 7 increments"
+
+
+def test_result_without_increments(tmp_path: Path) -> None:
+    lines = printed(made_up(tmp_path, count=0, end="failed"))
+    assert lines[1] == "failed, 0 increments: load_path.1.Qx: sliding"
+    assert len(lines) == 3
+
+
+def test_stage_ends() -> None:
+    assert stage_ends(np.array([1, 1, 2, 3, 3])).tolist() == [1, 2, 4]
+    assert stage_ends(np.array([], int)).tolist() == []
+
+
+def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> None:
+    result = made_up(tmp_path, Mx=1.0, Mz=2.0)
+    for width in (60, 75, 100, 120):
+        widths = []
+        for table in history_tables(result, width=width):
+            text = io.StringIO()
+            Console(file=text, width=200).print(table)
+            widths.append(max(len(line.rstrip()) for line in text.getvalue().splitlines()))
+        assert max(widths) <= width
+        total = sum(widths)
+        assert len(widths) <= -(-total // (width - 12)) + 1
+        assert min(widths) >= 0.6 * max(widths)
+
+
+def test_grid_of_one_cell(tmp_path: Path) -> None:
+    with HistoryWriter.open(tmp_path / "one.h5", fake_header(shape=(1, 5))) as writer:
+        writer.append(next(fake_states(1, shape=(1, 5))))
+        writer.finish("complete")
+    with open_result(tmp_path / "one.h5") as result:
+        assert "grid 1 x 5 cells, fretsolve" in printed(result)[2]

@@ -1,0 +1,238 @@
+"""A certificate must hold for a solution, and rise where the solution is spoilt: by as much, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, FRICTION, build, solve
+
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.increment.certificate import Examiner, Solution
+from fretsolve.model.load_control import Balance
+from fretsolve.result.state import Zone
+from fretsolve.setup.setup import prepare
+from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
+
+PARTS = {
+    "bodies": DISSIMILAR,
+    "grid": {"points": 24, "size": 0.75},
+    "load_path": [{"P": 400.0, "increments": 2}, {"Qx": 30.0, "Qy": 4.0, "Mz": 1.0, "increments": 2}],
+    "solver": {"tolerance": 1e-9},
+}
+RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
+NORMAL = Balance((True, False, False), (400.0, 0.0, 0.0))
+TANGENTIAL = Balance((True, True, True), (30.0, 4.0, 1.0))
+RESIDUALS = ("gap", "stick", "slip", "bound", "load")
+
+
+@pytest.fixture(scope="module")
+def solved():
+    """Scene, operator, examiner, and a right solution from the last two states."""
+    scene = prepare(build(**PARTS))
+    grid, model = scene.grid, scene.model
+    before, after = solve(**PARTS)[-2:]
+    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms)
+    examiner = Examiner(scene.separation(), FRICTION, NormalModes(grid), TangentialModes(grid), 1e-9)
+    rigid, start = (np.array([getattr(state.summary, name) for name in RIGID]) for state in (after, before))
+    fields = after.fields
+    solution = Solution(
+        fields.pressure,
+        fields.shear,
+        np.empty(grid.shape),
+        after.displacement,
+        rigid,
+        rigid - start,
+        before.displacement,
+    )
+    return operator, examiner, displaced(operator, solution)
+
+
+def displaced(operator, solution):
+    """The solution with the displacements that belong to its tractions."""
+    uz, displacement = np.empty_like(solution.uz), np.empty_like(solution.displacement)
+    operator.all(solution.pressure, solution.shear, uz, displacement)
+    return replace(solution, uz=uz, displacement=displacement)
+
+
+def residuals(examiner, solution):
+    certificate = examiner.examine(solution, NORMAL, TANGENTIAL).certificate
+    return {name: getattr(certificate, name) for name in RESIDUALS}
+
+
+def test_a_solution_is_certified(solved):
+    _, examiner, solution = solved
+    evidence = examiner.examine(solution, NORMAL, TANGENTIAL)
+    assert evidence.certificate.worst < 1e-9
+    assert set(np.unique(evidence.zone)) == {Zone.OPEN, Zone.STICK, Zone.SLIP}
+    assert (evidence.gap[evidence.zone == Zone.OPEN] > 0.0).all()
+    assert not evidence.slip[:, evidence.zone == Zone.OPEN].any()
+
+
+@pytest.mark.parametrize("error", [1e-2, 1e-4, 1e-6])
+class TestSpoilt:
+    def test_pressure_of_one_cell(self, solved, error):
+        operator, examiner, solution = solved
+        pressure = solution.pressure.copy()
+        pressure[12, 12] *= 1.0 + error
+        found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+        assert found["gap"] > 0.01 * error
+        assert found["load"] > 1e-3 * error
+
+    def test_pressure_moved_within_the_contact(self, solved, error):
+        """The load is met, and still the gap tells."""
+        operator, examiner, solution = solved
+        pressure = solution.pressure.copy()
+        moved = error * pressure[12, 12]
+        pressure[12, 12] -= moved
+        pressure[8, 12] += moved
+        found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+        assert found["gap"] > 0.01 * error
+        assert found["load"] < 1e-9
+
+    def test_cell_left_out_of_the_contact(self, solved, error):
+        operator, examiner, solution = solved
+        pressure = solution.pressure.copy()
+        pressure[12, 12] = 0.0
+        assert residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))["gap"] > 0.01 > error / 2
+
+    def test_approach(self, solved, error):
+        _, examiner, solution = solved
+        rigid = solution.rigid.copy()
+        rigid[0] *= 1.0 + error
+        found = residuals(examiner, replace(solution, rigid=rigid))
+        assert found["gap"] == pytest.approx(error, rel=0.01)
+        assert found["stick"] < 1e-9
+
+    def test_tilt(self, solved, error):
+        _, examiner, solution = solved
+        rigid = solution.rigid + error * np.array([0.0, 0.0, 1e-2, 0.0, 0.0, 0.0])
+        assert residuals(examiner, replace(solution, rigid=rigid))["gap"] > 0.05 * error
+
+    def test_shear_beyond_the_bound(self, solved, error):
+        operator, examiner, solution = solved
+        shear = solution.shear.copy()
+        slipping = np.unravel_index(np.argmax(np.hypot(*shear)), shear.shape[1:])
+        shear[(slice(None), *slipping)] *= 1.0 + error
+        found = residuals(examiner, displaced(operator, replace(solution, shear=shear)))
+        assert found["bound"] > 0.5 * error
+
+    def test_shear_in_the_stick_zone(self, solved, error):
+        """It is inside of the bound, but the cell no longer sticks."""
+        operator, examiner, solution = solved
+        zone = examiner.examine(solution, NORMAL, TANGENTIAL).zone
+        sticking = np.argwhere(zone == Zone.STICK)[5]
+        shear = solution.shear.copy()
+        shear[(0, *sticking)] -= error * FRICTION * solution.pressure.max()
+        found = residuals(examiner, displaced(operator, replace(solution, shear=shear)))
+        assert found["stick"] > 0.01 * error
+        assert found["bound"] < 1e-6
+
+    def test_direction_of_the_shear(self, solved, error):
+        """Turned on the friction circle: bound and sticking cells are content, the slip law is not."""
+        _, examiner, solution = solved
+        zone = examiner.examine(solution, NORMAL, TANGENTIAL).zone
+        cosine, sine = np.cos(error), np.sin(error)
+        slips = zone == Zone.SLIP
+        qx, qy = solution.shear
+        shear = np.where(slips, np.stack([cosine * qx - sine * qy, sine * qx + cosine * qy]), solution.shear)
+        found = residuals(examiner, replace(solution, shear=shear))
+        assert found["slip"] == pytest.approx(error, rel=0.1)
+        assert found["stick"] < 1e-9
+
+    @pytest.mark.parametrize("mode", [3, 4, 5])
+    def test_tangential_rigid_displacement(self, solved, error, mode):
+        _, examiner, solution = solved
+        motion, largest = solution.motion.copy(), examiner.motion_scale(solution)
+        motion[mode] += error * largest / (examiner.reach if mode == 5 else 1.0)
+        found = residuals(examiner, replace(solution, motion=motion))
+        assert found["stick"] > 0.05 * error
+        assert found["gap"] < 1e-9
+
+    @pytest.mark.parametrize("mode", range(3))
+    def test_load(self, solved, error, mode):
+        _, examiner, solution = solved
+        values = list(TANGENTIAL.values)
+        values[mode] += error * FRICTION * 400.0
+        found = examiner.examine(solution, NORMAL, Balance(TANGENTIAL.forced, tuple(values))).certificate
+        assert found.load > 0.5 * error
+        assert max(found.gap, found.stick, found.slip, found.bound) < 1e-9
+
+    def test_normal_load(self, solved, error):
+        _, examiner, solution = solved
+        wrong = Balance(NORMAL.forced, (400.0 * (1.0 + error), 0.0, 0.0))
+        assert examiner.examine(solution, wrong, TANGENTIAL).certificate.load == pytest.approx(error, rel=0.01)
+
+
+def test_shear_against_the_slip(solved):
+    """A slip zone whose shear drives instead of resisting is the worst error of direction."""
+    _, examiner, solution = solved
+    assert residuals(examiner, replace(solution, shear=-solution.shear))["slip"] > 1.0
+
+
+def test_displacements_that_do_not_belong_to_the_tractions(solved):
+    _, examiner, solution = solved
+    assert residuals(examiner, replace(solution, uz=1.001 * solution.uz))["gap"] > 1e-4
+
+
+def test_negative_pressure_is_no_contact(solved):
+    """Tension would hold the surfaces together: the cell counts as open, so that its penetration shows."""
+    operator, examiner, solution = solved
+    pressure = solution.pressure.copy()
+    pressure[12, 12] = -1.0
+    found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+    assert max(found.values()) > 1e-3
+
+
+def test_no_contact_and_no_load(solved):
+    _, examiner, solution = solved
+    nothing = np.zeros_like(solution.shear)
+    apart = Solution(nothing[0], nothing, nothing[0], nothing, np.zeros(6), np.zeros(6), nothing)
+    unloaded = Balance((True, False, False), (0.0, 0.0, 0.0))
+    evidence = examiner.examine(apart, unloaded, Balance((True, True, False), (0.0, 0.0, 0.0)))
+    assert evidence.certificate.worst == 0.0
+    assert not evidence.zone.any()
+    loaded = examiner.examine(apart, NORMAL, Balance((True, True, False), (0.0, 0.0, 0.0)))
+    assert loaded.certificate.load > 1.0
+
+
+def test_penetration_without_contact_is_refused(solved):
+    """It is measured against a part of the rigid displacement so small that only rounding passes."""
+    _, examiner, solution = solved
+    nothing, rigid = np.zeros_like(solution.shear), np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    through = Solution(nothing[0], nothing, nothing[0], nothing, rigid, rigid, nothing)
+    evidence = examiner.examine(through, Balance((False, False, False), (1e-3, 0.0, 0.0)), TANGENTIAL)
+    assert evidence.certificate.gap > 1e3
+
+
+@pytest.mark.parametrize("field", ["pressure", "shear", "uz", "displacement"])
+def test_a_value_that_is_no_number_is_refused(solved, field):
+    _, examiner, solution = solved
+    spoilt = getattr(solution, field).copy()
+    spoilt[..., 12, 12] = np.nan
+    with np.errstate(invalid="ignore"):
+        worst = examiner.examine(replace(solution, **{field: spoilt}), NORMAL, TANGENTIAL).certificate.worst
+    assert not worst <= 1.0
+
+
+def test_tension_is_refused(solved):
+    """Also where the glued surfaces have no gap and friction does not notice."""
+    operator, examiner, solution = solved
+    frictionless = Examiner(examiner.separation, 0.0, examiner.normal, examiner.tangential, 1e-9)
+    pressure = solution.pressure.copy()
+    pressure[0, 0] = -0.01 * pressure.max()
+    glued = replace(displaced(operator, replace(solution, pressure=pressure)), shear=0.0 * solution.shear)
+    assert frictionless.examine(glued, NORMAL, TANGENTIAL).certificate.gap >= 0.01
+
+
+def test_imposed_displacements_are_checked(solved):
+    _, examiner, solution = solved
+    dz, dx = solution.rigid[0], solution.rigid[3]
+    right = Balance((False, False, False), (dz, 0.0, 0.0)), Balance((False, True, True), (dx, 4.0, 1.0))
+    assert examiner.examine(solution, *right).certificate.load < 1e-9
+    for wrong in (
+        (Balance((False, False, False), (1.01 * dz, 0.0, 0.0)), right[1]),
+        (right[0], Balance((False, True, True), (1.1 * dx, 4.0, 1.0))),
+    ):
+        assert examiner.examine(solution, *wrong).certificate.load > 1e-3

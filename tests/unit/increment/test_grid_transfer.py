@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fretsolve.increment.grid_transfer import FEWEST_POINTS, Coarsening
+from fretsolve.model.grid import Grid
+
+SHAPES = [(64, 64), (65, 48), (51, 30), (20, 90)]
+
+
+def coarsening(shape, center=(0.1, -0.2)):
+    return Coarsening(Grid.from_size(shape, (1.0, 0.9), center))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_coarse_cells_cover_the_fine_ones(shape):
+    transfer = coarsening(shape)
+    fine, coarse = transfer.fine, transfer.coarse
+    for count, halved in zip(shape, coarse.shape, strict=True):
+        assert halved == (-(-count // 2) if count >= 2 * FEWEST_POINTS else count)
+    assert coarse.x[0] - coarse.dx / 2 == pytest.approx(fine.x[0] - fine.dx / 2, abs=1e-15)
+    assert coarse.y[0] - coarse.dy / 2 == pytest.approx(fine.y[0] - fine.dy / 2, abs=1e-15)
+
+
+def test_small_grids_are_not_halved():
+    assert coarsening((2 * FEWEST_POINTS - 1, 30)).coarse is None
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_restriction_keeps_the_load(shape):
+    transfer = coarsening(shape)
+    field = np.random.default_rng(0).random((2, *shape))
+    coarse = transfer.restrict(field)
+    assert coarse.shape == (2, *transfer.coarse.shape)
+    fine_load, coarse_load = field.sum() * transfer.fine.cell_area, coarse.sum() * transfer.coarse.cell_area
+    assert coarse_load == pytest.approx(fine_load)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_linear_fields_are_restored_inside(shape):
+    transfer = coarsening(shape)
+    fine, coarse = transfer.fine, transfer.coarse
+    linear = 1.0 + 2.0 * coarse.x[:, None] - 3.0 * coarse.y[None, :]
+    found = transfer.prolong(linear)
+    exact = 1.0 + 2.0 * fine.x[:, None] - 3.0 * fine.y[None, :]
+    np.testing.assert_allclose(found[2:-2, 2:-2], exact[2:-2, 2:-2], atol=1e-13)
+    assert found.shape == shape
+
+
+def test_no_material_stays_no_material():
+    """A coarse cell that has some of it open is open, the half-covered ones at the edge as well."""
+    transfer = coarsening((65, 48))
+    separation = np.zeros((65, 48))
+    separation[10, 20] = np.inf
+    coarse = transfer.restrict_separation(separation)
+    assert np.isinf(coarse[5, 10])
+    assert np.isinf(coarse[-1]).all()
+    assert np.isfinite(coarse).sum() == 32 * 24 - 1
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_injection(shape):
+    transfer = coarsening(shape)
+    mask = np.random.default_rng(1).random(transfer.coarse.shape) < 0.5
+    fine = transfer.inject(mask)
+    assert fine.shape == shape
+    fx, fy = transfer.factors
+    np.testing.assert_array_equal(fine[::fx, ::fy], mask)

@@ -1,0 +1,311 @@
+"""The compiled kernels give what the plain ones give."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, spectral_numpy
+
+pytest.importorskip("numba")
+
+from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_numba
+from fretsolve.kernels.numba_options import compile_seconds
+
+SHAPES = [(1, 1), (7, 5), (40, 33)]
+CG = ["finish_search", "turn", "finish_image", "advance", "restrict", "weigh_moments", "remove", "add", "largest_part"]
+NORMAL = ["rigid_displacement", "sum_gaps", "take_gap", "take_residual", "gram", "sum_modes", "stretch"]
+FRICTION = ["take_slip", "move", "gram", "add_motion", "violation", "scale_tangential", "return_to_circle", "excess"]
+
+
+def arguments(function, shape, components, dtype, seed=0):
+    """Random arguments by the names of the function's parameters."""
+    random = np.random.default_rng(seed)
+    nx, ny = shape
+    contact = random.random(shape) < 0.8
+    slipping = contact & (random.random(shape) < 0.5)
+    angle = random.uniform(0.0, 6.3, shape)
+    single = {"residual", "solution", "direction", "image", "field", "constraints", "stiffness"}
+
+    def value(name):
+        if name in ("contact", "zone"):
+            return contact.copy()
+        if name == "slipping":
+            return slipping.copy()
+        if name == "normal":
+            normal = np.array([np.cos(angle), np.sin(angle)]) * slipping
+            return normal.astype(dtype) if function in CG else normal
+        if name == "weight":
+            return (random.random(shape) * contact).astype(dtype)
+        if name in ("x", "y"):
+            return random.normal(size=nx if name == "x" else ny)
+        if name == "bound":
+            return random.random(shape) * contact
+        if name in ("growth", "length", "unit", "factor"):
+            return 0.7
+        if name == "stiffest":
+            return 1.5
+        plane = {"stiffness": shape, "constraints": (2, components, *shape), "moments": (2,), "rigid": (3,)}
+        plane |= {"sums": (3,), "result": (3, 3) if function == "gram" else (2, *shape)}
+        size = plane.get(name, (components, *shape))
+        array = random.normal(size=size)
+        return array.astype(dtype) if name in single else array
+
+    plain = cg_numpy if function in CG else friction_numpy
+    return [value(name) for name in inspect.signature(getattr(plain, function)).parameters]
+
+
+def normal_arguments(function, shape, dtype=np.float64, seed=0):
+    """The same for the kernels of the normal problem; no material in a corner out of contact."""
+    random = np.random.default_rng(seed)
+    contact = random.random(shape) < 0.6
+    separation = random.normal(size=shape)
+    separation[-1, -1], contact[-1, -1] = np.inf, False
+    values = {
+        "separation": separation,
+        "contact": contact,
+        "weight": contact.copy() if dtype is bool else random.random(shape) * contact,
+        "x": random.normal(size=shape[0]),
+        "y": random.normal(size=shape[1]),
+        "rigid": random.normal(size=3),
+        "sums": np.ones(3),
+        "result": np.ones((3, 3)),
+        "factor": -0.7,
+        "residual": np.ones(shape, np.float32),
+    }
+    names = inspect.signature(getattr(normal_numpy, function)).parameters
+    return [values[name] if name in values else random.normal(size=shape) for name in names]
+
+
+def assert_same(plain, compiled, found, expected, tolerance):
+    np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance)
+    for one, other in zip(plain, compiled, strict=True):
+        np.testing.assert_allclose(np.asarray(other, float), np.asarray(one, float), rtol=tolerance, atol=tolerance)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("components", [1, 2])
+@pytest.mark.parametrize("function", CG)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_inner_iterations(function, components, shape, dtype):
+    plain, compiled = (arguments(function, shape, components, dtype) for _ in range(2))
+    expected = getattr(cg_numpy, function)(*plain)
+    found = getattr(cg_numba, function)(*compiled)
+    tolerance = 2e-4 if dtype == np.float32 else 1e-10
+    assert_same(plain, compiled, 0.0 if found is None else found, 0.0 if expected is None else expected, tolerance)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("function", FRICTION)
+def test_slip_law(function, shape):
+    plain, compiled = (arguments(function, shape, 2, np.float64) for _ in range(2))
+    expected = getattr(friction_numpy, function)(*plain)
+    found = getattr(friction_numba, function)(*compiled)
+    assert_same(plain, compiled, 0.0 if found is None else found, 0.0 if expected is None else expected, 1e-10)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("function", NORMAL)
+def test_normal_problem(function, shape):
+    plain, compiled = (normal_arguments(function, shape) for _ in range(2))
+    expected = getattr(normal_numpy, function)(*plain)
+    found = getattr(normal_numba, function)(*compiled)
+    tolerance = 1e-6 if function == "take_residual" else 1e-11
+    assert_same(plain, compiled, 0.0 if found is None else found, 0.0 if expected is None else expected, tolerance)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_moments_of_a_contact_zone(shape):
+    plain, compiled = (normal_arguments("gram", shape, bool) for _ in range(2))
+    normal_numpy.gram(*plain)
+    normal_numba.gram(*compiled)
+    np.testing.assert_allclose(compiled[-1], plain[-1], rtol=1e-11)
+
+
+@pytest.mark.parametrize("module", [normal_numpy, normal_numba])
+@pytest.mark.parametrize("touches", [False, True])
+def test_a_nan_of_the_gap_is_not_lost(module, touches):
+    uz, nothing = np.zeros((4, 4)), np.zeros(4)
+    uz[1, 1] = np.nan
+    contact = np.full((4, 4), touches)
+    errors = module.take_gap(np.zeros((4, 4)), uz, np.zeros(3), nothing, nothing, contact, np.zeros((4, 4)))
+    assert np.isnan(errors[0] if touches else errors[1])
+
+
+@pytest.mark.parametrize("length", [1, 4, 10])
+@pytest.mark.parametrize("odd", [False, True])
+def test_products_of_spectra(length, odd):
+    random = np.random.default_rng(1)
+    kernels = tuple(random.normal(size=(3, length // 2 + 1)) for _ in range(3))
+    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(2))
+    results = []
+    for module in (spectral_numpy, spectral_numba):
+        alone, pair = np.empty_like(fields[0]), tuple(np.empty_like(fields[0]) for _ in range(2))
+        room = tuple(np.empty_like(fields[0]) for _ in range(2))
+        module.multiply(kernels[0], odd, fields[0], alone)
+        module.multiply_pair(kernels, odd, fields, pair, room)
+        results.append((alone, *pair))
+    np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
+
+
+@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+@pytest.mark.parametrize("rows", [1, 2, 7])
+@pytest.mark.parametrize("length", [1, 6, 9])
+def test_two_real_rows_are_transformed_as_one(module, rows, length):
+    random, pairs = np.random.default_rng(4), (rows + 1) // 2
+    field = random.normal(size=(rows, max(1, length // 2)))
+    expected = np.fft.rfft(field, length, axis=1)
+    # Whatever was in the spectrum: inf would make itself heard by a warning.
+    lines, spectrum = np.full((pairs, length), np.nan, complex), np.full_like(expected, np.inf)
+    module.join_rows(field[:pairs], field[pairs:], lines)
+    module.split_spectra(np.fft.fft(lines, axis=1), spectrum[:pairs], spectrum[pairs:])
+    np.testing.assert_allclose(spectrum, expected, atol=1e-14)
+
+    noise = random.normal(size=rows)  # of wave number 0 only the real part counts
+    expected[:, 0] += 1j * noise
+    module.join_spectra(expected[:pairs], expected[pairs:], lines)
+    found = np.full_like(field, np.nan)
+    module.split_rows(np.fft.ifft(lines, axis=1), found[:pairs], found[pairs:])
+    np.testing.assert_allclose(found, field, atol=1e-14)
+
+
+@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+@pytest.mark.parametrize("shape", [(1, 1), (8, 16), (13, 21), (20, 5)])
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+def test_columns_become_lines_and_come_back(module, shape, dtype):
+    random = np.random.default_rng(3)
+    whole = (random.normal(size=shape) + 1j * random.normal(size=shape)).astype(dtype)
+    spectrum = whole[:, shape[1] // 3 :]  # a part of the columns of a larger array
+    lines = np.full((spectrum.shape[1], shape[0] + 3), np.nan, dtype)
+    module.take_columns(spectrum, lines)
+    assert np.array_equal(lines[:, : shape[0]], spectrum.T)
+    assert not lines[:, shape[0] :].any()
+    before = whole.copy()
+    lines *= 2.0
+    module.give_columns(lines, spectrum)
+    assert np.array_equal(spectrum, 2.0 * before[:, shape[1] // 3 :])
+    assert np.array_equal(whole[:, : shape[1] // 3], before[:, : shape[1] // 3])
+
+
+@pytest.mark.parametrize("length", [4, 10])
+@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+def test_product_of_all_spectra(module, length):
+    """That of a symmetric matrix per wave vector, mirrored and odd."""
+    random, half = np.random.default_rng(2), length // 2 + 1
+    zz, xx, yy, zx, zy, xy = (random.normal(size=(3, half)) for _ in range(6))
+    odd = (True, False, True)
+    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(3))
+
+    def whole(kernel, is_odd=False):
+        mirrored = (-1.0 if is_odd else 1.0) * kernel[:, length - half : 0 : -1]
+        return np.concatenate([kernel, mirrored], axis=1)
+
+    links = [whole(kernel, is_odd) for kernel, is_odd in zip((zx, zy, xy), odd, strict=True)]
+    matrix = [[whole(zz), links[0], links[1]], [links[0], whole(xx), links[2]], [links[1], links[2], whole(yy)]]
+    expected = np.einsum("abij,bij->aij", np.array(matrix), np.array(fields))
+    module.multiply_coupled((zz, xx, yy), (zx, zy, xy), odd, fields)
+    np.testing.assert_allclose(fields, expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("module", [friction_numpy, friction_numba])
+@pytest.mark.parametrize("slips", [False, True])
+def test_a_nan_of_the_slip_is_not_lost(module, slips):
+    """A residual that is not a number must not look like a small one, whatever comes after it."""
+    slip, normal, slipping = np.zeros((2, 4, 4)), np.zeros((2, 4, 4)), np.full((4, 4), slips)
+    normal[1] = slipping
+    slip[0, 1, 1] = np.nan
+    largest, in_slip, in_stick = module.violation(slip, normal, slipping)
+    assert np.isnan(largest)
+    assert np.isnan(in_slip if slips else in_stick)
+    assert np.isnan(module.excess(slip, np.ones((4, 4))))
+
+
+@pytest.mark.parametrize("module", [cg_numpy, cg_numba])
+@pytest.mark.parametrize("components", [1, 2])
+def test_a_nan_of_the_residual_is_not_lost(module, components):
+    fields = [np.zeros((components, 4, 4)) for _ in range(4)]
+    fields[1][-1, 1, 1] = np.nan
+    nothing = np.zeros((0, components, 4, 4)), np.zeros(0)
+    assert np.isnan(module.advance(*fields, *nothing, 0.5))
+    assert np.isnan(module.remove(fields[1], *nothing))
+    assert np.isnan(module.largest_part(fields[1]))
+
+
+@pytest.mark.parametrize("module", [cg_numpy, cg_numba])
+def test_nothing_from_outside_of_the_zone_comes_in(module):
+    field, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
+    field[0, 0, 0] = 1.0
+    module.restrict(field, np.zeros((2, 1, 1)), zone)
+    assert field.tolist() == [[[1.0, 0.0], [0.0, 0.0]]]
+
+
+SOLVE = """
+from fretsolve import load_case, run
+from fretsolve import kernels as pointwise
+path = "load_path=[{P: 400, increments: 2}, {Qx: 30, increments: 2}]"
+case = load_case("cases/mode1_dissimilar.yaml", ["grid.points=32", "expect=[]", path])
+last = list(run(case))[-1].summary
+print(pointwise.COMPILED, last.iterations_tangential, repr(last.delta_x), repr(last.work_total))
+"""
+
+
+def solve_in_a_process(**environment):
+    root = Path(__file__).parents[3]
+    child = subprocess.run(
+        [sys.executable, "-c", SOLVE],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": str(root)} | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    compiled, iterations, *numbers = child.stdout.split()
+    return compiled == "True", int(iterations), [float(number) for number in numbers]
+
+
+def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
+    """Also with a numba that is there and refuses to work: as if it were not there."""
+    (tmp_path / "numba.py").write_text("raise ImportError('Numba needs another NumPy')\n")
+    root = Path(__file__).parents[3]
+    compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
+    plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
+    refused = solve_in_a_process(PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
+    assert (compiled[0], plain[0], refused[0]) == (True, False, False)
+    assert refused == plain
+    assert abs(compiled[1] - plain[1]) <= 2
+    np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)
+
+
+def test_clock_of_what_is_read_from_disk(tmp_path):
+    code = """if True:
+        import numpy as np
+        from fretsolve.kernels import cg, compile_seconds, readying_seconds
+        cg.largest_part(np.ones((1, 2, 2), np.float32))
+        print(compile_seconds(), readying_seconds())"""
+    own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
+    environment = os.environ | own
+    line = [sys.executable, "-c", code]
+    first, second = (
+        [float(word) for word in subprocess.run(line, env=environment, capture_output=True, check=True).stdout.split()]
+        for _ in range(2)
+    )
+    assert 0.0 < first[0] <= first[1]
+    assert second[0] == 0.0 < second[1]
+
+
+def test_clock_of_the_compiler():
+    import numba
+
+    before = compile_seconds()
+    doubled = numba.njit(lambda value: 2 * value)
+    assert doubled(1.0) == 2.0
+    after = compile_seconds()
+    assert after > before
+    assert doubled(2.0) == 4.0
+    assert compile_seconds() == after

@@ -1,0 +1,163 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, SIMILAR, build, solve_last
+
+from fretsolve.model.required_terms import Terms, derive_model
+
+PRESS, PULL, TWIST = {"P": 400.0}, {"Qx": 20.0}, {"Mz": 2.0}
+NO_POISSON = ({"young_modulus": 200e3, "poisson_ratio": 0.0},) * 2
+INCOMPRESSIBLE = ["rigid", {"young_modulus": 1.0, "poisson_ratio": 0.5}]
+
+
+def model(*stages, **parts):
+    return derive_model(build(grid={"points": 8}, load_path=list(stages) or [PRESS], **parts))
+
+
+@pytest.mark.parametrize(
+    ("parts", "stages", "coupling", "terms", "sheared"),
+    [
+        ({}, [PRESS], "none", Terms(False, False, False), False),
+        ({"friction": 0}, [PRESS, {"delta_x": 1e-3}], "none", Terms(False, False, False), False),
+        ({}, [PRESS, PULL], "tangential", Terms(True, True, False), True),
+        ({}, [PRESS, TWIST], "tangential", Terms(True, True, False), True),
+        ({"bodies": DISSIMILAR}, [PRESS], "full", Terms(True, True, True), True),
+        ({"bodies": DISSIMILAR}, [PRESS, PULL], "full", Terms(True, True, True), True),
+        ({"bodies": DISSIMILAR, "friction": 0}, [PRESS], "full", Terms(False, False, True), False),
+        ({"bodies": NO_POISSON}, [PRESS, PULL], "none", Terms(True, False, False), True),
+        ({"bodies": INCOMPRESSIBLE}, [PRESS, PULL], "tangential", Terms(True, True, False), True),
+        ({"coupling": "none"}, [PRESS, PULL], "none", Terms(True, False, False), True),
+        ({"coupling": "full"}, [PRESS, PULL], "full", Terms(True, True, True), True),
+        ({"bodies": DISSIMILAR, "coupling": "tangential"}, [PRESS, PULL], "tangential", Terms(True, True, False), True),
+    ],
+)
+def test_the_least_model_that_the_case_requires(parts, stages, coupling, terms, sheared):
+    found = model(*stages, **parts)
+    assert found.coupling == coupling
+    assert found.terms == terms
+    assert found.sheared == sheared
+
+
+def test_friction_free_slip_is_only_computed_where_it_is_stored():
+    stored = model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure", "slip_path"]})
+    assert stored.terms.coupled
+    assert not model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure"]}).terms.coupled
+
+
+def test_loads_of_nothing_need_no_shear():
+    assert not model(PRESS, {"Qx": 0.0, "Mz": 0.0}).sheared
+
+
+def test_rounding_of_equal_bodies_is_no_difference():
+    bodies = ({"young_modulus": 200e3, "poisson_ratio": 0.1 + 0.2}, {"young_modulus": 200e3, "poisson_ratio": 0.3})
+    assert model(PRESS, PULL, bodies=bodies).coupling == "tangential"
+
+
+def test_decisions_are_reasoned():
+    found = model(PRESS, TWIST, bodies=DISSIMILAR)
+    assert len(found.decisions) == 5
+    assert all(decision.kept and decision.reason for decision in found.decisions)
+    reasons = {decision.part: decision.reason for decision in found.decisions}
+    assert "Mz" in reasons["tangential problem"]
+    assert "0.1938" in reasons["between pressure and shear"]
+    pressed = {decision.part: decision for decision in model(bodies=DISSIMILAR).decisions}
+    assert "pressing alone" in pressed["tangential problem"].reason
+
+
+@pytest.mark.parametrize(
+    ("parts", "stages", "slides"),
+    [
+        ({}, [PRESS], False),
+        ({"friction": 0}, [PRESS, {"Qx": 0.0}], False),
+        ({"friction": 0}, [PRESS, {"delta_x": 1e-3}], True),
+        ({"friction": 0, "bodies": DISSIMILAR}, [PRESS], True),
+        ({"friction": 0, "bodies": DISSIMILAR, "output": {"fields": []}}, [PRESS], False),
+        ({"bodies": DISSIMILAR}, [PRESS], True),
+        ({}, [PRESS, PULL], True),
+    ],
+)
+def test_slip_is_kept_where_something_may_slip(parts, stages, slides):
+    found = model(*stages, **parts)
+    assert found.slides == slides
+    kept = {decision.part: decision.kept for decision in found.decisions}
+    assert kept["slip and work"] == slides
+
+
+class TestNegligibleCoupling:
+    STEELS = ({"young_modulus": 206e3, "poisson_ratio": 0.3}, {"young_modulus": 210e3, "poisson_ratio": 0.3})
+    """Dundurs' constant is 0.0027."""
+
+    @pytest.mark.parametrize(
+        ("tolerance", "friction", "kept"),
+        [(1e-6, 0.3, True), (5e-2, 0.3, False), (5e-2, 0.2, True), (5e-2, 1.0, False), (5e-2, 5.0, True)],
+    )
+    def test_left_out_where_it_stays_below_the_tolerance(self, tolerance, friction, kept):
+        found = model(PRESS, PULL, bodies=self.STEELS, friction=friction, solver={"tolerance": tolerance})
+        assert found.terms.coupled == kept
+        reason = next(one.reason for one in found.decisions if one.part == "between pressure and shear")
+        assert ("below solver.tolerance" in reason) != kept
+        assert "0.002747" in reason
+
+    def test_kept_where_it_is_asked_for_or_slip_without_friction_is_stored(self):
+        loose = {"bodies": self.STEELS, "solver": {"tolerance": 0.1}}
+        assert model(PRESS, PULL, coupling="full", **loose).terms.coupled
+        assert model(PRESS, friction=0, **loose).terms.coupled
+
+    def test_what_is_left_out_is_as_small_as_told(self):
+        """Decided for a tolerance of 5 %: the shear of no cell changes by more, and scalars by its square."""
+        parts = {"bodies": self.STEELS, "friction": 0.3, "grid": {"points": 24, "size": 0.9}}
+        path = [{"P": 400.0, "increments": 4}, {"Qx": 60.0, "increments": 4}]
+        without, with_it = (solve_last(load_path=path, coupling=one, **parts) for one in ("tangential", "full"))
+        assert without.summary.delta_x == pytest.approx(with_it.summary.delta_x, rel=1e-4)
+        difference = np.abs(without.fields.shear - with_it.fields.shear).max()
+        assert difference < 5e-2 * 0.3 * with_it.summary.max_pressure
+
+
+class TestWarnings:
+    def test_none_for_torsion(self):
+        """A quarter of Poisson's ratio of the rotation; `auto` keeps the cross influence."""
+        (warning,) = model(PRESS, TWIST, coupling="none").warnings
+        assert warning.startswith("coupling: none leaves out ux from qy and uy from qx")
+        assert "7.5 % of phi_z" in warning
+        assert model(PRESS, TWIST).terms.cross
+
+    def test_none_for_a_force(self):
+        (warning,) = model(PRESS, PULL, coupling="none").warnings
+        assert "0.09 % of delta_x" in warning
+
+    def test_less_than_dissimilar_bodies_need(self):
+        (warning,) = model(PRESS, PULL, bodies=DISSIMILAR, coupling="tangential").warnings
+        assert "Dundurs' constant 0.1938 and friction 0.1" in warning
+        assert "3.8 % of max_pressure" in warning
+        assert "17 % of delta_x" in warning
+        assert len(model(PRESS, TWIST, bodies=DISSIMILAR, coupling="none").warnings) == 2
+
+    def test_of_each_quantity_the_largest_error(self):
+        (warning,) = model(PRESS, PULL, TWIST, bodies=DISSIMILAR, coupling="tangential").warnings
+        assert "of delta_x" in warning
+        assert "of phi_z" in warning
+        assert warning.count("work_total") == warning.count("max_pressure") == 1
+
+    def test_the_force_where_the_displacement_is_imposed(self):
+        (warning,) = model(PRESS, {"delta_x": 1e-3}, bodies=DISSIMILAR, coupling="tangential").warnings
+        assert "of Qx" in warning
+
+    def test_pressing_alone(self):
+        (warning,) = model(PRESS, bodies=DISSIMILAR, coupling="tangential").warnings
+        assert "51 % of the contact radius in stick_radius" in warning
+        assert "100 % of work_total" in warning
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            {},
+            {"coupling": "full"},
+            {"coupling": "tangential"},
+            {"coupling": "none", "bodies": NO_POISSON},
+            {"coupling": "none", "friction": 0},
+            {"coupling": "tangential", "bodies": TestNegligibleCoupling.STEELS, "solver": {"tolerance": 0.2}},
+        ],
+    )
+    def test_nothing_to_warn_of(self, parts):
+        assert model(PRESS, PULL, **({"bodies": SIMILAR} | parts)).warnings == ()

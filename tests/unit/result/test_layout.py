@@ -1,0 +1,55 @@
+"""The layout table against the state it stores, and the units against what reads them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pint
+import pytest
+
+from fretsolve.result.layout import (
+    CHUNK_BYTES,
+    DISPLACEMENT,
+    FIELDS,
+    HISTORY,
+    RESTART,
+    STEP,
+    X,
+    chunk_shape,
+    stored_fields,
+)
+from fretsolve.result.state import Fields, Summary
+
+
+def test_history_has_the_columns_of_a_summary_in_order() -> None:
+    assert [quantity.name for quantity in (STEP, *HISTORY)] == [field.name for field in fields(Summary)]
+    integers = {field.name for field in fields(Summary) if field.type == "int"}
+    assert integers == {quantity.name for quantity in (STEP, *HISTORY) if quantity.dtype == "int64"}
+
+
+def test_restart_has_all_arrays_of_a_state() -> None:
+    arrays = {quantity.array for quantity in RESTART}
+    assert arrays == {field.name for field in fields(Fields)} | {"displacement"}
+
+
+@pytest.mark.parametrize(
+    "quantity", [*HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name
+)
+def test_units_are_understood(quantity: object) -> None:
+    pint.UnitRegistry().Unit(quantity.units)  # raises where it does not parse
+    assert quantity.long_name
+
+
+def test_selected_fields_come_in_file_order() -> None:
+    names = [quantity.name for quantity in stored_fields(["zone", "shear"])]
+    assert names == ["shear_x", "shear_y", "zone"]
+    with pytest.raises(ValueError, match="no such field: heat"):
+        stored_fields(["heat"])
+
+
+@pytest.mark.parametrize(
+    ("shape", "chunk"), [((6, 5), (6, 5)), ((512, 512), (256, 512)), ((1000, 1000), (125, 1000))]
+)
+def test_chunks_are_whole_rows_of_about_a_megabyte(shape: tuple[int, int], chunk: tuple[int, int]) -> None:
+    assert chunk_shape(*shape) == chunk
+    assert 8 * chunk[0] * chunk[1] <= CHUNK_BYTES

@@ -1,0 +1,346 @@
+"""What the writer refuses, what it resumes, and that files of identical runs are identical."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from fake_states import assert_same_state, fake_header, fake_states
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.result import HistoryWriter, RunHeader, open_result
+from fretsolve.result.lock import RunLock
+from fretsolve.result.parts import all_parts, contiguous_parts, parts_folder
+from fretsolve.result.writer import MERGE_EVERY
+from fretsolve.system import atomic_files
+
+
+def write(
+    out: Path, header: RunHeader, stop_after: int | None = None, count: int = 6, **options: bool
+) -> None:
+    """A run of `count` increments, left without an end after `stop_after` of them."""
+    with HistoryWriter.open(out, header, **options) as writer:
+        for state in fake_states(count, writer.last_state, shape=header.shape):
+            writer.append(state)
+            if state.summary.step + 1 == stop_after:
+                return
+        writer.finish("complete")
+
+
+def flip_middle(data: bytes) -> bytes:
+    middle = len(data) // 2
+    return data[:middle] + bytes([data[middle] ^ 255]) + data[middle + 1 :]
+
+
+@pytest.fixture()
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out.h5"
+
+
+@pytest.mark.parametrize("status", ["complete", "failed"])
+def test_a_result_that_another_process_finishes_meanwhile_stays(
+    out: Path, monkeypatch: pytest.MonkeyPatch, status: str
+) -> None:
+    """As that of a case of a sweep which two processes have chosen."""
+    acquire = RunLock.acquire
+
+    def after_the_other(folder: Path) -> RunLock:
+        monkeypatch.setattr(RunLock, "acquire", acquire)
+        with HistoryWriter.open(out, fake_header()) as faster:
+            for state in fake_states(2 if status == "failed" else 6):
+                faster.append(state)
+            faster.finish(status, *(["slides", "sliding"] if status == "failed" else []))
+        return acquire(folder)
+
+    monkeypatch.setattr(RunLock, "acquire", after_the_other)
+    with HistoryWriter.open(out, fake_header(), resume=True, retry=False) as writer:
+        before = out.read_bytes()
+        assert writer.complete
+        assert len(writer.summaries) == (2 if status == "failed" else 6)
+    assert out.read_bytes() == before
+    assert not parts_folder(out).exists()
+    with HistoryWriter.open(out, fake_header(), resume=True, retry=False) as writer:
+        assert writer.complete
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert writer.complete == (status == "complete")
+
+
+def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Path) -> None:
+    for name in ("one.h5", "two.h5"):
+        write(tmp_path / name, fake_header())
+    assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.h5", "two.h5"]
+
+
+@pytest.mark.parametrize("every", [1, 2, 4, 7])
+@pytest.mark.parametrize("stop_after", [1, 3, 5, 6])
+def test_resumed_run_gives_the_file_of_an_uninterrupted_one(
+    tmp_path: Path, every: int, stop_after: int
+) -> None:
+    header = fake_header(every=every, stored=("shear", "zone"))
+    write(tmp_path / "whole.h5", header)
+    write(tmp_path / "halves.h5", header, stop_after=stop_after)
+    write(tmp_path / "halves.h5", header, resume=True)
+    assert (tmp_path / "whole.h5").read_bytes() == (tmp_path / "halves.h5").read_bytes()
+
+
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+@pytest.mark.parametrize("stored", [("pressure", "shear", "slip", "gap"), ()])
+def test_resume_finds_the_last_state_bit_for_bit(out: Path, dtype: str, stored: tuple[str, ...]) -> None:
+    states = list(fake_states(3, dtype=dtype))
+    with HistoryWriter.open(out, fake_header(stored=stored)) as writer:
+        for state in states:
+            writer.append(state)
+    with HistoryWriter.open(out, fake_header(stored=stored), resume=True) as writer:
+        assert writer.last_state is not None
+        assert_same_state(writer.last_state, states[-1])
+        assert writer.summaries == [state.summary for state in states]
+
+
+def test_resume_without_anything_starts_anew(out: Path) -> None:
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert (writer.last_state, writer.summaries, writer.complete) == (None, [], False)
+    assert not parts_folder(out).exists() or not contiguous_parts(parts_folder(out))
+
+
+def test_resume_of_a_complete_result_has_nothing_to_do(out: Path) -> None:
+    write(out, fake_header())
+    before = out.stat()
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert writer.complete
+        assert len(writer.summaries) == 6
+    after = out.stat()
+    assert (after.st_ino, after.st_size, after.st_mtime_ns) == (before.st_ino, before.st_size, before.st_mtime_ns)
+    assert not parts_folder(out).exists()
+
+
+def test_leftover_parts_of_a_complete_result_are_cleared(out: Path) -> None:
+    write(out, fake_header(), stop_after=4)
+    kept = {path.name: path.read_bytes() for path in parts_folder(out).iterdir()}
+    write(out, fake_header(), resume=True)
+    parts_folder(out).mkdir()
+    for name, data in kept.items():
+        (parts_folder(out) / name).write_bytes(data)
+    (parts_folder(out) / "out.h5.tmp").write_bytes(b"half")
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert writer.complete
+    assert not parts_folder(out).exists()
+
+
+def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
+    target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123abcd.tmp"
+    stale.touch()
+    os.utime(stale, (0.0, 0.0))
+    with atomic_files.reported(target), atomic_files.new_file(target, tmp_path) as first:
+        first.write(b"first")
+        with atomic_files.reported(target), atomic_files.new_file(target, tmp_path) as second:
+            second.write(b"second")
+        assert target.read_bytes() == b"second"
+    assert target.read_bytes() == b"first"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_existing_result_is_not_touched_without_an_option(out: Path) -> None:
+    write(out, fake_header())
+    before = out.read_bytes()
+    with pytest.raises(CaseError, match=r"out\.h5: exists: --overwrite replaces it, --resume"):
+        HistoryWriter.open(out, fake_header())
+    assert out.read_bytes() == before
+    write(out, fake_header(increments=3), overwrite=True, count=3)
+    assert open_result(out).increments == 3
+
+
+def test_stopped_run_is_not_touched_without_an_option(out: Path) -> None:
+    write(out, fake_header(), stop_after=2)
+    with pytest.raises(CaseError, match="a stopped run is there: --resume goes on with it, --overwrite"):
+        HistoryWriter.open(out, fake_header())
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("stopped", 2)
+    write(out, fake_header(), overwrite=True, stop_after=1)
+    assert open_result(out).increments == 1
+
+
+def test_run_killed_before_its_first_increment_needs_no_option(out: Path) -> None:
+    HistoryWriter.open(out, fake_header()).stop()
+    assert parts_folder(out).exists()
+    write(out, fake_header(title="another"))
+    assert open_result(out).increments == 6
+
+
+def test_folder_in_the_way(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="is a folder"):
+        HistoryWriter.open(tmp_path, fake_header(), overwrite=True)
+
+
+@pytest.mark.parametrize("stop_after", [2, None])
+def test_resume_of_another_case_names_what_differs(out: Path, stop_after: int | None) -> None:
+    write(out, fake_header(), stop_after=stop_after)
+    other = fake_header(increments=9, tolerance=1e-8)
+    with pytest.raises(FileError) as caught:
+        HistoryWriter.open(out, other, resume=True)
+    message = str(caught.value)
+    assert "load_path.0.increments is 6 there, 9 now; solver.tolerance is 1e-06 there, 1e-08 now" in message
+    assert "\n" not in message
+    assert fake_header().fingerprint != other.fingerprint
+
+
+def test_resume_may_change_what_has_no_effect_on_numbers(out: Path) -> None:
+    write(out, fake_header(), stop_after=2)
+    other = fake_header(title="better title", max_iterations=9000)
+    assert other.fingerprint == fake_header().fingerprint
+    write(out, other, resume=True)
+    with open_result(out) as result:
+        assert result.case_yaml == "title: better title\n"
+        assert result.effective_case["solver"]["max_iterations"] == 9000
+
+
+def test_resume_of_another_version_is_refused(out: Path) -> None:
+    write(out, replace(fake_header(), version="0.0.9"), stop_after=2)
+    with pytest.raises(FileError, match=r"begun by fretsolve 0\.0\.9, this is .*finish it with that version"):
+        HistoryWriter.open(out, fake_header(), resume=True)
+
+
+def test_failed_run_keeps_its_increments_and_is_tried_again(tmp_path: Path) -> None:
+    header = fake_header(every=4, stored=("slip",))
+    out = tmp_path / "out.h5"
+    states = list(fake_states(6))
+    with HistoryWriter.open(out, header) as writer:
+        for state in states[:3]:
+            writer.append(state)
+        writer.finish("failed", "load_path.0: sliding")
+    with open_result(out) as result:
+        assert (result.status, result.increments, result.steps) == ("failed", 3, (2,))
+        assert result.attributes["failure"] == "load_path.0: sliding"
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert not out.exists()
+        assert writer.last_state is not None
+        assert_same_state(writer.last_state, states[2])
+        for state in states[3:]:
+            writer.append(state)
+        writer.finish("complete")
+    write(tmp_path / "whole.h5", header)
+    assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+def test_run_that_fails_at_its_first_increment(out: Path) -> None:
+    with HistoryWriter.open(out, fake_header()) as writer:
+        writer.finish("failed", "contact lost")
+    with open_result(out) as result:
+        assert (result.status, result.increments, result.steps) == ("failed", 0, ())
+    write(out, fake_header(), resume=True)
+    assert open_result(out).status == "complete"
+
+
+def test_parts_are_merged_and_keep_one_restart(out: Path) -> None:
+    count = 2 * MERGE_EVERY + 3
+    header = fake_header(every=5, stored=("pressure",), increments=count)
+    write(out, header, stop_after=count, count=count + 1)
+    names = [part.path.name for part in all_parts(parts_folder(out))]
+    assert names[:2] == ["000000-000031.h5", "000032-000063.h5"]
+    assert len(names) == 2 + 3
+    with open_result(out) as result:
+        assert result.steps == (*range(4, count, 5), count - 1)
+        for step, state in enumerate(fake_states(count)):
+            if step in result.steps:
+                assert (result.field("pressure", step) == state.fields.pressure).all()
+
+
+def test_damaged_part_is_dropped_with_a_note_and_computed_again(tmp_path: Path) -> None:
+    write(tmp_path / "whole.h5", fake_header())
+    out = tmp_path / "out.h5"
+    for damage in (lambda data: data[: len(data) // 2], flip_middle, lambda data: b""):
+        write(out, fake_header(), stop_after=5, overwrite=True)
+        part = parts_folder(out) / "000003-000003.h5"
+        part.write_bytes(damage(part.read_bytes()))
+        with pytest.raises(FileError, match=r"000003-000003\.h5: "):
+            open_result(out).field("pressure", 3)
+        with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+            assert len(writer.summaries) == 3
+            assert len(writer.notes) == 1
+            assert writer.notes[0].endswith("; going on from increment 3")
+        write(out, fake_header(), resume=True)
+        assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+        out.unlink()
+
+
+def test_missing_part_ends_what_is_taken_up(out: Path) -> None:
+    write(out, fake_header(), stop_after=5)
+    (parts_folder(out) / "000002-000002.h5").unlink()
+    assert open_result(out).increments == 2
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == 2
+
+
+def test_second_writer_is_refused_until_the_first_ends(out: Path) -> None:
+    first = HistoryWriter.open(out, fake_header())
+    first.append(next(fake_states(1)))
+    for options in ({}, {"resume": True}, {"overwrite": True}):
+        with pytest.raises(
+            FileError, match=rf"another run is writing this output \(process {os.getpid()} on "
+        ):
+            HistoryWriter.open(out, fake_header(), **options)
+    assert open_result(out).status == "running"
+    first.stop()
+    with HistoryWriter.open(out, fake_header(), resume=True) as second:
+        assert len(second.summaries) == 1
+
+
+def test_lock_on_a_removed_folder_is_not_mistaken_for_one_held(tmp_path: Path) -> None:
+    lock = RunLock.acquire(tmp_path / "parts")
+    lock.release()
+    assert not (tmp_path / "parts").exists()
+    RunLock.acquire(tmp_path / "parts").release()
+
+
+def test_increments_must_follow_each_other(out: Path) -> None:
+    states = list(fake_states(2))
+    with HistoryWriter.open(out, fake_header()) as writer, pytest.raises(ValueError, match="increment 1"):
+        writer.append(states[1])
+
+
+def test_resume_and_overwrite_exclude_each_other(out: Path) -> None:
+    with pytest.raises(ValueError, match="exclude"):
+        HistoryWriter.open(out, fake_header(), resume=True, overwrite=True)
+
+
+def test_overwrite_leaves_files_alone_that_are_no_results(out: Path) -> None:
+    out.write_text("title: another case\n")
+    with pytest.raises(FileError, match="is no HDF5 file"):
+        HistoryWriter.open(out, fake_header(), overwrite=True)
+    assert out.read_text() == "title: another case\n"
+
+
+def test_folder_that_cannot_be_written() -> None:
+    rights = os.geteuid()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o555)
+        if rights == 0:  # root could write it all the same
+            os.seteuid(65534)
+        try:
+            with pytest.raises(FileError, match="cannot begin the result: Permission denied"):
+                HistoryWriter.open(folder / "out.h5", fake_header())
+        finally:
+            os.seteuid(rights)
+        assert list(folder.iterdir()) == []
+
+
+def test_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="cannot begin the result: No such file or directory"):
+        HistoryWriter.open(tmp_path / "nowhere" / "out.h5", fake_header())
+
+
+def test_writes_after_a_failed_one_are_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = atomic_files.WriteThroughFile(tmp_path / "file")
+    file.write(b"abc")
+    monkeypatch.setattr(os, "pwrite", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    file.write(b"def")
+    monkeypatch.undo()
+    file.write(b"ghi")
+    with pytest.raises(OSError, match="full"):
+        file.sync()
+    file.close()
+    assert (tmp_path / "file").read_bytes() == b"abc"

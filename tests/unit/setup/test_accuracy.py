@@ -1,0 +1,220 @@
+"""What an accuracy picks, what it leaves alone, and the verdict on a run."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import invoke
+from solving import DISSIMILAR, build
+
+from fretsolve.case import load_case
+from fretsolve.result import open_result
+from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.setup.accuracy import QUANTITIES, points_for, refinement, scales, verdict
+from fretsolve.setup.setup import prepare
+
+CASE = """\
+bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
+surface: {sphere: {radius: 10 mm}}
+friction: 0.1
+load_path: [{P: 400 N}, {Qx: 30 N, increments: 2}]
+output: {fields: []}
+"""
+
+
+def write(folder: Path, accuracy: str, text: str = CASE) -> Path:
+    path = folder / "case.yaml"
+    path.write_text(f"{text}solver: {{accuracy: {accuracy}}}\n")
+    return path
+
+
+def solver(accuracy: object = 0.01, **settings: object) -> dict[str, object]:
+    return {"accuracy": accuracy, **settings}
+
+
+def test_it_picks_what_is_not_given() -> None:
+    scene = prepare(build(solver=solver()))
+    case = scene.case
+    assert scene.grid.nx == scene.grid.ny == case.grid.points[0]
+    assert scene.grid.nx % 4 == 0
+    assert case.solver.tolerance == 1e-6
+    assert case.solver.error_estimate
+    nx = scene.grid.nx
+    assert scene.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
+
+
+def test_it_says_how_many_increments_it_picks() -> None:
+    scene = prepare(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
+    first, second = scene.load_path.counts
+    assert first > 2 * 24
+    assert f"{second} to {first} increments per stage" in scene.picked
+
+
+def test_settings_that_are_given_win() -> None:
+    path = [{"P": 400.0, "increments": 3}]
+    given = solver(tolerance=1e-7, error_estimate=False)
+    scene = prepare(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
+    assert scene.grid.shape == (40, 44)
+    assert scene.load_path.counts == (3,)
+    assert (scene.case.solver.tolerance, scene.case.solver.error_estimate) == (1e-7, False)
+    assert scene.picked == ()
+
+
+def test_without_accuracy_nothing_changes() -> None:
+    scene = prepare(build(grid={"points": 16}))
+    assert scene.picked == ()
+    assert scene.case.effective() == build(grid={"points": 16}).effective()
+    assert refinement(None) == 1.0
+
+
+def test_more_accuracy_takes_more_points_and_increments() -> None:
+    scenes = [prepare(build(bodies=DISSIMILAR, solver=solver(level))) for level in (0.1, "draft", "standard", 0.002)]
+    points, counts, tolerances = (
+        [scene.grid.nx for scene in scenes],
+        [scene.load_path.increments for scene in scenes],
+        [scene.case.solver.tolerance for scene in scenes],
+    )
+    assert points == sorted(points)
+    assert points[-1] > 2 * points[1]
+    assert counts == sorted(counts)
+    assert counts[-1] > 3 * counts[1]
+    assert tolerances == sorted(tolerances, reverse=True)
+
+
+def test_where_the_path_has_no_effect_more_increments_are_no_use() -> None:
+    path = [{"P": 400.0}, {"Qx": 30.0}]
+    assert prepare(build(load_path=path, solver=solver("reference"))).load_path.counts == (1, 10)
+
+
+def test_points_follow_the_contact_not_the_area() -> None:
+    automatic = prepare(build(solver=solver())).grid
+    wide = prepare(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
+    assert wide.dx == pytest.approx(automatic.dx, rel=0.1)
+    assert wide.ny == automatic.ny
+    assert points_for(0.2, (1.0, 1.0), (1.0, 1.0)) == (32, 32)
+
+
+def test_a_narrow_slip_annulus_takes_more_points() -> None:
+    paths = ([{"P": 400.0}, {"Qx": force}] for force in (39.0, 30.0, 8.0, 0.1))
+    points = [prepare(build(load_path=path, solver=solver())).grid.nx for path in paths]
+    pressed = prepare(build(solver=solver())).grid.nx
+    assert points[0] == points[1] == pressed
+    assert points[2] > 2 * pressed
+    assert points[3] == pytest.approx(4 * pressed, abs=12)
+
+
+def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
+    """Spence's: nearly all of the radius at a friction of 0.05, a third at 0.12, a twelfth at 0.2, nothing at 5."""
+    scenes = [prepare(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.05))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
+    wide, third, twelfth, narrow, nothing = [(scene.grid.nx, scene.load_path.increments) for scene in scenes]
+    assert wide < third < twelfth < narrow
+    assert wide[1] < third[1] < twelfth[1] < narrow[1] <= 4 * wide[1]
+    assert narrow[0] == pytest.approx(4 * 1.2 * 18.3, abs=4)
+    assert nothing == wide
+    sheared = [{"P": 400.0}, {"Qx": 36.0}]
+    assert prepare(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
+
+
+def test_the_effective_case_runs_alike() -> None:
+    scene = prepare(build(bodies=DISSIMILAR, solver=solver("draft")))
+    again = prepare(build(**{k: v for k, v in scene.case.effective().items() if k != "title"}))
+    assert again.case.effective() == scene.case.effective()
+    assert again.load_path.counts == scene.load_path.counts
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("0", "0 is out of range; a number >= 0.0001 and <= 0.2 is needed"),
+        ("150 %", "'150 %' is out of range; a number >= 0.0001 and <= 0.2 is needed"),
+        ("-1 %", "'-1 %' is out of range"),
+        ("fast", "'fast' is not allowed; draft, standard, reference or a number such as 1 % is needed"),
+        ("1 mm", "'1 mm' is a length; a number such as '0.1' is needed"),
+        ("true", "True is not a number"),
+        ("[1 %]", "['1 %'] is not a number"),
+    ],
+)
+def test_wrong_values(tmp_path: Path, value: str, says: str) -> None:
+    result = invoke("validate", write(tmp_path, value))
+    assert result.exit_code == 2
+    assert f"case.yaml:6: solver.accuracy: {says}" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_without_points_and_accuracy(tmp_path: Path) -> None:
+    case = write(tmp_path, "1 %")
+    result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}")
+    assert result.exit_code == 2
+    assert "grid: missing; needed is grid of the potential contact area" in result.stderr
+    result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}", "--set", "grid.size=1 mm")
+    assert "grid.points: missing; needed is cells per side, or [nx, ny], such as 128; or solver" in result.stderr
+    result = invoke("validate", case, "--set", "grid.points=12")
+    assert "grid.points: 12 x 12 are too few for an error estimate" in result.stderr
+
+
+def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:
+    cases = [load_case(write(tmp_path, text)) for text in ("1 %", "1%", "0.01", "standard", '"standard"')]
+    assert [case.solver.accuracy for case in cases] == [0.01] * 5
+
+
+def test_run_tells_picks_and_verdict(tmp_path: Path) -> None:
+    case, out = write(tmp_path, "draft"), tmp_path / "case.h5"
+    ran = invoke("run", case)
+    assert ran.exit_code == 0, ran.stderr
+    nx = prepare(load_case(case)).grid.nx
+    assert f"accuracy 5 % picks {nx} x {nx} points, tolerance 5e-06, error bars" in ran.stdout
+    assert "accuracy 5 % is met:" in ran.stdout
+    assert "warning: accuracy" not in ran.stderr
+    assert "accuracy 5 % is met:" in invoke("show", out).stdout
+    with open_result(out) as result:
+        assert result.effective_case["grid"]["points"] == [nx, nx]
+        assert result.effective_case["solver"]["accuracy"] == 0.05
+        assert json.loads(result.attributes["provenance"])["picked_by_accuracy"][0] == f"{nx} x {nx} points"
+        reached = verdict(result.effective_case["solver"], result.history)
+        assert reached.met
+    assert invoke("run", case, "--resume").output == f"{out}: already complete, 3 increments\n"
+
+
+def test_run_says_that_it_was_not_met(tmp_path: Path) -> None:
+    ran = invoke("run", write(tmp_path, "0.1 %"), "--set", "grid.points=20")
+    assert ran.exit_code == 0
+    assert "warning: accuracy 0.1 % is not met: " in ran.stderr
+    assert " is known to " in ran.stderr
+
+
+def history(**changes: object) -> dict[str, np.ndarray]:
+    """Of two stages with two increments each; all values 2, all bars 0.01, but those of `changes`."""
+    columns = {name: np.full(4, 2.0) for name in QUANTITIES}
+    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in QUANTITIES}
+    columns["stage"] = np.array([1, 1, 2, 2])
+    return columns | {name: np.asarray(values, float) for name, values in changes.items()}
+
+
+def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
+    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
+    found = verdict({"accuracy": 0.01}, bars)
+    assert (found.quantity, found.stage, found.worst, found.met) == ("delta_x", 2, 0.025, False)
+    assert str(found).endswith("delta_x at the end of stage 2 is known to 2.5 % of the largest tangential displacement")
+    assert verdict({"accuracy": 0.05}, bars).met
+
+
+def test_verdict_without_bars() -> None:
+    unknown = verdict({"accuracy": 0.01}, history(work_total_error=[0.0, 0.0, math.nan, math.nan]))
+    assert not unknown.met
+    assert str(unknown) == "accuracy 1 % is not proved: there are no error bars from stage 2 on"
+    columns = {name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}
+    assert verdict({"accuracy": 0.01}, columns) is None
+    assert verdict({}, history()) is None
+
+
+def test_round_off_has_no_scale_of_its_own() -> None:
+    columns = history(delta_x=np.full(4, 1e-12), delta_y=np.zeros(4), Qx=np.zeros(4), Qy=np.zeros(4), phi_z=np.zeros(4))
+    found = scales(columns, np.array([1, 3]))
+    assert found["delta_x"] == found["delta_y"] == pytest.approx(2e-3)
+    assert found["Qx"] == pytest.approx(2e-3)
+    assert found["stick_radius"] == found["contact_radius"] == 2.0
+    assert found["work_total"] == 2.0

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from solving import HERTZ, LOAD, MATERIAL, A, build
+
+from fretsolve.errors import CaseError
+from fretsolve.model.load_control import Balance
+from fretsolve.reference.closed_forms import hertz_elliptic, love_cone
+from fretsolve.setup.contact_size import MARGIN, contact_size
+from fretsolve.setup.setup import prepare
+
+
+def load(p=LOAD, mx=None, my=None):
+    return Balance((True, mx is not None, my is not None), (p, mx or 0.0, my or 0.0))
+
+
+def size(surface, *loads, center=(0.0, 0.0), first=1.0):
+    surfaces = build(surface=surface, grid={"points": 8}).surface
+    return contact_size(surfaces, MATERIAL, loads or [load()], center, first)
+
+
+SPHERE = {"sphere": {"radius": 10.0}}
+CELL = 0.06
+"""Of the extent: trial grids are coarse."""
+
+
+@pytest.mark.parametrize("first", [1e-5, 0.3, 1.0, 1e4])
+def test_sphere_from_any_start(first):
+    assert size(SPHERE, first=first) == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
+
+
+def test_the_largest_load_counts():
+    assert size(SPHERE, load(50.0), load(), load(0.0)) == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
+
+
+def test_ellipsoid():
+    exact = hertz_elliptic(LOAD, 5.0, 30.0, MATERIAL.contact_modulus)
+    found = size({"ellipsoid": {"radius_x": 5.0, "radius_y": 30.0}})
+    assert found == pytest.approx((2 * MARGIN * exact.semi_axis_x, 2 * MARGIN * exact.semi_axis_y), rel=CELL)
+
+
+def test_cone():
+    exact = love_cone(LOAD, 0.02, MATERIAL.contact_modulus)
+    assert size({"cone": {"angle": 0.02}}) == pytest.approx((2 * MARGIN * exact.contact_radius,) * 2, rel=CELL)
+
+
+def test_contact_off_the_centre_needs_twice_its_distance():
+    found = size({"sphere": {"radius": 10.0, "center": [0.4, 0.0]}})
+    assert found == pytest.approx((2 * MARGIN * (A + 0.4), 2 * MARGIN * A), rel=CELL)
+
+
+def test_moments_shift_the_contact():
+    found = size(SPHERE, load(my=LOAD * 0.2))
+    assert found == pytest.approx((2 * MARGIN * (A + 0.2), 2 * MARGIN * A), rel=CELL)
+
+
+def test_displacement():
+    found = size(SPHERE, Balance((False, False, False), (HERTZ.delta_z, 0.0, 0.0)))
+    assert found == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
+
+
+def test_where_everything_ends_the_surface_is_the_size():
+    found = size({"punch": {"radius": 0.4}})
+    assert np.array(found) == pytest.approx(2 * MARGIN * 0.4, rel=CELL)
+
+
+def test_nothing_pressed():
+    with pytest.raises(CaseError, match="no contact"):
+        size(SPHERE, load(0.0))
+    with pytest.raises(CaseError, match="no contact"):
+        size(SPHERE, Balance((False, False, False), (-1e-3, 0.0, 0.0)))
+
+
+def test_a_sphere_has_its_closed_form():
+    grid = prepare(build(grid={"points": [12, 24]}, load_path=[{"P": 100.0}, {"P": LOAD}, {"P": 50.0}])).grid
+    assert grid.size == pytest.approx((2 * MARGIN * A,) * 2, rel=1e-12)
+    assert (grid.nx, grid.ny) == (12, 24)
+
+
+def test_a_surface_that_cannot_be_had_is_the_reason(tmp_path):
+    """Not that auto finds no size."""
+    np.save(tmp_path / "map.npy", np.zeros((4, 4)))
+    map_file = {"heights": {"file": str(tmp_path / "map.npy")}}
+    case = build(surface=[map_file], grid={"points": 8})
+    with pytest.raises(CaseError, match="spacing is missing"):
+        prepare(case)

@@ -1,0 +1,344 @@
+"""Error bars: where companions stand, what they add up to, and their way through files and commands."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from command_line import CASE, assert_same_result, invoke, write_case
+from fake_states import fake_header, fake_states
+from solving import DISSIMILAR, HERTZ, build
+
+from fretsolve import load_case, open_result
+from fretsolve.commands.run import Order, run_case
+from fretsolve.errors import CaseError
+from fretsolve.result import HistoryWriter
+from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.state import SummaryErrors
+from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.setup import Scene, prepare
+from fretsolve.simulation import error_bars
+from fretsolve.simulation.coarse_runs import (
+    ESTIMATED,
+    Companion,
+    Place,
+    coarser,
+    fewer_increments,
+    nodes,
+)
+from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
+from fretsolve.system.signals import EXIT_STOPPED, StopRequest
+
+COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
+"""A case whose increments matter."""
+
+
+class StopAfter(StopRequest):
+    """Asks to stop after so many increments."""
+
+    def __init__(self, increments: int):
+        super().__init__()
+        self._left = increments + 1
+
+    @property
+    def requested(self) -> bool:
+        self._left -= 1
+        return self._left <= 0
+
+
+def scene_of(points: int = 16, **parts: Any) -> Scene:
+    return prepare(build(grid={"points": points}, **parts))
+
+
+def some_errors(step: int) -> SummaryErrors:
+    return SummaryErrors(*(0.1 * step + index for index in range(len(ERRORS))))
+
+
+def append_all(writer: HistoryWriter, stop_after: int = 6) -> None:
+    for state in fake_states(stop_after, writer.last_state):
+        writer.append(state, some_errors(state.summary.step))
+
+
+def test_every_estimated_value_is_one_of_the_history() -> None:
+    names = {quantity.name: quantity for quantity in HISTORY}
+    assert set(ESTIMATED) <= names.keys()
+    for quantity in ERRORS[: len(ESTIMATED)]:
+        assert quantity.units == names[quantity.name.removesuffix("_error")].units
+        assert quantity.long_name.startswith("estimated error of ")
+    assert [quantity.name for quantity in ERRORS] == list(SummaryErrors.__dataclass_fields__)
+
+
+def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
+    scene = prepare(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
+    coarse = coarser(scene, (2,))
+    assert coarse.grid.shape == (9, 12)
+    assert coarse.grid.size == pytest.approx(scene.grid.size)
+    assert coarse.load_path.counts == (2,)
+    assert coarse.case.solver.tolerance == pytest.approx(1e-5)
+    assert scene.load_path.counts == (3,)
+
+
+@pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 1e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
+def test_companions_are_never_stricter(tolerance: float, looser: float) -> None:
+    scene = scene_of(solver={"tolerance": tolerance})
+    assert coarser(scene, (1,)).case.solver.tolerance == pytest.approx(looser)
+
+
+def test_half_of_the_increments_or_two_for_one() -> None:
+    assert fewer_increments((1, 2, 3, 10)) == (2, 1, 1, 5)
+
+
+@pytest.mark.parametrize(
+    ("parts", "matter"),
+    [
+        ({}, False),
+        ({"friction": 0.0, "bodies": DISSIMILAR}, False),
+        ({"bodies": DISSIMILAR}, True),
+        ({"load_path": [{"P": 400}, {"Qx": 20}, {"Qx": -20}]}, False),
+        ({"load_path": [{"P": 400}, {"Qx": 20, "Qy": 0.0}]}, False),
+        ({"load_path": [{"P": 400}, {"Qx": 20}, {"Qy": 20}]}, True),
+        ({"load_path": [{"P": 200}, {"P": 400, "Qx": 20}]}, True),
+        ({"load_path": [{"P": 200}, {"Qx": 10}, {"delta_z": 9e-3}]}, True),
+    ],
+)
+def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, Any], matter: bool) -> None:
+    assert scene_of(**parts).load_path.matters is matter
+
+
+def test_points_at_which_both_companions_have_an_increment() -> None:
+    path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
+    fine = scene_of(bodies=DISSIMILAR, load_path=path).load_path
+    fewer = fine.with_counts(fewer_increments(fine.counts))
+    assert fewer.counts == (2, 2, 2)
+    assert nodes(fine, fewer, 0) == (Place(0, 0.0), Place(0, 0.5), 0.5)
+    assert nodes(fine, fewer, 1) == (Place(0, 0.5), Place(0, 0.5), 0.0)
+    assert nodes(fine, fewer, 2) == (Place(0, 0.5), Place(0, 1.0), 0.5)
+    assert nodes(fine, fewer, 4) == (Place(1, 1.0), Place(1, 1.0), 0.0)
+    first, second, share = nodes(fine, fewer, 5)
+    assert (first, second) == (Place(1, 1.0), Place(2, 0.5))
+    assert share == pytest.approx(0.4)
+
+
+def test_companion_goes_as_far_as_it_is_asked() -> None:
+    companion = Companion(scene_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
+    assert companion.values(-1) is not None
+    assert companion.applications == 0
+    one, three = companion.values(1), companion.values(3)
+    assert one is not None and three is not None
+    spent = companion.applications
+    middle = companion.values_at(Place(1, 0.5))
+    between = companion.values_at(Place(1, 0.625))
+    assert companion.applications == spent
+    assert middle is not None and between is not None
+    assert between[ESTIMATED.index("Qx")] == pytest.approx(12.5)
+    np.testing.assert_allclose(between, 0.5 * (middle + three))
+
+
+def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
+    (state, errors), = run_with_error_bars(scene_of(32, friction=0.0))
+    found = state.summary
+    exact = {"delta_z": HERTZ.delta_z, "contact_radius": HERTZ.contact_radius, "max_pressure": HERTZ.max_pressure}
+    for name, value in exact.items():
+        bar = getattr(errors, f"{name}_error")
+        assert abs(getattr(found, name) - value) < bar < 0.01 * value
+    assert errors.P_error < 1e-6 * found.P
+    assert 0.0 < errors.companion_applications < 0.5 * found.operator_applications
+    assert errors.companion_wall_time > 0.0
+
+
+def test_increments_have_their_part_in_the_bar() -> None:
+    path = [{"P": 400, "increments": 4}, {"Qx": 30, "increments": 4}]
+    rows = list(run_with_error_bars(scene_of(20, bodies=DISSIMILAR, load_path=path)))
+    fine = [{**stage, "increments": 16} for stage in path]
+    few, many = rows[-1], list(run_with_error_bars(scene_of(20, bodies=DISSIMILAR, load_path=fine)))[-1]
+    assert few[1].work_total_error > 2.0 * many[1].work_total_error
+    assert abs(few[0].summary.work_total - many[0].summary.work_total) < few[1].work_total_error
+    assert sum(errors.work_error for _, errors in rows) >= 0.5 * few[1].work_total_error
+
+
+def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
+    """Bodies alike at constant pressure: one increment is as good as many, until next to nothing sticks."""
+
+    def end(force: float, increments: int) -> tuple[float, float]:
+        scene = scene_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
+        *_, (state, errors) = run_with_error_bars(scene)
+        return state.summary.delta_x, errors.delta_x_error
+
+    (few, bar), (many, _) = end(39.99, 10), end(39.99, 40)
+    assert bar > abs(few - many) > 0.02 * many
+    far_from_it, many_far = end(36.0, 1), end(36.0, 10)
+    assert abs(far_from_it[0] - many_far[0]) < far_from_it[1] < 0.01 * many_far[0]
+
+
+def test_imposed_values_have_the_bar_of_their_residual() -> None:
+    scene = scene_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
+    rows = list(run_with_error_bars(scene))
+    assert rows[-1][1].P_error < 1e-6 * 400.0
+    assert rows[-1][1].delta_x_error < 1e-6 * 5e-4
+    assert rows[-1][1].Qx_error > 1e-3
+    for _, errors in rows:
+        assert all(value >= 0.0 for value in vars(errors).values())
+
+
+def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
+    scene = scene_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
+    rows = list(run_with_error_bars(scene))
+    assert rows[-1][0].summary.stick_radius == 0.0
+    assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * scene.grid.dx)
+    (_, frictionless), = run_with_error_bars(scene_of(friction=0.0))
+    assert frictionless.stick_radius_error < 0.1 * scene.grid.dx
+
+
+def test_bars_go_on_where_a_run_goes_on() -> None:
+    scene = scene_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": 4}])
+    whole = list(run_with_error_bars(scene))
+    summaries = [state.summary for state, _ in whole]
+    for done in (1, 4):
+        resumed = run_with_error_bars(scene, whole[done - 1][0], summaries[:done])
+        for (state, errors), (expected, bars) in zip(resumed, whole[done:], strict=True):
+            assert state.summary.delta_x == expected.summary.delta_x
+            for name in vars(bars).keys() - {"companion_wall_time"}:
+                assert getattr(errors, name) == getattr(bars, name), name
+
+
+def test_companion_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
+
+    def slides(one: Scene, counts: tuple[int, ...]) -> Scene:
+        coarse = coarser(one, counts)
+        path = build(grid={"points": 8}, load_path=[{"P": 400}, {"Qx": 59, "increments": 3}])
+        return Scene(path, coarse.model, coarse.grid, prepare(path).load_path)
+
+    monkeypatch.setattr(error_bars, "coarser", slides)
+    told: list[str] = []
+    rows = list(run_with_error_bars(scene, tell=told.append))
+    assert len(rows) == 4
+    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
+    assert len(told) == 1
+    what = "the companion run on 8 x 8 cells has no solution: gross sliding under Qx = 59 N"
+    assert told[0].startswith(f"no error bars from increment 3 on: {what}")
+    assert "\n" not in told[0]
+
+
+def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("16", "[32, 15]") + "solver: {error_estimate: true}\n")
+    with pytest.raises(CaseError) as caught:
+        load_case(case)
+    what = "32 x 15 are too few for an error estimate; 16 or more per side are needed"
+    assert str(caught.value) == f"{case}:6: grid.points: {what}"
+    assert load_case(case, ["grid.points=16"]).solver.error_estimate
+    with pytest.raises(CaseError, match=r"solver.error_estimate: 'maybe' is not allowed"):
+        load_case(case, ["solver.error_estimate=maybe"])
+
+
+def test_memory_and_time_count_the_companions() -> None:
+    plain, barred = (
+        estimate(scene_of(2048, solver={"error_estimate": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
+        for asked in (False, True)
+    )
+    assert 1.2 * plain.memory < barred.memory < 1.6 * plain.memory
+    assert barred.seconds == pytest.approx(1.25 * plain.seconds)
+
+
+@pytest.mark.parametrize("stop_after", [1, 4])
+def test_history_keeps_them_over_parts_merges_and_resumes(tmp_path: Path, stop_after: int) -> None:
+    header = fake_header(errors=True)
+    with HistoryWriter.open(tmp_path / "halves.h5", header) as writer:
+        append_all(writer, stop_after)
+    with open_result(tmp_path / "halves.h5") as growing:
+        assert growing.history["delta_x_error"].shape == (stop_after,)
+    for name, done in (("whole.h5", 0), ("halves.h5", stop_after)):
+        with HistoryWriter.open(tmp_path / name, header, resume=done > 0) as writer:
+            assert writer.errors == [some_errors(step) for step in range(done)]
+            append_all(writer)
+            writer.finish("complete")
+    assert (tmp_path / "whole.h5").read_bytes() == (tmp_path / "halves.h5").read_bytes()
+    with open_result(tmp_path / "whole.h5") as result:
+        index = list(SummaryErrors.__dataclass_fields__).index("delta_x_error")
+        np.testing.assert_allclose(result.history["delta_x_error"], 0.1 * np.arange(6) + index)
+        assert result.units("delta_x_error") == "mm"
+
+
+def test_failed_result_is_taken_up_with_its_bars(tmp_path: Path) -> None:
+    out, header = tmp_path / "out.h5", fake_header(errors=True)
+    with HistoryWriter.open(out, header) as writer:
+        append_all(writer, 3)
+        writer.finish("failed", "sliding")
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert len(writer.errors) == 3
+        append_all(writer)
+        writer.finish("complete")
+    with open_result(out) as result:
+        assert result.history["P_error"].tolist() == pytest.approx([0.1 * step for step in range(6)])
+
+
+def test_bars_come_with_every_increment_or_none(tmp_path: Path) -> None:
+    state = next(fake_states(1))
+    with HistoryWriter.open(tmp_path / "a.h5", fake_header()) as writer, pytest.raises(ValueError, match="error bars"):
+        writer.append(state, some_errors(0))
+    with HistoryWriter.open(tmp_path / "b.h5", fake_header(errors=True)) as writer, pytest.raises(ValueError):
+        writer.append(state)
+
+
+def test_run_stores_and_shows_them(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path), tmp_path / "case.h5"
+    ran = invoke("run", case, "--error-bars")
+    assert ran.exit_code == 0, ran.stderr
+    assert "error bars: companion runs took" in ran.stdout
+    with h5py.File(out) as file:
+        column = file["history/delta_x_error"]
+        assert (column.attrs["units"], column.shape) == ("mm", (5,))
+        assert column.attrs["long_name"] == "estimated error of rigid displacement along x"
+        assert column.dims[0][0].name == "/history/step"
+    with open_result(out) as result:
+        value, error = (float(result.history[name][-1]) for name in ("delta_x", "delta_x_error"))
+        assert result.effective_case["solver"]["error_estimate"] is True
+    assert 0.0 < error < 0.05 * value
+    shown = [line.split() for line in invoke("show", out).stdout.splitlines()]
+    assert ["delta_x", f"{value:.6g}", "±", f"{error:.1e}", "mm"] in shown
+    assert invoke("run", case, "--error-bars", "--resume").output == f"{out}: already complete, 5 increments\n"
+    other = invoke("run", case, "--resume")
+    assert other.exit_code == 4
+    assert "solver.error_estimate is true there, false now" in other.output
+
+
+def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
+    assert invoke("run", write_case(tmp_path), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        assert not [name for name in result.history if name.endswith("_error")]
+    assert "error" not in invoke("show", tmp_path / "case.h5").stdout
+
+
+def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
+    whole, halves = (tmp_path / name for name in ("whole.h5", "halves.h5"))
+    case = write_case(tmp_path, COUPLED)
+    assert invoke("run", case, "-q", "--error-bars", "-o", whole).exit_code == 0
+    order = Order(case, halves, ("solver.error_estimate=true",), False, False, 1, True)
+    assert run_case(order, StopAfter(3)) == EXIT_STOPPED
+    with open_result(halves) as result:
+        assert (result.status, result.increments) == ("stopped", 3)
+    assert invoke("run", case, "-q", "--error-bars", "-o", halves, "--resume").exit_code == 0
+    assert_same_result(whole, halves)
+
+
+def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
+    scene = scene_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
+    (first, _), (second, bars) = run_with_error_bars(scene)
+    again = ErrorBars(scene, [first.summary]).of(second.summary)
+    assert again.companion_applications == bars.companion_applications
+
+
+def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
+    case = write_case(tmp_path, COUPLED + "solver: {error_estimate: true}\n")
+    ran = invoke("study", case, "--vary", "grid.points=16,20", "-o", tmp_path / "study", "-q")
+    assert ran.exit_code == 0, ran.stderr
+    files = [path for path in (tmp_path / "study").rglob("*.h5") if path.name != "study.h5"]
+    results = [open_result(path) for path in files]
+    assert len(results) == 2
+    for result in results:
+        with result:
+            assert "delta_x_error" not in result.history

@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, fields
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, build
+
+from fretsolve import load_case, run
+from fretsolve.elastic import convolution
+from fretsolve.errors import CaseError, GridEdgeError, SlidingError
+from fretsolve.simulation.simulation import prepare
+
+PARTS = {
+    "bodies": DISSIMILAR,
+    "grid": {"points": [30, 26], "size": [0.8, 0.78]},
+    "load_path": [
+        {"P": 400.0, "increments": 2},
+        {"Qx": 25.0, "Mz": 1.0, "increments": 2},
+        {"delta_x": -2e-4, "increments": 2},
+        {"P": 300.0, "increments": 2},
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def states():
+    return list(run(build(**PARTS)))
+
+
+def assert_same(found, wanted):
+    for part in ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"):
+        np.testing.assert_array_equal(getattr(found.fields, part), getattr(wanted.fields, part))
+    np.testing.assert_array_equal(found.displacement, wanted.displacement)
+    without_time = [{k: v for k, v in asdict(s.summary).items() if k != "wall_time"} for s in (found, wanted)]
+    assert without_time[0] == without_time[1]
+
+
+def test_one_state_per_increment(states):
+    assert [state.summary.step for state in states] == list(range(8))
+    assert [state.summary.stage for state in states] == [1, 1, 2, 2, 3, 3, 4, 4]
+
+
+@pytest.mark.parametrize("done", [1, 3, 5])
+def test_resuming_gives_the_same_to_the_last_bit(states, done):
+    """From a stage's middle, and from one that switches control and so looks back in the history."""
+    history = [state.summary for state in states[:done]]
+    resumed = list(run(build(**PARTS), states[done - 1], history))
+    assert len(resumed) == len(states) - done
+    for found, wanted in zip(resumed, states[done:], strict=True):
+        assert_same(found, wanted)
+
+
+def test_resuming_a_complete_run_does_nothing(states):
+    assert list(run(build(**PARTS), states[-1], [state.summary for state in states])) == []
+
+
+def test_running_twice_gives_the_same(states):
+    scene = prepare(build(**PARTS))
+    for found, wanted in zip(run(scene), states, strict=True):
+        assert_same(found, wanted)
+
+
+def test_threads_change_no_bit(monkeypatch):
+    monkeypatch.setattr(convolution, "CACHE_BYTES", 2048)  # blocks enough to share out
+    for found, wanted in zip(run(build(**PARTS), threads=3), run(build(**PARTS)), strict=True):
+        assert_same(found, wanted)
+
+
+def test_increments_are_solved_when_asked_for():
+    path = [{"P": 400.0, "increments": 1}, {"Qx": 500.0, "increments": 1}]
+    going = run(build(grid={"points": 16}, load_path=path))
+    assert next(going).summary.stage == 1
+    with pytest.raises(SlidingError):
+        next(going)
+
+
+def test_slip_and_work_add_up(states):
+    for before, after in pairwise(states):
+        moved = np.hypot(*(after.fields.slip - before.fields.slip))
+        np.testing.assert_allclose(after.fields.slip_path - before.fields.slip_path, moved, atol=1e-15)
+        assert after.summary.work_total == pytest.approx(before.summary.work_total + after.summary.work)
+    assert all(state.summary.work > 0.0 for state in states)
+
+
+def test_summary_follows_from_the_fields(states):
+    grid = prepare(build(**PARTS)).grid
+    for state in states:
+        summary, zone = state.summary, state.fields.zone
+        found = [part.sum() * grid.cell_area for part in (state.fields.pressure, *state.fields.shear)]
+        assert found == pytest.approx([summary.P, summary.Qx, summary.Qy], abs=1e-12)
+        assert (summary.contact_cells, summary.stick_cells) == (np.count_nonzero(zone), np.count_nonzero(zone == 1))
+        # A front lies within a cell of the count's: a ring of two thirds of a cell at most.
+        for area, cells in ((summary.contact_area, summary.contact_cells), (summary.stick_area, summary.stick_cells)):
+            counted = cells * grid.cell_area
+            assert abs(area - counted) < 0.7 * np.sqrt(np.pi * counted * grid.cell_area) * 2
+        assert np.pi * summary.contact_radius**2 == pytest.approx(summary.contact_area)
+        assert np.pi * summary.stick_radius**2 == pytest.approx(summary.stick_area)
+        assert summary.max_pressure == state.fields.pressure.max()
+        assert summary.max_shear == np.hypot(*state.fields.shear).max()
+        assert summary.wall_time > 0.0
+        assert all(type(getattr(summary, field.name)) in (int, float) for field in fields(summary))
+
+
+def test_states_do_not_share_what_later_increments_write(states):
+    """A state that is kept must not change while the run goes on."""
+    kept = []
+    for state in run(build(**PARTS)):
+        kept.append((state, state.fields.pressure.copy(), state.fields.shear.copy(), state.displacement.copy()))
+    for state, pressure, shear, displacement in kept:
+        np.testing.assert_array_equal(state.fields.pressure, pressure)
+        np.testing.assert_array_equal(state.fields.shear, shear)
+        np.testing.assert_array_equal(state.displacement, displacement)
+
+
+class TestErrorsAreLocated:
+    TEXT = """\
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 16}
+friction: 0.1
+load_path:
+  - {P: 400 N}
+  - cycle:
+      times: 2
+      stages:
+        - {Qx: 10 N, increments: 1}
+        - {Qx: 60 N, increments: 1}
+"""
+
+    def located(self, folder: Path, text: str, kind):
+        path = folder / "case.yaml"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(kind) as caught:
+            list(run(load_case(path)))
+        return path, caught.value
+
+    def test_sliding_in_a_cycle(self, tmp_path):
+        path, error = self.located(tmp_path, self.TEXT, SlidingError)
+        assert str(error).startswith(f"{path}:13: load_path.1.cycle.stages.1.Qx: gross sliding")
+        assert str(error).endswith("(increment 2, stage 3)")
+
+    def test_edge(self, tmp_path):
+        path, error = self.located(tmp_path, self.TEXT.replace("points: 16", "points: 16, size: 0.5 mm"), GridEdgeError)
+        assert str(error).startswith(f"{path}:5: grid.size: ")
+        assert "would do" in str(error)
+
+    def test_no_size_to_be_found(self, tmp_path):
+        text = self.TEXT.replace("sphere: {radius: 10 mm}", "cylinder: {radius: 10 mm, axis: x}")
+        path, error = self.located(tmp_path, text, CaseError)
+        assert str(error).startswith(f"{path}:5: grid.size: auto finds no size that holds the contact")
+
+    def test_map_that_does_not_fit(self, tmp_path):
+        np.save(tmp_path / "map.npy", np.zeros(5))
+        text = self.TEXT.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 1 um}")
+        path, error = self.located(tmp_path, text.replace("points: 16", "points: 16, size: 1 um"), CaseError)
+        assert str(error).startswith(f"{path}:4: surface")
+
+
+def test_time_to_compile_is_no_part_of_an_increments(monkeypatch):
+    monkeypatch.setattr("fretsolve.simulation.simulation.readying_seconds", time.perf_counter)
+    case = build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0, "increments": 2}])
+    assert all(abs(state.summary.wall_time) < 1e-2 for state in run(case))

@@ -1,0 +1,140 @@
+"""Pressure and shear solved together, against the two in turns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, LOAD, build, grid_of, solve_last
+
+import fretsolve.increment.coupled_step
+import fretsolve.increment.staggered_iteration
+from fretsolve import run
+from fretsolve.errors import NotConvergedError
+from fretsolve.model.load_control import Balance
+from fretsolve.solvers.coupled_newton import Estimate, Problem, solve_jointly
+from fretsolve.solvers.gmres import gmres
+from fretsolve.solvers.limit_load import load_factor
+from fretsolve.solvers.rigid_modes import TangentialModes
+
+RIGID = ("rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0})
+PATH = [{"P": LOAD, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 2}, {"delta_y": 1e-4, "increments": 1}]
+
+
+def solve_at_once(monkeypatch, **parts):
+    """All increments solved together from the first pass on."""
+    monkeypatch.setattr(fretsolve.increment.staggered_iteration, "ENOUGH_ALTERNATIONS", 1)
+    return list(run(build(**parts)))
+
+
+@pytest.mark.parametrize("size", [1, 5, 40])
+def test_gmres(size):
+    random = np.random.default_rng(size)
+    matrix = np.eye(size) + 0.3 * random.standard_normal((size, size)) / np.sqrt(size)
+    right = random.standard_normal((size, 1))
+    basis = np.empty((size + 1, *right.shape))
+    found, iterations = gmres(lambda x, out: np.matmul(matrix, x, out=out), right.copy(), 1e-10, basis)
+    assert np.abs(found - np.linalg.solve(matrix, right)).max() < 1e-9
+    assert 1 <= iterations <= size
+
+
+def test_gmres_of_nothing():
+    found, iterations = gmres(lambda x, out: np.copyto(out, x), np.zeros(3), 0.0, np.empty((6, 3)))
+    assert (found.tolist(), iterations) == ([0.0, 0.0, 0.0], 0)
+
+
+@pytest.mark.parametrize("bodies", [DISSIMILAR, RIGID])
+def test_together_as_in_turns(monkeypatch, bodies):
+    parts = {"bodies": bodies, "friction": 0.2, "grid": {"points": 24, "size": 0.8}, "load_path": PATH}
+    in_turns = list(run(build(**parts)))
+    together = solve_at_once(monkeypatch, **parts)
+    for one, other in zip(in_turns, together, strict=True):
+        peak = one.summary.max_pressure
+        assert other.summary.alternations != one.summary.alternations
+        assert np.abs(one.fields.pressure - other.fields.pressure).max() < 1e-5 * peak
+        assert np.abs(one.fields.shear - other.fields.shear).max() < 1e-5 * peak
+        assert other.summary.delta_x == pytest.approx(one.summary.delta_x, rel=1e-4, abs=1e-10)
+
+
+def test_strong_friction_needs_it(monkeypatch):
+    """Sliding with friction times Dundurs' constant of 5, which taking turns drives apart."""
+    parts = {
+        "bodies": RIGID,
+        "friction": 10.0,
+        "grid": {"points": 24, "size": 3.0},
+        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 1.0, "increments": 1}],
+    }
+    last = list(run(build(**parts)))[-1]
+    assert last.summary.Qx == pytest.approx(10.0 * LOAD, rel=1e-5)
+    assert last.summary.worst_residual <= 1e-6
+    monkeypatch.setattr(fretsolve.increment.coupled_step, "solve_jointly", lambda *arguments: None)
+    with pytest.raises(NotConvergedError, match=r"Dundurs' constant is 10 x 0\.5"):
+        list(run(build(**parts)))
+
+
+class Reluctant:
+    """Stands in for a `JointSolver`: solves parts of no more than a quarter of the way, and writes them down."""
+
+    iterations = 0
+
+    def __init__(self):
+        self.tried, self.reached = [], 0.0
+
+    def begin(self, problem, max_iterations):
+        pass
+
+    def resultants(self, estimate):
+        return np.zeros(6)
+
+    def solve(self, problem, start, tolerance, reduction):
+        rigid = np.concatenate([problem.normal.imposed_displacement, problem.tangential.imposed_displacement])
+        self.tried.append([problem.normal.values[0] / LOAD, problem.tangential.values[0] / 20.0, rigid[4] / 1e-4])
+        if self.tried[-1][0] > self.reached + 0.26:
+            return None
+        self.reached = self.tried[-1][0]
+        return replace(start, rigid=rigid)
+
+
+def test_parts_of_loads_and_displacements_are_the_same():
+    plane, vector = np.zeros((3, 3)), np.zeros((2, 3, 3))
+    normal = Balance((True, False, False), (LOAD, 0.0, 0.0))
+    tangential = Balance((True, False, False), (20.0, 1e-4, 0.0))
+    problem = Problem(plane, plane, vector, vector, np.zeros(3), 0.1, normal, tangential, 1e-6, 0.0)
+    solver = Reluctant()
+    start = Estimate(plane, vector, plane > 0.0, vector, np.zeros(6))
+    assert solve_jointly(solver, problem, start, 1e-6, 100) is not None
+    tried = np.array(solver.tried)
+    assert tried[-1].tolist() == [1.0, 1.0, 1.0]
+    assert len(tried) > 5
+    assert np.abs(tried - tried[:, :1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("motion", [1e-4, 1e-5])
+def test_small_motions_in_single_precision(monkeypatch, motion):
+    """Slips of 1e-3 of the elastic displacements, which the difference of two of them would lose."""
+    parts = {
+        "bodies": RIGID,
+        "friction": 0.2,
+        "grid": {"points": 24, "size": 0.8},
+        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": motion, "increments": 2}],
+    }
+    exact = list(run(build(**parts)))[-1].summary
+    found = solve_at_once(monkeypatch, **parts, solver={"precision": "single", "tolerance": 1e-5})[-1].summary
+    assert found.Qx == pytest.approx(exact.Qx, rel=1e-3)
+    assert found.worst_residual <= 1e-5
+    assert found.alternations <= 3  # one in turns, as asked for, and one together, or two where rounding has it so
+
+
+def test_tangential_problem_whose_zones_go_round():
+    """Force and torque within 1e-6 of those under which all slides: only a step that keeps the bound solves it."""
+    pressed = solve_last(friction=0.0, grid={"points": 32})
+    bound = 0.1 * pressed.fields.pressure
+    loads = np.array([19.2, 14.4, 7.275])
+    modes = TangentialModes(grid_of(friction=0.0, grid={"points": 32}))
+    loads *= (1.0 - 1e-6) * load_factor(bound, Balance((True, True, True), tuple(loads)), modes)
+    stage = dict(zip(("Qx", "Qy", "Mz"), map(float, loads), strict=True))
+    path = [{"P": LOAD}, {name: 0.99 * load for name, load in stage.items()}, stage | {"increments": 1}]
+    last = solve_last(grid={"points": 32}, load_path=path).summary
+    assert last.worst_residual <= 1e-6
+    assert (last.Qx, last.Mz) == pytest.approx((loads[0], loads[2]), rel=1e-9)

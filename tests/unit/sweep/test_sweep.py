@@ -1,0 +1,567 @@
+"""``fretsolve sweep``: the points of a sweep file, what is wrong with one, and running it on this machine."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+import resource
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import finish, invoke, start
+from fake_states import fake_header, fake_states
+from sweeping import CASE, SWEEP, assert_as_serial, rows_of, workers, write_sweep
+
+from fretsolve.case import read_case
+from fretsolve.case.loading import validated
+from fretsolve.errors import CaseError
+from fretsolve.result import HistoryWriter
+from fretsolve.result.lock import RunLock
+from fretsolve.result.parts import parts_folder
+from fretsolve.sweep import slurm
+from fretsolve.sweep.base import Base
+from fretsolve.sweep.crew import work_through
+from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
+from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.points import points_of, text_of
+from fretsolve.sweep.slurm import job_name
+from fretsolve.sweep.spec import SweepSpec
+from fretsolve.sweep.state import states
+from fretsolve.sweep.table import collect
+from fretsolve.sweep.worker import Report, run_case
+from fretsolve.system.signals import StopRequest
+
+PATIENCE = 300.0
+"""Seconds that a machine under load may take for what takes one."""
+
+# Points
+
+
+def settings_of(folder: Path, axes: str) -> list[dict[str, str]]:
+    """The points of `axes`, a YAML list."""
+    text = read_case(write_sweep(folder, f"case: case.yaml\naxes:\n{axes}"))
+    points = points_of(validated(SweepSpec, text.data, text.source), text.source)
+    return [{value.setting.key: value.setting.value for value in point} for point in points]
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("friction: [0.1, 1e-6, .5]", ["0.1", "1e-06", "0.5"]),
+        ("load_path.0.P: [400 N, 1 kN]", ["400 N", "1 kN"]),
+        ("title: ['1', 'a: b', x]", ['"1"', '"a: b"', "x"]),
+        ("grid.points: [[8, 16], 32]", ["[8, 16]", "32"]),
+        ("surface: [{sphere: {radius: 1 mm}}]", ['{"sphere": {"radius": "1 mm"}}']),
+        ("friction: {from: 0.1, to: 0.3, count: 3}", ["0.1", "0.2", "0.3"]),
+        ("load_path.0.P: {from: 1 kN, to: 4 kN, count: 4}", ["1 kN", "2 kN", "3 kN", "4 kN"]),
+        ("load_path.0.P: {from: 1 N, to: 100 N, count: 3, spacing: log}", ["1 N", "10 N", "100 N"]),
+        ("friction: {from: 0.3, to: 0.1, count: 2}", ["0.3", "0.1"]),
+    ],
+)
+def test_values_of_a_key(axis: str, values: list[str], tmp_path: Path) -> None:
+    points = settings_of(tmp_path, f"  - {axis}")
+    assert points == [{axis.partition(":")[0]: value} for value in values]
+
+
+def test_entries_are_crossed_and_keys_of_one_go_together(tmp_path: Path) -> None:
+    points = settings_of(tmp_path, "  - {friction: [0.1, 0.2], title: [a, b]}\n  - grid.points: [8, 16]")
+    assert [tuple(point.values()) for point in points] == [
+        ("0.1", "a", "8"),
+        ("0.1", "a", "16"),
+        ("0.2", "b", "8"),
+        ("0.2", "b", "16"),
+    ]
+
+
+def test_points_of_a_csv_file(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text('friction, load_path.0.P\n0.1,400 N\n\n,"500 N"\n')
+    assert settings_of(tmp_path, "  - csv: points.csv") == [
+        {"friction": "0.1", "load_path.0.P": "400 N"},
+        {"load_path.0.P": "500 N"},
+    ]
+
+
+def test_latin_hypercube_has_one_point_in_each_slice(tmp_path: Path) -> None:
+    axes = """\
+  - latin_hypercube:
+      samples: 20
+      seed: 3
+      over:
+        friction: {from: 0.1, to: 0.5}
+        load_path.0.P: {from: 1 N, to: 1000 N, spacing: log}
+"""
+    points = settings_of(tmp_path, axes)
+    friction = np.array([float(point["friction"]) for point in points])
+    load = np.array([float(point["load_path.0.P"].removesuffix(" N")) for point in points])
+    slices = np.arange(20)
+    np.testing.assert_array_equal(np.sort((friction - 0.1) / 0.4 * 20 // 1), slices)
+    np.testing.assert_array_equal(np.sort(np.log10(load) / 3 * 20 // 1), slices)
+    assert settings_of(tmp_path, axes) == points
+    assert settings_of(tmp_path, axes.replace("seed: 3", "seed: 4")) != points
+
+
+def test_text_is_read_again_as_the_same_value() -> None:
+    for value in ("400 N", "1", "true", "", "a: b", "[", 0.1, 3, True, [1, "x"], {"a": 1}):
+        text = text_of(value)
+        assert read_back(text) == value
+
+
+def read_back(text: str) -> object:
+    from fretsolve.case.source import parse
+
+    return parse(text).value
+
+
+# What is wrong with a sweep file
+
+
+@pytest.mark.parametrize(
+    ("sweep", "message"),
+    [
+        ("", r"sweep.yaml:1: the file is empty; one with the keys case, axes is needed"),
+        ("case: case.yaml", r"sweep.yaml:1: axes: missing"),
+        ("case: none.yaml\naxes: [friction: [1]]", r"sweep.yaml:1: case: .*none.yaml: can't be read"),
+        ("case: case.yaml\naxis: [friction: [1]]", r"sweep.yaml:2: axis: unknown key 'axis'; did you mean 'axes'"),
+        ("case: case.yaml\naxes: []", r"sweep.yaml:2: axes: \[\] has the wrong number of entries"),
+        ("case: case.yaml\naxes:\n  - friction: 0.1", r"sweep.yaml:3: axes.0.friction: 0.1 is not allowed; a list"),
+        ("case: case.yaml\naxes:\n  - friction: []", r"sweep.yaml:3: axes.0.friction: \[\] has the wrong number"),
+        ("case: case.yaml\naxes:\n  - fricton: [1]", r":3: axes.0.fricton.0: unknown key 'fricton'; did you"),
+        ("case: case.yaml\naxes:\n  - friction:\n    - 0.1\n    - -1", r":5: axes.0.friction.1: -1 is out of"),
+        ("case: case.yaml\naxes:\n  - load_path.7.P: [1]", r":3: axes.0.load_path.7.P.0: the list has no entry"),
+        ("case: case.yaml\naxes:\n  - bodies.*.young_modulus: [1]", r":3: axes.0.bodies.\*.young_modulus.0: \* stands"),
+        ("case: case.yaml\naxes:\n  - a=b: [1]", r"sweep.yaml:3: axes.0.a=b.0: 'a=b' is no key of a case"),
+        ("case: case.yaml\naxes:\n  - {friction: [1, 2], title: [a]}", r":3: axes.0: keys of one entry .* title has 1"),
+        ("case: case.yaml\naxes:\n  - friction: [1]\n  - friction: [2]", r":4: axes.1: friction is varied by an entry"),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: 1, to: 2}",
+            r"sweep.yaml:3: axes.0.friction.count: missing; needed is how many",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - load_path.0.P: {from: 1 N, to: 2 kN, count: 3}",
+            r":3: axes.0.load_path.0.P: from is in N, to in kN; the same unit",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: 0, to: 1, count: 3, spacing: log}",
+            r":3: axes.0.friction: log spacing needs two ends above 0",
+        ),
+        (
+            "case: case.yaml\naxes:\n  - friction: {from: a, to: 1, count: 3}",
+            r":3: axes.0.friction: 'a' is not a number with a unit or without",
+        ),
+        ("case: case.yaml\naxes:\n  - friction: {from: 1, to: 1, count: 3}", r": from and to are both 1"),
+        ("case: case.yaml\naxes:\n  - csv: none.csv", r"none.csv: can't be read: No such file"),
+        ("case: case.yaml\nset: {friction: -1}\naxes:\n  - title: [a]", r"sweep.yaml:2: set.friction: -1 is out of"),
+        ("case: case.yaml\nquantities: [delta]\naxes:\n  - title: [a]", r":2: quantities.0: 'delta' is not a quantity"),
+        ("case: case.yaml\nquantities: [P@9]\naxes:\n  - title: [a]", r":2: quantities.0: there is no stage '9'"),
+        ("case: case.yaml\nslurm: {options: [main]}\naxes:\n  - title: [a]", r":2: slurm.options.0: 'main' is no"),
+        (
+            "case: case.yaml\naxes:\n  - grid.points: [8, 1000000]",
+            r":3: axes.0.grid.points.1: 1000000 x 1000000 cells take about .* of memory",
+        ),
+    ],
+)
+def test_mistakes_are_told_with_their_place(sweep: str, message: str, tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, sweep)
+    outcome = invoke("sweep", "run", path)
+    assert outcome.exit_code == (4 if "none.csv" in sweep else 2), outcome.stderr
+    assert re.search(message, outcome.stderr), outcome.stderr
+    assert "Traceback" not in outcome.stderr
+    assert not (tmp_path / "sweep.sweep").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("friction\n", ":3: axes.0.csv: points.csv has no points"),
+        ("friction,friction\n1,2\n", "points.csv:1: 'friction' is no key of a case, or stands twice"),
+        ("friction,title\n0.1\n", "points.csv:2: the line has 1 cells, the heading 2"),
+        ("friction,title\n0.1,a\n-3,b\n", "points.csv:3: friction: -3 is out of range"),
+    ],
+)
+def test_mistakes_in_a_csv_file(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text(text)
+    outcome = invoke("sweep", "run", write_sweep(tmp_path, "case: case.yaml\naxes:\n  - csv: points.csv\n"))
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+
+
+def test_each_mistake_is_told_once_and_not_too_many(tmp_path: Path) -> None:
+    bad = ", ".join(str(-index) for index in range(1, 30))
+    path = write_sweep(tmp_path, f"case: case.yaml\naxes:\n  - friction: [{bad}]\n  - title: [a, b]\n")
+    lines = invoke("sweep", "run", path).stderr.splitlines()
+    assert len(lines) == 11
+    assert lines[-1].endswith("and 19 more problems")
+
+
+# Running
+
+
+def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, SWEEP + "quantities: [delta_x, P@1]\n")
+    folder = tmp_path / "sweep.sweep"
+    first = invoke("sweep", "run", path, "-j", 2)
+    assert (first.exit_code, first.stderr) == (0, "")
+    assert "6 cases of friction, load_path.0.P" in first.stdout
+    assert first.stdout.splitlines()[-1] == "6 cases: 5 complete, 1 no solution"
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+
+    before = {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()}
+    again = invoke("sweep", "run", path)
+    assert again.exit_code == 0
+    assert "6 done already" in again.stdout
+    assert {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()} == before
+
+    told = invoke("sweep", "status", folder).stdout
+    assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=4")
+    assert "gross sliding" in told
+    assert "--array" not in told
+
+    outcome = invoke("sweep", "plot", folder, "--over", "title")
+    assert outcome.exit_code == 2
+    assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in outcome.stderr
+    outcome = invoke("sweep", "collect", folder, "-o", folder / "table.xls")
+    assert outcome.exit_code == 2
+    assert "a name that ends on .csv, .h5 or .parquet is needed" in outcome.stderr
+    outcome = invoke("sweep", "collect", folder, "--quantity", "P@x")
+    assert "there is no stage 'x'; one from 1 on is needed" in outcome.stderr
+    outcome = invoke("sweep", "work", folder, "--cases", "6-7")
+    assert (outcome.exit_code, outcome.stderr) == (2, f"{folder}: --cases 6-7: there are the cases 0 to 5\n")
+    for words in (("collect", folder), ("plot", folder)):
+        outcome = invoke("sweep", *words, "--quantity", "P@9")
+        message = "--quantity P@9: there is no stage 9; the cases have stages 1 to 2\n"
+        assert (outcome.exit_code, outcome.output) == (2, message)
+    assert not (folder / "table.csv").exists()
+    outcome = invoke("sweep", "plot", folder)
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'delta_x.png'}\n")
+    outcome = invoke("sweep", "plot", folder, "--quantity", "P@1", "--over", "friction")
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'P@1.png'}\n")
+    (folder / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
+    assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
+    mine = tmp_path / "mine.csv"
+    mine.write_text("mine")
+    refused = invoke("sweep", "collect", folder, "-o", mine)
+    assert refused.exit_code == 2
+    assert refused.stderr == f"{mine}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert mine.read_text() == "mine"
+    assert invoke("sweep", "collect", folder, "-o", mine, "--overwrite").exit_code == 0
+    assert mine.read_text() == (folder / "table.csv").read_text()
+    with (folder / "table.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["status"] for row in rows] == ["no solution"] + 5 * ["complete"]
+    assert [row["regime"] for row in rows] == ["gross slip"] + 5 * ["partial slip"]
+    assert [row["load_path.0.P (N)"] for row in rows] == 3 * ["400", "500"]
+    assert rows[0]["delta_x (mm)"] == "" and float(rows[0]["P@1 (N)"]) == pytest.approx(400.0)
+    with h5py.File(folder / "table.h5") as file:
+        displacement = file["values/delta_x"][:]
+        assert file["values/delta_x"].attrs["units"] == "mm"
+        np.testing.assert_array_equal(file["settings/friction"][:], np.repeat([0.08, 0.1, 0.12], 2))
+        assert np.isnan(displacement[0]) and (displacement[1:] > 0.0).all()
+        last = file[f"results/{rows[5]['id']}"]
+        assert last["history/delta_x"][-1] == displacement[5]
+        assert last["fields/pressure"].shape == (3, 12, 12)
+
+
+def test_equal_cases_are_run_once(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\naxes:\n  - title: [a, b, c]\n  - grid.points: [8, '8']\n")
+    assert invoke("sweep", "run", path).exit_code == 2  # text is no number of points
+    path.write_text("case: case.yaml\naxes:\n  - title: [a, b, c]\n  - grid.points: [8, [8, 8]]\n")
+    assert "6 cases of title, grid.points, 1 of them different" in invoke("sweep", "run", path).stdout
+    assert len(list((tmp_path / "sweep.sweep" / "results").iterdir())) == 1
+
+
+def test_error_bars_and_common_settings(tmp_path: Path) -> None:
+    sweep = """\
+case: case.yaml
+set: {load_path.*.increments: 1, grid.points: 16}
+error_bars: true
+axes: [friction: [0.1]]
+"""
+    outcome = invoke("sweep", "run", write_sweep(tmp_path, sweep), "-q")
+    assert (outcome.exit_code, outcome.output) == (0, "")
+    table = collect(read_manifest(tmp_path / "sweep.sweep"))
+    assert table.increments.tolist() == [2]
+    errors = {column.name: column.values[0] for column in table.errors}
+    assert errors["delta_x error"] > 0.0
+
+
+def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, case=CASE.replace("increments: 2", "increments: 30"))
+    folder = tmp_path / "sweep.sweep"
+
+    code, output, messages = finish("sweep", "run", path, preexec_fn=limit_file_size)
+    assert code == 4
+    assert "File too large" in messages
+    assert "--resume" not in messages
+    assert "Traceback" not in messages
+    assert output.splitlines()[-1] == "6 cases: 6 error"
+    told = invoke("sweep", "status", folder).stdout
+    assert "error (exit code 4)" in told
+    assert told.endswith("missing: --array=0-5\n")
+
+    with start("sweep", "run", path, "-j", 1) as process:
+        wait_for(lambda: workers(folder), process)
+        (child,) = workers(folder)
+        os.kill(child, signal.SIGKILL)
+        wait_for(lambda: workers(folder) not in ([], [child]), process)
+        before = len(missing_of(folder))
+        wait_for(lambda: len(missing_of(folder)) < before, process)
+        process.send_signal(signal.SIGTERM)
+        _, messages = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 75
+    assert "was ended by SIGKILL" in messages
+    assert "the same command goes on" in messages
+    assert 0 < len(missing_of(folder)) < 6
+
+    outcome = invoke("sweep", "run", path, "-q", "-j", 1)
+    assert (outcome.exit_code, outcome.output) == (0, "")
+    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+    assert not list((folder / "results").glob("*.note"))
+    assert not list((folder / "results").glob("*.parts"))
+
+
+def limit_file_size() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
+
+
+def missing_of(folder: Path) -> list[int]:
+    """The cases without a result."""
+    return [row["index"] for row in rows_of(folder) if not (folder / row["result"]).exists()]
+
+
+def test_work_runs_the_cases_named(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    write_manifest(make_plan(path, folder).manifest)
+    outcome = invoke("sweep", "work", folder, "--cases", "4-5,1,99")
+    assert (outcome.exit_code, outcome.stderr) == (0, "")
+    assert missing_of(folder) == [0, 2, 3]
+    (tmp_path / "case.yaml").write_text(CASE.replace("36 N", "20 N"))
+    outcome = invoke("sweep", "work", folder, "--cases", "2-3")
+    assert outcome.exit_code == 2
+    assert "is not as it was when the sweep was begun" in outcome.stderr
+    assert missing_of(folder) == [0, 2, 3]
+
+
+def test_a_sweep_that_is_changed_while_it_runs_has_no_case_run_for_another(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    begun = make_plan(path, folder).manifest
+    path.write_text(SWEEP.replace("[0.08, 0.1, 0.12]", "[0.2, 0.1, 0.12]"))
+    changed = make_plan(path, folder).manifest
+    write_manifest(changed)
+    with StopRequest() as stop:
+        reports = list(work_through(begun, [begun.rows[0], begun.rows[2]], 1, stop))
+    assert [(report.index, report.code) for report in reports] == [(0, 2), (2, 0)]
+    assert reports[0].reason == (
+        f"{folder}/manifest.json: case 0 is another one than when the run began; give the command sweep run again"
+    )
+    assert [path.stem for path in (folder / "results").iterdir()] == [begun.rows[2].id]
+    with pytest.raises(CaseError, match="case 6 is another one"):
+        changed.row(6, begun.rows[0].id)
+
+
+def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
+    first, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    write_manifest(make_plan(first, folder).manifest)
+    before = (folder / "manifest.json").read_text()
+    second = tmp_path / "second.yaml"
+    second.write_text("case: case.yaml\naxes: [grid.points: [8]]\n")
+    refused = invoke("sweep", "run", second, "-o", folder)
+    told = f"{folder}: holds the sweep of {first}; give another folder with -o, or remove this one\n"
+    assert (refused.exit_code, refused.output) == (2, told)
+    assert (folder / "manifest.json").read_text() == before
+    first.write_text(second.read_text())  # edited, it is the same
+    assert invoke("sweep", "run", first, "-q").exit_code == 0
+    first.rename(second)  # as it is under another name
+    assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
+
+
+def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    reports = [Report(0, 3, "slides", increments=1), Report(1, 0, increments=3), Report(2, 0), Report(3, 4, "no room")]
+    found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
+    assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
+
+
+def test_a_case_that_another_process_has_done_is_left_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    base = Base.read(manifest.case, manifest.overrides, manifest.threads)
+    for row in manifest.rows[:2]:  # the first slides
+        assert run_case(manifest, base, row, NoStop()).wrote_result
+        before = manifest.result(row).read_bytes()
+        exists = iter([False])
+        monkeypatch.setattr(Path, "exists", lambda self, known=Path.exists, first=exists: next(first, known(self)))
+        report = run_case(manifest, base, row, NoStop())
+        monkeypatch.undo()
+        assert (report.code, report.reason, report.wrote_result) == (0, "", False)
+        assert manifest.result(row).read_bytes() == before
+
+
+class NoStop:
+    requested = False
+
+
+@pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
+def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
+    outcome = invoke("sweep", "run", path)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+
+
+def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
+    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    write_manifest(manifest)
+    with HistoryWriter.open(manifest.result(manifest.rows[1]), fake_header()) as writer:
+        for state in fake_states(3):
+            writer.append(state)
+    table = collect(manifest)
+    assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
+    assert table.increments.tolist() == [0, 3, 0, 0, 0, 0]
+    assert all(math.isnan(column.values[1]) for column in table.found)
+
+
+def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    assert make_plan(path, folder).warnings == ()
+    monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
+    (warning,) = make_plan(path, folder).warnings
+    assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
+
+
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    folder.mkdir()
+    theirs = folder / "manifest.json.01ab23cd.tmp"
+    theirs.touch()
+    write_manifest(make_plan(path, folder).manifest)
+    assert theirs.exists()
+
+
+def test_a_signal_during_the_check_ends_at_once(tmp_path: Path) -> None:
+    many = "case: case.yaml\naxes: [friction: {from: 0.1, to: 0.2, count: 100000}]\n"
+    path = write_sweep(tmp_path, many)
+    for number, code in ((signal.SIGINT, -signal.SIGINT), (signal.SIGTERM, 75)):  # a shell has 130 for the first
+        with start("sweep", "run", path) as process:
+            wait_for(lambda process=process: catches(process.pid), process)
+            process.send_signal(number)
+            output, messages = process.communicate(timeout=PATIENCE)
+        assert process.returncode == code
+        assert output == ""
+        assert messages == f"fretsolve: {number.name}: ended before anything was run\n"
+        assert not (tmp_path / "sweep.sweep").exists()
+
+
+# Slurm, as far as it goes without one
+
+
+def test_tasks_in_the_queue_count_by_the_cases_that_they_have(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, folder = write_sweep(tmp_path, SWEEP + "slurm: {cases_per_task: 2}\n"), tmp_path / "sweep.sweep"
+    plan = make_plan(path, folder)
+    write_manifest(plan.manifest)
+    in_queue = [f"{job_name(plan.manifest, 3)} 0", "another 1", f"{job_name(plan.manifest, 1)} N/A"]
+    asked: list[list[str]] = []
+
+    def answered(line: list[str]) -> str:
+        asked.append(line)
+        return {"scontrol": "MaxArraySize = 1001", "squeue": "\n".join(in_queue), "sbatch": "7"}[line[0]]
+
+    monkeypatch.setattr(slurm, "_slurm", answered)
+    told = slurm.submit(plan, plan.manifest.rows, None)
+    assert asked[-1][:3] == ["sbatch", "--parsable", "--array=1-2"]  # of 2-3 and 4-5, as 0-2 are in the queue
+    assert told.endswith(", 1 more are in the queue")
+    in_queue.append(f"{job_name(plan.manifest, 3)} 1")
+    assert slurm.submit(plan, plan.manifest.rows, None) == "all 3 tasks that are missing are in the queue"
+
+
+def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slurm, "_slurm", lambda line: "MaxArraySize            = 2")
+    path = write_sweep(tmp_path, SWEEP + "slurm:\n  cases_per_task: 2\n")
+    outcome = invoke("sweep", "run", path, "--on", "slurm")
+    assert outcome.exit_code == 2
+    assert outcome.stderr == (
+        f"{path}:7: slurm.cases_per_task: the array needs tasks up to 2, this Slurm takes them up to 1 (MaxArraySize);"
+        " 3 cases per task or more are needed\n"
+    )
+
+
+def test_quiet_sweep_tells_errors(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n"), tmp_path / "sweep.sweep"
+    manifest = make_plan(path, folder).manifest
+    write_manifest(manifest)
+    result = manifest.result(manifest.rows[0])
+    lock = RunLock.acquire(parts_folder(result))
+    threading.Timer(1.0, lock.release).start()
+    outcome = invoke("sweep", "run", path, "-q")
+    assert (outcome.exit_code, outcome.stdout) == (0, "")
+    assert outcome.stderr == "cases that other processes are running: 1; waiting for them\n"
+    result.unlink()
+    result.write_bytes(b"half of a file")
+    outcome = invoke("sweep", "run", path, "-q")
+    assert (outcome.exit_code, outcome.stdout) == (4, "")
+    assert outcome.stderr.startswith(f"case 0: {result}: ")
+    assert outcome.stderr.endswith("; remove it to run the case again\n")
+
+
+def test_what_is_no_sweep(tmp_path: Path) -> None:
+    for command in ("status", "collect"):
+        outcome = invoke("sweep", command, tmp_path)
+        assert outcome.exit_code == 4
+        assert "manifest.json: cannot be read: No such file" in outcome.stderr
+    (tmp_path / "manifest.json").write_text("{}")
+    assert "not the manifest of a sweep" in invoke("sweep", "status", tmp_path).stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "x.yaml", "--on", "cloud"), "'cloud' is no engine; local, slurm or dask:ADDRESS is needed"),
+        (("work", ".", "--cases", "3-"), "'3-' is no list of cases"),
+        (("work", ".", "--cases", "9-3"), "'9-3' is no range of cases"),
+        (("work", ".", "--cases", "0-999999999"), "'0-999999999' is no range of cases"),
+        (("run", "none.yaml"), "none.yaml: can't be read"),
+    ],
+)
+def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> None:
+    outcome = invoke("sweep", *words)
+    assert outcome.exit_code in (2, 4)
+    assert message in outcome.stderr
+
+
+def test_index_list() -> None:
+    assert index_list([]) == ""
+    assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
+
+
+def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], seconds: float = PATIENCE) -> None:
+    """Until `condition` holds, while `process` runs."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def catches(pid: int) -> bool:
+    """Whether the process has a handler for SIGUSR1, as it has from the start of its work."""
+    (line,) = (line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("SigCgt:"))
+    return bool(int(line.split()[1], 16) & 1 << (signal.SIGUSR1 - 1))
+
+
+def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
+    text = read_case(write_sweep(tmp_path))
+    point = points_of(validated(SweepSpec, text.data, text.source), text.source)[0]
+    problem = point[0].problem("is wrong", ("inside",))
+    assert isinstance(problem, CaseError)
+    assert str(problem) == f"{tmp_path / 'sweep.yaml'}:4: axes.0.friction.0.inside: is wrong"

@@ -1,0 +1,92 @@
+"""Pictures of sweeps: what is drawn where, and what cannot be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+
+from fretsolve.errors import PictureError
+from fretsolve.study.variation import Setting
+from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.plot import curve, running_condition, surface
+from fretsolve.sweep.state import CaseState
+from fretsolve.sweep.table import Column, Table, setting_column
+
+LOADS, SHIFTS = ("100 N", "200 N", "400 N"), ("1 um", "2 um")
+
+
+def table_of(missing: int = -1) -> Table:
+    """Three loads crossed with two displacements; work is load times displacement."""
+    points = [(load, shift) for load in LOADS for shift in SHIFTS]
+    rows = tuple(
+        Row(index, f"{index:x}", (Setting("load_path.0.P", load), Setting("load_path.1.delta_x", shift)), 1.0)
+        for index, (load, shift) in enumerate(points)
+    )
+    manifest = Manifest(Path(), Path(), "a $title$", Path(), (), ("work_total",), 1, 1.0, rows)
+    states = tuple(CaseState(row, "waiting" if row.index == missing else "complete") for row in rows)
+    work = np.array([float(load.split()[0]) * float(shift.split()[0]) * 1e-6 for load, shift in points])
+    if missing >= 0:
+        work[missing] = np.nan
+    return Table(
+        manifest,
+        states,
+        tuple(setting_column(key, rows) for key in manifest.keys),
+        (Column("work_total", "mJ", work),),
+        (Column("work_total error", "mJ", 0.1 * work),),
+        tuple("" if row.index == missing else "gross slip" if row.index % 2 else "partial slip" for row in rows),
+        np.ones(len(rows), int),
+        np.ones(len(rows)),
+    )
+
+
+def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> None:
+    axes = curve(table_of(), "work_total", "load_path.0.P").axes[0]
+    assert len(axes.containers) == 2
+    line, _, (bars,) = axes.containers[1]
+    np.testing.assert_array_equal(line.get_xdata(), [100.0, 200.0, 400.0])
+    np.testing.assert_allclose(line.get_ydata(), [0.2, 0.4, 0.8])  # in µJ
+    np.testing.assert_allclose([np.ptp(segment[:, 1]) for segment in bars.get_segments()], [0.04, 0.08, 0.16])
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["delta_x 1 um", "delta_x 2 um"]
+    assert axes.get_xscale() == "log"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load_path.0.P (N)", "work_total (µJ)")
+
+
+def test_map_puts_each_case_at_its_place() -> None:
+    axes = surface(table_of(missing=5), "work_total", ("load_path.1.delta_x", "load_path.0.P")).axes[0]
+    (mesh,) = [artist for artist in axes.collections if isinstance(artist, QuadMesh)]
+    values = mesh.get_array()
+    np.testing.assert_allclose(values.reshape(3, 2)[:, 0], [0.1, 0.2, 0.4])
+    hidden = np.ma.getmaskarray(np.ma.masked_invalid(values)).reshape(3, 2)
+    assert np.argwhere(hidden).tolist() == [[2, 1]]
+    (crosses,) = axes.lines
+    assert (crosses.get_xdata().tolist(), crosses.get_ydata().tolist()) == ([2.0], [400.0])
+
+
+def test_running_condition_marks_each_regime() -> None:
+    figure = running_condition(table_of(missing=0), ("load_path.1.delta_x", "load_path.0.P"))
+    partial, gross = figure.axes[0].lines
+    assert sorted(partial.get_ydata().tolist()) == [200.0, 400.0]
+    assert gross.get_xdata().tolist() == [2.0] * 3
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["partial slip", "gross slip"]
+    assert figure.get_suptitle() == "a $title$"
+
+
+def test_what_cannot_be_drawn() -> None:
+    table = table_of()
+    with pytest.raises(PictureError, match=r"'P' is no column of the sweep; there are load_path\.0\.P"):
+        curve(table, "work_total", "P")
+    with pytest.raises(PictureError, match="no column"):
+        curve(table, "delta_x", "load_path.0.P")
+    with pytest.raises(PictureError, match=r"load_path.0.P varies as well"):
+        surface(table, "work_total", ("load_path.1.delta_x", "load_path.1.delta_x"))
+    mixed = setting_column("title", [Row(0, "0", (Setting("title", "a"),), 1.0)])
+    assert mixed.values.tolist() == ["a"]
+
+
+def test_settings_in_different_units_are_texts() -> None:
+    rows = [Row(index, "", (Setting("P", text),), 1.0) for index, text in enumerate(["1 N", "1 kN"])]
+    assert setting_column("P", rows).values.tolist() == ["1 N", "1 kN"]
+    assert setting_column("P", rows[:1]).heading == "P (N)"
