@@ -30,7 +30,7 @@ import fretsolve
 from fretsolve.case import Case
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.setup.accuracy import QUANTITIES, Verdict, percent, scales, verdict
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 
 LEVELS = ("draft", "standard", "reference")
@@ -100,13 +100,13 @@ Ends = list[Mapping[str, float]]
 
 def true_ends(case: CalibrationCase) -> Ends:
     """Values at the ends of the stages."""
-    draft = prepare(case_of(case, solver={"accuracy": "draft"}))
+    draft = set_up(case_of(case, solver={"accuracy": "draft"}))
     if case.exact is not None:
         known = case.exact(draft.model.compliances)
         return [known.get(stage, {}) for stage in range(1, len(draft.load_path.counts) + 1)]
     points = [min(MOST_POINTS, max(FEWEST_POINTS, FINER_POINTS * count)) for count in draft.grid.shape]
-    fine = prepare(case_of(case, grid={"points": points}))
-    if fine.load_path.matters:
+    fine = set_up(case_of(case, grid={"points": points}))
+    if fine.load_path.path_dependent:
         counts = [FINER_INCREMENTS * count if count > 1 else 1 for count in fine.load_path.counts]
         fine = replace(fine, load_path=fine.load_path.with_counts(counts))
     rows = [state.summary for state in fretsolve.run(fine)]
@@ -115,12 +115,12 @@ def true_ends(case: CalibrationCase) -> Ends:
 
 def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
     """Run a case with an accuracy and compare with the truth, if there is one."""
-    scene = prepare(case_of(case, solver={"accuracy": level}))
-    rows = list(run_with_error_bars(scene))
+    setup = set_up(case_of(case, solver={"accuracy": level}))
+    rows = list(run_with_error_bars(setup))
     history = history_of(rows)
-    reached = verdict(scene.case.solver, history)
+    reached = verdict(setup.case.solver, history)
     assert reached is not None
-    ends = np.array(scene.load_path.last_steps)
+    ends = np.array(setup.load_path.last_steps)
     error, worst = 0.0 if truth else math.nan, "-"
     for name, scale in scales(history, ends).items():
         if scale == 0.0 or (name == "max_pressure" and case.name.startswith(SINGULAR)):
@@ -129,7 +129,7 @@ def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
             if name in exact and abs(history[name][end] - exact[name]) > error * scale:
                 error, worst = abs(history[name][end] - exact[name]) / scale, name
     return Row(
-        case.name, level, scene.grid.shape, scene.load_path.increments, reached, float(error), worst, cost(scene)
+        case.name, level, setup.grid.shape, setup.load_path.increments, reached, float(error), worst, cost(setup)
     )
 
 
@@ -139,11 +139,11 @@ def history_of(rows: Sequence[tuple[Summary, SummaryErrors]] | Any) -> dict[str,
     return {name: np.array([column[name] for column in columns]) for name in columns[0]}
 
 
-def cost(scene: Scene) -> float:
+def cost(setup: ProblemSetup) -> float:
     """Cells times increments, against what a hand would take."""
-    usual = HAND_PATH_INCREMENTS if scene.load_path.matters else HAND_INCREMENTS
-    hand = [1 if count == 1 else usual for count in scene.load_path.counts]
-    return COMPANIONS * math.prod(scene.grid.shape) * scene.load_path.increments / (HAND_POINTS**2 * sum(hand))
+    usual = HAND_PATH_INCREMENTS if setup.load_path.path_dependent else HAND_INCREMENTS
+    hand = [1 if count == 1 else usual for count in setup.load_path.counts]
+    return COMPANIONS * math.prod(setup.grid.shape) * setup.load_path.increments / (HAND_POINTS**2 * sum(hand))
 
 
 def rows_of(names: Sequence[str]) -> Iterator[Row]:

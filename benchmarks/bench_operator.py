@@ -12,7 +12,7 @@ from work_unit import work_unit
 import fretsolve
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.terms import Terms
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"
 PARTS = ("normal", "tangential", "all", "tangential, single", "preconditioner")
@@ -27,7 +27,7 @@ class Operator:
 
     def setup(self, points: int, part: str) -> None:
         """Operator, and arrays for its arguments."""
-        material = prepare(fretsolve.load_case(CASE)).model.compliances
+        material = set_up(fretsolve.load_case(CASE)).model.compliances
         self.operator = ElasticOperator((points, points), (0.01, 0.01), material, Terms(True, True, True))
         random = np.random.default_rng(0)
         pressure, shear = random.random((points, points)), random.random((2, points, points))

@@ -24,7 +24,7 @@ import fretsolve
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import Start
 from fretsolve.model.load_path import Increment
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -62,10 +62,10 @@ JOBS = (
 )
 
 
-def scene_of(job: Job, points: int) -> Scene:
+def setup_of(job: Job, points: int) -> ProblemSetup:
     """The case of `job` on `points` by `points` cells."""
     overrides = ["expect=[]", f"grid.points={points}", "grid.size=0.9", *job.overrides]
-    return prepare(fretsolve.load_case(CASES / f"{job.case}.yaml", overrides))
+    return set_up(fretsolve.load_case(CASES / f"{job.case}.yaml", overrides))
 
 
 def cost(job: Job, points: int) -> Cost:
@@ -75,9 +75,9 @@ def cost(job: Job, points: int) -> Cost:
 
 def cost_of_path(job: Job, points: int) -> Cost:
     """Means over the increments of a run; the first stage is solved before, so that FFTW's plans are known."""
-    deque(islice(fretsolve.run(scene_of(job, points)), 11), maxlen=0)
+    deque(islice(fretsolve.run(setup_of(job, points)), 11), maxlen=0)
     began = time.process_time()
-    history = [state.summary for state in fretsolve.run(scene_of(job, points))]
+    history = [state.summary for state in fretsolve.run(setup_of(job, points))]
     seconds = (time.process_time() - began) / len(history)
     return Cost(
         np.nan,
@@ -89,18 +89,18 @@ def cost_of_path(job: Job, points: int) -> Cost:
 
 def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Of one increment, those before it solved once."""
-    scene = scene_of(job, points)
-    settings = scene.case.solver
+    setup = setup_of(job, points)
+    settings = setup.case.solver
     solver = IncrementSolver(
-        scene.grid, scene.separation(), scene.model, settings.tolerance, settings.max_iterations
+        setup.grid, setup.separation(), setup.model, settings.tolerance, settings.max_iterations
     )
-    history = [state.summary for state in islice(fretsolve.run(scene), index + 1)]  # FFTW's plans are known then
-    nothing = np.zeros((2, *scene.grid.shape))
+    history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
+    nothing = np.zeros((2, *setup.grid.shape))
     start = Start(nothing[0], nothing, nothing, np.zeros(6))
     for step in range(index):
-        increment = scene.load_path.increment(step, history)
+        increment = setup.load_path.increment(step, history)
         start = end_of(solver.solve(increment, start), increment)
-    increment = scene.load_path.increment(index, history)
+    increment = setup.load_path.increment(index, history)
     seconds = []
     for _ in range(1 + REPETITIONS):
         began = time.process_time()
@@ -120,7 +120,7 @@ def end_of(solved: Solved, increment: Increment) -> Start:
 def compile_kernels() -> None:
     """Load the compiled kernels, so that no increment is charged with it."""
     for job in JOBS:
-        deque(islice(fretsolve.run(scene_of(job, 32)), 3), maxlen=0)
+        deque(islice(fretsolve.run(setup_of(job, 32)), 3), maxlen=0)
 
 
 class PathCost:
@@ -177,7 +177,7 @@ def print_bytes_per_cell(points: int) -> None:
     """What `Memory` asks its process for."""
     compile_kernels()
     before = peak_bytes()
-    deque(islice(fretsolve.run(scene_of(JOBS[3], points)), 3), maxlen=0)
+    deque(islice(fretsolve.run(setup_of(JOBS[3], points)), 3), maxlen=0)
     print((peak_bytes() - before) / points**2)
 
 

@@ -15,7 +15,7 @@ from work_unit import work_unit
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.kernels import COMPILED
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.solvers.normal import NormalSolver
@@ -53,8 +53,8 @@ class Solvers:
 
     def solve_normal(self, pressure: np.ndarray) -> int:
         """Iterations of the normal problem from `pressure`."""
-        balance = Balance((True, False, False), (400.0, 0.0, 0.0))
-        result = self.normal.solve(self.separation, balance, pressure, 1e-6, 2000, np.zeros(3))
+        control = LoadControl((True, False, False), (400.0, 0.0, 0.0))
+        result = self.normal.solve(self.separation, control, pressure, 1e-6, 2000, np.zeros(3))
         assert result.converged
         return result.iterations
 
@@ -62,10 +62,10 @@ class Solvers:
         """Iterations of a solve from nothing."""
         if solver == "normal":
             return self.solve_normal(np.zeros_like(self.pressure))
-        balance = Balance((True, True, False), (36.0, 0.0, 0.0))
+        control = LoadControl((True, True, False), (36.0, 0.0, 0.0))
         elastic_slip, shear = (np.zeros((2, *self.pressure.shape)) for _ in range(2))
         self.tangential.slipping[:] = False
-        result = self.tangential.solve(elastic_slip, balance, 0.1 * self.pressure, shear, 1e-6, 2000, 0.0)
+        result = self.tangential.solve(elastic_slip, control, 0.1 * self.pressure, shear, 1e-6, 2000, 0.0)
         assert result.converged
         return result.iterations
 

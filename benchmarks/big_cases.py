@@ -27,7 +27,7 @@ from pathlib import Path
 import fretsolve
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import record, run_header
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -43,9 +43,9 @@ def overrides(points: int) -> list[str]:
     return ["expect=[]", f"grid.points={points}", "grid.size=0.9", PATH]
 
 
-def scene_of(points: int) -> Scene:
+def setup_of(points: int) -> ProblemSetup:
     """The case on `points` by `points` cells."""
-    return prepare(fretsolve.load_case(CASE, overrides(points)))
+    return set_up(fretsolve.load_case(CASE, overrides(points)))
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def print_memory(sizes: list[int]) -> None:
     print("| --- | --- | --- | --- | --- | --- | --- |")
     starting = min(run(FEWEST, 1).processor for _ in range(3))
     for points in sizes:
-        expected = estimate(scene_of(points))
+        expected = estimate(setup_of(points))
         run(points, 1)
         taken = run(points, 1)
         memory, seconds = taken.memory, taken.processor - starting
@@ -115,18 +115,18 @@ def print_writing(sizes: list[int]) -> None:
     print("| points | solving, s | and saving in turn | share of saving | and saving beside it | share of saving |")
     print("| --- | --- | --- | --- | --- | --- |")
     for points in sizes:
-        scene = scene_of(points)
-        solving = _seconds(lambda scene=scene: deque(fretsolve.run(scene), maxlen=0))
-        in_turn, beside = (_seconds(lambda scene=scene, how=how: _recorded(scene, how)) for how in (False, True))
+        setup = setup_of(points)
+        solving = _seconds(lambda setup=setup: deque(fretsolve.run(setup), maxlen=0))
+        in_turn, beside = (_seconds(lambda setup=setup, how=how: _recorded(setup, how)) for how in (False, True))
         shares = f"{1 - solving / in_turn:.0%} | {beside:.3f} | {1 - solving / beside:.0%}"
         print(f"| {points} | {solving:.3f} | {in_turn:.3f} | {shares} |", flush=True)
 
 
-def _recorded(scene: Scene, beside: bool) -> None:
+def _recorded(setup: ProblemSetup, beside: bool) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        header = run_header(scene, 1, ())
+        header = run_header(setup, 1, ())
         with HistoryWriter.open(Path(folder) / "out.h5", header) as writer:
-            record(scene, writer, Never(), lambda *_: None, beside=beside)
+            record(setup, writer, Never(), lambda *_: None, beside=beside)
 
 
 def _seconds(job: Callable[[], object]) -> float:

@@ -24,7 +24,7 @@ from calibration_cases import CASES, HELD_OUT, CalibrationCase
 
 import fretsolve
 from fretsolve.result.state import Summary, SummaryErrors
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 
 QUANTITIES = {
@@ -88,30 +88,30 @@ class Cost:
 
 def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
     """Run a case with error bars and without end, and compare where both are known."""
-    scene = prepare(case.case())
-    rows = [(state.summary, errors) for state, errors in run_with_error_bars(scene)]
-    truth, nothing = true_values(case, scene), scales([summary for summary, _ in rows])
+    setup = set_up(case.case())
+    rows = [(state.summary, errors) for state, errors in run_with_error_bars(setup)]
+    truth, nothing = true_values(case, setup), scales([summary for summary, _ in rows])
     found: list[Row] = []
     latest: dict[str, Row] = {}
     for step in sorted(truth):
-        for row in step_rows(case.name, step in scene.load_path.last_steps, rows[step], truth[step], nothing):
+        for row in step_rows(case.name, step in setup.load_path.last_steps, rows[step], truth[step], nothing):
             if row.quantity not in latest or not same(latest[row.quantity], row):
                 found.append(row)
             latest[row.quantity] = row
     return found, cost(rows)
 
 
-def true_values(case: CalibrationCase, scene: Scene) -> dict[int, Mapping[str, float]]:
+def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping[str, float]]:
     """By increment: closed forms at the ends of stages, or the fine run's values wherever it has been as well."""
-    ends = scene.load_path.last_steps
+    ends = setup.load_path.last_steps
     if case.exact is not None:
-        return {ends[stage - 1]: values for stage, values in case.exact(scene.model.compliances).items()}
-    fine = prepare(case.fine_case())
+        return {ends[stage - 1]: values for stage, values in case.exact(setup.model.compliances).items()}
+    fine = set_up(case.fine_case())
     path = [state.summary for state in fretsolve.run(fine)]
     names = [name for name in QUANTITIES if name != "max_pressure" or case.name not in SINGULAR]
     values = {}
     for end, count, fine_end, fine_count in zip(
-        ends, scene.load_path.counts, fine.load_path.last_steps, fine.load_path.counts, strict=True
+        ends, setup.load_path.counts, fine.load_path.last_steps, fine.load_path.counts, strict=True
     ):
         for back in range(count):
             summary = path[fine_end - back * fine_count // count]

@@ -26,7 +26,7 @@ from calibration_truth import (
 from fretsolve.case import Case
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]
@@ -54,14 +54,14 @@ class CalibrationCase:
 
     def fine_case(self) -> Case:
         """The same on the same area with more points and increments, in each stage by the same factor."""
-        scene = prepare(self.case())
-        points = [self.points * count for count in scene.grid.shape]
-        counts = scene.load_path.counts
+        setup = set_up(self.case())
+        points = [self.points * count for count in setup.grid.shape]
+        counts = setup.load_path.counts
         path = [
             {**dict(stage.targets), "increments": self.increments * count if count > 1 or self._slips else 1}
-            for stage, count in zip(scene.case.stages(), counts, strict=True)
+            for stage, count in zip(setup.case.stages(), counts, strict=True)
         ]
-        grid = {"points": points, "size": list(scene.grid.size), "center": list(scene.grid.center)}
+        grid = {"points": points, "size": list(setup.grid.size), "center": list(setup.grid.center)}
         return self._with(grid=grid, load_path=path)
 
     def _with(self, **parts: Any) -> Case:

@@ -36,7 +36,7 @@ from marked import printed, put_parts_into
 import fretsolve
 from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
 from fretsolve.result.state import State
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -72,7 +72,7 @@ def ratio_to_contact(state: State) -> float:
 def certified_rows() -> list[Row]:
     """The certified values, from closed forms and deviations."""
     case = fretsolve.load_case(CASES / "mode1_similar.yaml")
-    material = prepare(case).model.compliances
+    material = set_up(case).model.compliances
     hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
     mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
     torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
@@ -122,11 +122,11 @@ class PaperRow:
 def paper_rows() -> list[PaperRow]:
     """The tables 1 and 2 of the paper and its figure 15; "-" where no certified value is known."""
     case = fretsolve.load_case(CASES / "mode1_similar.yaml")
-    material = prepare(case).model.compliances
+    material = set_up(case).model.compliances
     hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
     mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
     torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
-    dissimilar = prepare(fretsolve.load_case(CASES / "mode2_dissimilar.yaml")).model.compliances
+    dissimilar = set_up(fretsolve.load_case(CASES / "mode2_dissimilar.yaml")).model.compliances
     spence = spence_stick_ratio(0.1, dissimilar.dundurs_constant)
     p0, dz, a, c, dx = (
         hertz.max_pressure, hertz.delta_z, hertz.contact_radius, mindlin.stick_radius, mindlin.delta_x
@@ -168,7 +168,7 @@ def print_certified() -> None:
     """Certified values against those found on 128 x 128 cells."""
     rows = certified_rows()
     ends = {case: stage_ends(case) for case in dict.fromkeys(row.case for row in rows)}
-    cell = prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
+    cell = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
     print(f"128 x 128 cells; a cell is {cell:.4f} mm.\n")
     print("| case | quantity | certified | found | deviation |")
     print("| --- | --- | --- | --- | --- |")

@@ -18,7 +18,7 @@ from typing import Any
 import fretsolve
 from fretsolve.case import Case
 from fretsolve.result.state import Summary
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]
@@ -78,18 +78,18 @@ class Outcome:
         return errors
 
 
-def scene_of(parts: dict[str, Any]) -> Scene:
+def setup_of(parts: dict[str, Any]) -> ProblemSetup:
     """The case on the benchmark's grid."""
     base = {"surface": {"sphere": {"radius": 10.0}}, "friction": 0.1, "grid": {"points": POINTS}}
-    return prepare(Case.model_validate({**base, **parts}))
+    return set_up(Case.model_validate({**base, **parts}))
 
 
-def outcome(scene: Scene, counts: Sequence[int] | None = None) -> Outcome:
+def outcome(setup: ProblemSetup, counts: Sequence[int] | None = None) -> Outcome:
     """Run, with other numbers of increments if they are given."""
     if counts is not None:
-        scene = replace(scene, load_path=scene.load_path.with_counts(counts))
-    rows = [state.summary for state in fretsolve.run(scene)]
-    return Outcome(scene.load_path.counts, [rows[step] for step in scene.load_path.last_steps])
+        setup = replace(setup, load_path=setup.load_path.with_counts(counts))
+    rows = [state.summary for state in fretsolve.run(setup)]
+    return Outcome(setup.load_path.counts, [rows[step] for step in setup.load_path.last_steps])
 
 
 def with_equal_steps(parts: dict[str, Any], counts: Sequence[int]) -> dict[str, Any]:
@@ -105,10 +105,10 @@ def report(names: Sequence[str]) -> Iterator[str]:
     for name, parts in CASES.items():
         if names and not name.startswith(tuple(names)):
             continue
-        scene = scene_of(parts)
-        counts = scene.load_path.counts
-        truth = outcome(scene, [FINER * count for count in counts])
-        runs = {"auto": outcome(scene), "equal steps": outcome(scene_of(with_equal_steps(parts, counts)))}
+        setup = setup_of(parts)
+        counts = setup.load_path.counts
+        truth = outcome(setup, [FINER * count for count in counts])
+        runs = {"auto": outcome(setup), "equal steps": outcome(setup_of(with_equal_steps(parts, counts)))}
         for kind, run in runs.items():
             errors = run.errors(truth)
             cells = (f"{100 * errors[quantity]:.2f}" if quantity in errors else "-" for quantity in QUANTITIES)

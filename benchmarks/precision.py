@@ -23,7 +23,7 @@ from work_unit import work_unit
 import fretsolve
 from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import State, Summary
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 TOLERANCES = (1e-4, 1e-5, 1e-6)
 """The last is one that a case may not ask for in single precision."""
@@ -67,19 +67,19 @@ PROBES = (
     Probe("mode II on a rigid body, beta 1/2", "mode2_dissimilar", (BETA_HALF,)),
     Probe("tilted punch, moments", "tilted"),
 )
-def scene_of(probe: Probe, points: int, precision: str, tolerance: float) -> Scene:
+def setup_of(probe: Probe, points: int, precision: str, tolerance: float) -> ProblemSetup:
     """The case on `points` by `points` cells; the tolerance may be one that a case file may not ask for."""
     overrides = ["expect=[]", f"grid.points={points}", *probe.overrides]
-    scene = prepare(fretsolve.load_case(CASES / f"{probe.case}.yaml", overrides))
-    settings = scene.case.solver.model_copy(update={"precision": precision, "tolerance": tolerance})
-    return replace(scene, case=scene.case.model_copy(update={"solver": settings}))
+    setup = set_up(fretsolve.load_case(CASES / f"{probe.case}.yaml", overrides))
+    settings = setup.case.solver.model_copy(update={"precision": precision, "tolerance": tolerance})
+    return replace(setup, case=setup.case.model_copy(update={"solver": settings}))
 
 
-def history_of(scene: Scene) -> list[Summary]:
+def history_of(setup: ProblemSetup) -> list[Summary]:
     """Of the whole path, or up to where it fails."""
     history: list[Summary] = []
     with suppress(NoSolutionError):
-        history.extend(state.summary for state in fretsolve.run(scene))
+        history.extend(state.summary for state in fretsolve.run(setup))
     return history
 
 
@@ -107,7 +107,7 @@ def print_limits() -> None:
     for probe in PROBES:
         told = []
         for tolerance in TOLERANCES:
-            double, single = (history_of(scene_of(probe, POINTS, name, tolerance)) for name in ("double", "single"))
+            double, single = (history_of(setup_of(probe, POINTS, name, tolerance)) for name in ("double", "single"))
             failed = f"not from increment {len(single)} on"
             told.append(f"{difference(single, double):.0e}" if len(single) == len(double) else failed)
         print(f"| {probe.name} | {len(double)} |", " | ".join(told), "|", flush=True)
@@ -126,7 +126,7 @@ def measure(points: int, precision: str) -> None:
     path = "load_path=[{P: 400, increments: 2}, {Qx: 36, increments: 10}]"
     probe = Probe("", "mode1_dissimilar", ("grid.size=0.9", path))
     before = peak_bytes()
-    run = fretsolve.run(scene_of(probe, points, precision, 1e-4))
+    run = fretsolve.run(setup_of(probe, points, precision, 1e-4))
     state = next(run)
     seconds = []
     for _ in range(3):

@@ -13,7 +13,7 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
-from bench_path import JOBS, compile_kernels, scene_of
+from bench_path import JOBS, compile_kernels, setup_of
 
 import fretsolve
 from fretsolve.kernels import COMPILED
@@ -42,7 +42,7 @@ Function = tuple[str, int, str]
 def profile(points: int) -> tuple[pstats.Stats, int]:
     """Profile of the chosen increments and their number."""
     profiler, count = cProfile.Profile(), 0
-    for step, _ in enumerate(fretsolve.run(scene_of(JOBS[3], points))):
+    for step, _ in enumerate(fretsolve.run(setup_of(JOBS[3], points))):
         if step == FIRST - 1:
             profiler.enable()
         elif step >= FIRST:

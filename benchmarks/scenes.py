@@ -22,7 +22,7 @@ from bench_path import peak_bytes
 from marked import put_parts_into
 
 import fretsolve
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 PAPER = (
@@ -60,17 +60,17 @@ class Cost:
     seconds: float
 
 
-def scene_of(name: str, full: bool, points: int) -> Scene:
+def setup_of(name: str, full: bool, points: int) -> ProblemSetup:
     """A scene, or the same with the full model."""
     sets = ("expect=[]", "output.fields=[]", *SCENES[name], *(FULL if full else ()), f"grid.points={points}")
-    return prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", sets))
+    return set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets))
 
 
 def cost(name: str, full: bool) -> Cost:
     """Of the whole path, once kernels are compiled and plans are made."""
     for _ in range(2):
-        scene, began = scene_of(name, full, POINTS), time.process_time()
-        applications = sum(state.summary.operator_applications for state in fretsolve.run(scene))
+        setup, began = setup_of(name, full, POINTS), time.process_time()
+        applications = sum(state.summary.operator_applications for state in fretsolve.run(setup))
         seconds = time.process_time() - began
     return Cost(applications, seconds)
 
@@ -85,7 +85,7 @@ def print_bytes_per_cell(name: str, full: bool) -> None:
     """What `bytes_per_cell` asks its process for; two increments per stage need all that there is."""
     peaks = []
     for points in (SMALL, LARGE):
-        case = scene_of(name, full, points).case
+        case = setup_of(name, full, points).case
         stages = [stage.model_copy(update={"increments": min(stage.increments, 2)}) for stage in case.load_path[:2]]
         deque(fretsolve.run(case.model_copy(update={"load_path": tuple(stages)})), maxlen=0)
         peaks.append(peak_bytes())
@@ -99,7 +99,7 @@ def print_scenes() -> None:
     for name in SCENES:
         least, full = cost(name, False), cost(name, True)
         memory = [f"{bytes_per_cell(name, whole):.0f}" for whole in (False, True)]
-        decisions = scene_of(name, False, 16).model.decisions
+        decisions = setup_of(name, False, 16).model.decisions
         kept = ", ".join(KEPT[decision.part] for decision in decisions if decision.kept and decision.part in KEPT)
         print(
             f"| {name} | {kept} | {least.applications} | {full.applications} | {least.seconds:.2f} |"
@@ -121,8 +121,8 @@ def print_windows() -> None:
         ):
             sets = (PULLED, "expect=[]", "output.fields=[]", f"grid={{points: {count}, size: {side} mm}}")
             for _ in range(2):
-                scene, began = prepare(fretsolve.load_case(CASES / "mode1_similar.yaml", sets)), time.process_time()
-                applications = sum(state.summary.operator_applications for state in fretsolve.run(scene))
+                setup, began = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets)), time.process_time()
+                applications = sum(state.summary.operator_applications for state in fretsolve.run(setup))
                 seconds = time.process_time() - began
             share = "5/6" if side == SIDE else f"5/{6 * TIMES}"
             print(f"| {what} | {share} | {count} | {applications} | {seconds:.3f} |", flush=True)

@@ -29,7 +29,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import fretsolve
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE = ROOT / "cases" / "mode1_similar.yaml"
@@ -64,19 +64,19 @@ def pure(cases: int, points: int) -> tuple[float, float, float]:
         for index, (number, load) in enumerate((number, load) for number in range(frictions) for load in range(LOADS))
         if index % SAMPLE == index // SAMPLE % LOADS
     ]
-    scenes = [
-        prepare(
+    setups = [
+        set_up(
             fretsolve.load_case(
                 CASE, ["expect=[]", f"grid.points={points}", f"friction={friction}", f"load_path.0.P={load}"]
             )
         )
         for friction, load in chosen
     ]
-    deque(fretsolve.run(scenes[0]), maxlen=0)
+    deque(fretsolve.run(setups[0]), maxlen=0)
     began, began_processor = time.perf_counter(), time.process_time()
-    told = sum(state.summary.wall_time for scene in scenes for state in fretsolve.run(scene))
+    told = sum(state.summary.wall_time for setup in setups for state in fretsolve.run(setup))
     wall, processor = time.perf_counter() - began, time.process_time() - began_processor
-    return cases / len(scenes) * wall, cases / len(scenes) * processor, wall / told
+    return cases / len(setups) * wall, cases / len(setups) * processor, wall / told
 
 
 def timed(line: list[str], environment: dict[str, str], finish: Callable[[], None]) -> tuple[float, float]:

@@ -29,7 +29,7 @@ from fretsolve.model.materials import Compliances
 from fretsolve.model.term_errors import Drive, coupling_errors, cross_errors
 from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
 from fretsolve.result.state import Summary
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -113,7 +113,7 @@ def solved(
     base = CASES / "mode1_dissimilar.yaml"
     fixed = [f"bodies=[{bodies[0]}, {bodies[1]}]", f"friction={friction}", f"coupling={coupling}", "expect=[]"]
     fixed += [f"surface={surface}", "output.fields=[]"]
-    material = prepare(fretsolve.load_case(base, fixed)).model.compliances
+    material = set_up(fretsolve.load_case(base, fixed)).model.compliances
     hertz = hertz_sphere(LOAD, RADIUS, material.contact_modulus)
     stages = [
         stage.replace("}", f", increments: {increments}}}")
@@ -123,12 +123,12 @@ def solved(
     case = fretsolve.load_case(
         base, [*fixed, f"grid={{points: {points}, size: {side} mm}}", f"load_path=[{', '.join(stages)}]"]
     )
-    scene, began = prepare(case), time.process_time()
+    setup, began = set_up(case), time.process_time()
     try:
-        summaries = [state.summary for state in fretsolve.run(scene)]
+        summaries = [state.summary for state in fretsolve.run(setup)]
     except NoSolutionError:
         return None
-    ends = [summaries[step] for step in scene.load_path.last_steps]
+    ends = [summaries[step] for step in setup.load_path.last_steps]
     return Solved(
         material,
         ends[min(1, len(ends) - 1)],

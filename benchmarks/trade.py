@@ -96,7 +96,7 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
 
 def work(row: Row) -> float:
     """Millions of applications times cells."""
-    nx, ny = row.outcome.trial.scene.grid.shape
+    nx, ny = row.outcome.trial.setup.grid.shape
     return 1e-6 * row.outcome.applications * nx * ny
 
 

@@ -12,7 +12,7 @@ from fretsolve.case import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.closed_forms import hertz_sphere
 from fretsolve.result.state import State
-from fretsolve.simulation.simulation import prepare
+from fretsolve.simulation.simulation import set_up
 
 SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
 DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})
@@ -39,7 +39,7 @@ def solve_last(**parts: Any) -> State:
 
 def grid_of(**parts: Any) -> Any:
     """The grid of ``build(**parts)``."""
-    return prepare(build(**parts)).grid
+    return set_up(build(**parts)).grid
 
 
 MATERIAL = compliances(*build(grid={"points": 2}).bodies)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from fretsolve.setup.cost_estimate import estimate
 
 if TYPE_CHECKING:
     from fretsolve.model.required_terms import Model
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_SHOWN = 40
 
@@ -26,13 +26,13 @@ def model_lines(model: Model) -> list[str]:
     ]
 
 
-def model_table(scene: Scene) -> Iterator[str]:
+def model_table(setup: ProblemSetup) -> Iterator[str]:
     """The parts of the model, with their shares of the memory that grows with the grid and of the time, and why."""
-    shares = estimate(scene).shares
+    shares = estimate(setup).shares
     memory, seconds = (sum(getattr(share, name) for share in shares.values()) for name in ("memory", "seconds"))
-    width = max(len(decision.part) for decision in scene.model.decisions)
+    width = max(len(decision.part) for decision in setup.model.decisions)
     yield f"{'part':{width}}       {'memory':>6}  {'time':>5}  what and why"
-    for decision in scene.model.decisions:
+    for decision in setup.model.decisions:
         cells, why = ("off", "", ""), decision.reason
         if decision.kept:
             share = shares[decision.part]
@@ -41,10 +41,10 @@ def model_table(scene: Scene) -> Iterator[str]:
         yield f"{decision.part:{width}}  {cells[0]:3}  {cells[1]:>6}  {cells[2]:>5}  {why}"
 
 
-def grid_line(scene: Scene) -> str:
+def grid_line(setup: ProblemSetup) -> str:
     """Cells, size and cell side of the grid, and whether the size was chosen."""
-    grid = scene.grid
-    chosen = " (auto)" if scene.case.grid.size is None else ""
+    grid = setup.grid
+    chosen = " (auto)" if setup.case.grid.size is None else ""
     at = f" about ({grid.x0:g}, {grid.y0:g}) mm" if grid.x0 or grid.y0 else ""
     return (
         f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
@@ -52,18 +52,18 @@ def grid_line(scene: Scene) -> str:
     )
 
 
-def accuracy_lines(scene: Scene) -> list[str]:
+def accuracy_lines(setup: ProblemSetup) -> list[str]:
     """What the accuracy that is asked for has picked, none where it is not."""
-    if scene.case.solver.accuracy is None:
+    if setup.case.solver.accuracy is None:
         return []
-    picked = ", ".join(scene.picked) or "nothing, as all is given"
-    return [f"accuracy {percent(scene.case.solver.accuracy)} picks {picked}"]
+    picked = ", ".join(setup.picked) or "nothing, as all is given"
+    return [f"accuracy {percent(setup.case.solver.accuracy)} picks {picked}"]
 
 
-def stage_lines(scene: Scene) -> Iterator[str]:
+def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     """One line per stage: what it moves where, in how many increments."""
-    stages = scene.case.stages()
-    path = scene.load_path
+    stages = setup.case.stages()
+    path = setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:
         targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
@@ -73,7 +73,7 @@ def stage_lines(scene: Scene) -> Iterator[str]:
         yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"
 
 
-def warn(scene: Scene, *texts: str) -> None:
+def warn(setup: ProblemSetup, *texts: str) -> None:
     """Print warnings of the case to standard error, one line each."""
     for text in texts:
-        print(f"{scene.case.source.path}: warning: {text}", file=sys.stderr)
+        print(f"{setup.case.source.path}: warning: {text}", file=sys.stderr)

@@ -13,7 +13,7 @@ from fretsolve.commands.case_summary import warn
 from fretsolve.commands.junit import write_junit
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.setup.cost_estimate import require_memory
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import doubts
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending
@@ -121,18 +121,18 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
             raise case.source.problem(
                 "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)
             )
-        scene = prepare(case)
-        require_memory(scene)
+        setup = set_up(case)
+        require_memory(setup)
     except FretsolveError as error:
         return Outcome(path, error=error)
-    warn(scene, *doubts(scene))
+    warn(setup, *doubts(setup))
     failure = None
     try:
-        for state in run(scene):
+        for state in run(setup):
             summaries.append(state.summary)
     except NoSolutionError as error:
         failure = error
-    ends = scene.load_path.last_steps
+    ends = setup.load_path.last_steps
     comparisons = []
     for expected in case.expect:
         stage = expected.stage or len(ends)

@@ -26,7 +26,7 @@ from fretsolve.setup.warnings import doubts
 if TYPE_CHECKING:
     from fretsolve.commands.run import Order
     from fretsolve.result import HistoryWriter, Result
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_SHOWN = 30
 """A longer load path is not printed as a table at the end: `show` prints it when asked to."""
@@ -35,13 +35,13 @@ MOST_STAGES_SHOWN = 30
 class Quiet:
     """Tells nothing of a run but what makes its result doubtful, before it, on the way and at its end."""
 
-    def __init__(self, scene: Scene, order: Order):
-        self.scene, self.order = scene, order
+    def __init__(self, setup: ProblemSetup, order: Order):
+        self.setup, self.order = setup, order
 
     @property
     def counts(self) -> tuple[int, int]:
         """Increments and stages of the whole path."""
-        return self.scene.load_path.increments, len(self.scene.load_path.last_steps)
+        return self.setup.load_path.increments, len(self.setup.load_path.last_steps)
 
     def begin(self, writer: HistoryWriter) -> None:
         """Tell what is about to be solved, and what a person should hear of it."""
@@ -50,8 +50,8 @@ class Quiet:
 
     def doubts(self) -> Iterator[str]:
         """What a person should hear before the run."""
-        yield from doubts(self.scene)
-        too_large = None if self.order.resume else disk_problem(self.scene, self.order.output)
+        yield from doubts(self.setup)
+        too_large = None if self.order.resume else disk_problem(self.setup, self.order.output)
         if too_large is not None:
             yield f"{dotted(too_large.key)}: {too_large.message}"
 
@@ -61,7 +61,7 @@ class Quiet:
 
     def warn(self, text: str) -> None:
         """Tell of something met on the way."""
-        warn(self.scene, text)
+        warn(self.setup, text)
 
     def already(self, increments: int) -> None:
         """Tell that there is nothing to do."""
@@ -77,7 +77,7 @@ class Quiet:
 
     def tell_of_resolution(self, result: Result) -> None:
         """Tell of a contact of few cells."""
-        doubt = doubt_of_result(self.scene, hertz_contact(self.scene), result)
+        doubt = doubt_of_result(self.setup, hertz_contact(self.setup), result)
         if doubt is not None:
             self.warn(doubt)
 
@@ -93,18 +93,18 @@ class Words(Quiet):
 
     def begin(self, writer: HistoryWriter) -> None:
         """Tell the model and the reasons for it, the grid, and what a person should hear."""
-        scene, order = self.scene, self.order
+        setup, order = self.setup, self.order
         if pointwise.WHY_NOT:
             print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
-        print(scene.case.title or order.case.name)
+        print(setup.case.title or order.case.name)
         print(f"result: {order.output}")
-        for line in model_lines(scene.model):
+        for line in model_lines(setup.model):
             print(line)
-        print(f"grid: {grid_line(scene)}")
-        for line in accuracy_lines(scene):
+        print(f"grid: {grid_line(setup)}")
+        for line in accuracy_lines(setup):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-        count = scene.load_path.increments
+        count = setup.load_path.increments
         print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
         super().begin(writer)
         for note in writer.notes:
@@ -117,7 +117,7 @@ class Words(Quiet):
         print(f"{self.order.output}: already complete, {increments} increments")
 
     def stopped(self, increments: int) -> None:
-        done = f"stopped with {increments} of {self.scene.load_path.increments} increments saved"
+        done = f"stopped with {increments} of {self.setup.load_path.increments} increments saved"
         print(f"{done}; to go on: {resuming(self.order)}", file=sys.stderr)
 
     def end(self) -> None:
@@ -138,9 +138,9 @@ class Everything(Words):
     def begin(self, writer: HistoryWriter) -> None:
         """The same, with the stages and how they are computed."""
         super().begin(writer)
-        for line in stage_lines(self.scene):
+        for line in stage_lines(self.setup):
             print(line)
-        case = self.scene.case
+        case = self.setup.case
         kernels = "compiled by numba" if pointwise.COMPILED else "NumPy"
         print(
             f"fretsolve {__version__}, kernels: {kernels}, threads: {self.order.threads},"
@@ -157,22 +157,22 @@ class Events(Quiet):
 
     def begin(self, writer: HistoryWriter) -> None:
         """Print the event `start`, and a `warning` for each thing that a person should hear."""
-        scene, grid = self.scene, self.scene.grid
+        setup, grid = self.setup, self.setup.grid
         increments, stages = self.counts
         event(
             "start",
             fretsolve_version=__version__,
             case=str(self.order.case),
-            title=scene.case.title,
+            title=setup.case.title,
             result=str(self.order.output),
             increments=increments,
             stages=stages,
             done=len(writer.summaries),
             points=list(grid.shape),
             size=list(grid.size),
-            coupling=scene.model.coupling,
-            **({} if scene.case.solver.accuracy is None else {"accuracy_picks": list(scene.picked)}),
-            model=[asdict(decision) for decision in scene.model.decisions],
+            coupling=setup.model.coupling,
+            **({} if setup.case.solver.accuracy is None else {"accuracy_picks": list(setup.picked)}),
+            model=[asdict(decision) for decision in setup.model.decisions],
         )
         for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *self.doubts(), *writer.notes):
             self.warn(text)
@@ -211,10 +211,10 @@ def _outcome(result: Result, out: Path) -> Mapping[str, Any]:
     return {**known, **failure, "compile_time": pointwise.compile_seconds()}
 
 
-def teller(scene: Scene, order: Order) -> Quiet:
+def teller(setup: ProblemSetup, order: Order) -> Quiet:
     """What suits what the command line asks for."""
     kind = Events if order.log_json else Quiet if order.quiet else Everything if order.verbose else Words
-    return kind(scene, order)
+    return kind(setup, order)
 
 
 def resuming(order: Order) -> str:

@@ -11,7 +11,7 @@ from fretsolve.commands.messages import Quiet, teller
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import require_disk, require_memory
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, record, run_header
 from fretsolve.system.files import require_ending
 from fretsolve.system.signals import EXIT_STOPPED
@@ -49,21 +49,21 @@ def run_case(order: Order, stop: StopRequest) -> int:
     case = load_case(order.case, order.overrides)
     _keep_inputs(order.output, case)
     require_ending(order.output, "a result", *RESULT_ENDINGS)
-    scene = prepare(case)
-    require_memory(scene)
+    setup = set_up(case)
+    require_memory(setup)
     if not order.resume:
-        require_disk(scene, order.output)
-    header = run_header(scene, order.threads, order.overrides)
+        require_disk(setup, order.output)
+    header = run_header(setup, order.threads, order.overrides)
     with HistoryWriter.open(
         order.output, header, resume=order.resume, overwrite=order.overwrite
     ) as writer:
-        tell = teller(scene, order)
+        tell = teller(setup, order)
         if writer.complete:
             tell.already(len(writer.summaries))
             return 0
         tell.begin(writer)
         try:
-            complete = _solve(scene, order, writer, stop, tell)
+            complete = _solve(setup, order, writer, stop, tell)
         except NoSolutionError:
             tell.end()
             raise
@@ -82,6 +82,6 @@ def _keep_inputs(out: Path, case: Case) -> None:
             raise CaseError(f"the result would replace {what}; give another name with -o", (), out)
 
 
-def _solve(scene: Scene, order: Order, writer: HistoryWriter, stop: StopRequest, tell: Quiet) -> bool:
+def _solve(setup: ProblemSetup, order: Order, writer: HistoryWriter, stop: StopRequest, tell: Quiet) -> bool:
     with tell.progress(len(writer.summaries)) as display:
-        return record(scene, writer, stop, display.show, order.threads, tell.warn, beside=True)
+        return record(setup, writer, stop, display.show, order.threads, tell.warn, beside=True)

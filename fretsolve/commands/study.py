@@ -80,7 +80,7 @@ def _introduce(order: StudyOrder, plan: Plan) -> None:
         f"{key} changes the problem itself: what differs is no error; `fretsolve sweep` is made for that"
         for key in plan.problem_keys
     ]
-    warnings += dict.fromkeys(text for trial in plan.trials for text in trial.scene.model.warnings)
+    warnings += dict.fromkeys(text for trial in plan.trials for text in trial.setup.model.warnings)
     for text in warnings:
         print(f"{order.case}: warning: {text}", file=sys.stderr)
     if order.quiet:
@@ -99,7 +99,7 @@ def _introduce(order: StudyOrder, plan: Plan) -> None:
 
 
 def _title(order: StudyOrder, trial: Trial) -> str:
-    return trial.scene.case.title or order.case.name
+    return trial.setup.case.title or order.case.name
 
 
 def _write(order: StudyOrder, study: Assessment, *, picture: bool) -> None:

@@ -71,7 +71,7 @@ class Bar(Silence):
         self._task = self.bar.add_task("", total=sum(self._shares.values()), run=1, detail="")
 
     def increment(self, trial: Trial, summary: Summary) -> None:
-        increments = trial.scene.load_path.increments
+        increments = trial.setup.load_path.increments
         self.bar.update(
             self._task,
             completed=self._before + self._shares[trial.out] * (summary.step + 1) / increments,

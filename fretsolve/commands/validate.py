@@ -15,13 +15,13 @@ from fretsolve.errors import CaseError, FileError, dotted
 from fretsolve.setup.boussinesq import punch_contact
 from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.hertz import hertz_contact, hertz_contacts
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.slip_forecast import sliding_displacement, smallest_stick
 from fretsolve.setup.warnings import doubts
 
 if TYPE_CHECKING:
     from fretsolve.setup.hertz import Hertz
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 YAML_WIDTH = 110
 
@@ -31,45 +31,45 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     code = 0
     for path in cases:
         try:
-            scene = prepare(load_case(path, overrides))
-            if any(isinstance(surface, HeightsSurface) for surface in scene.case.surface):
-                scene.separation()  # reads the maps
-            hertz = hertz_contact(scene)
-            for line in report(scene, hertz):
+            setup = set_up(load_case(path, overrides))
+            if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
+                setup.separation()  # reads the maps
+            hertz = hertz_contact(setup)
+            for line in report(setup, hertz):
                 print(line)
             print(flush=True)
-            warn(scene, *warnings(scene))
+            warn(setup, *warnings(setup))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
             code = max(code, error.exit_code)
     return code
 
 
-def report(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
+def report(setup: ProblemSetup, hertz: Hertz | None) -> Iterator[str]:
     """The lines on one case."""
-    yield f"# {scene.case.source.path}, with all defaults, in mm, N, MPa, rad"
-    yield effective_yaml(scene)
+    yield f"# {setup.case.source.path}, with all defaults, in mm, N, MPa, rad"
+    yield effective_yaml(setup)
     yield "# model"
-    yield from model_table(scene)
-    yield f"Dundurs' constant {scene.model.compliances.dundurs_constant:.4g}"
+    yield from model_table(setup)
+    yield f"Dundurs' constant {setup.model.compliances.dundurs_constant:.4g}"
     yield "\n# grid"
-    yield grid_line(scene)
-    yield from accuracy_lines(scene)
-    yield f"\n# load path of {scene.load_path.increments} increments"
-    yield from stage_lines(scene)
+    yield grid_line(setup)
+    yield from accuracy_lines(setup)
+    yield f"\n# load path of {setup.load_path.increments} increments"
+    yield from stage_lines(setup)
     if hertz is not None:
         yield "\n# Hertz at the largest load"
-        yield from closed_form_lines(scene, hertz)
-        yield from stick_lines(scene)
-    yield from punch_lines(scene)
+        yield from closed_form_lines(setup, hertz)
+        yield from stick_lines(setup)
+    yield from punch_lines(setup)
     yield "\n# cost"
-    yield from estimate(scene).lines()
+    yield from estimate(setup).lines()
 
 
-def effective_yaml(scene: Scene) -> str:
+def effective_yaml(setup: ProblemSetup) -> str:
     """The case with all defaults, as a case file."""
     return yaml.dump(
-        scene.case.effective(),
+        setup.case.effective(),
         Dumper=_Dumper,
         sort_keys=False,
         default_flow_style=None,
@@ -85,27 +85,27 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def closed_form_lines(scene: Scene, hertz: Hertz) -> Iterator[str]:
+def closed_form_lines(setup: ProblemSetup, hertz: Hertz) -> Iterator[str]:
     """What Hertz's theory says at the largest normal load, and where friction gives way there."""
     first, second = hertz.semi_axes
     size = f"a = {first:.6g} mm" if first == second else f"semi-axes {first:.6g} and {second:.6g} mm"
     yield f"P = {hertz.load:.6g} N: {size}, p0 = {hertz.max_pressure:.6g} MPa, delta_z = {hertz.delta_z:.6g} mm"
     yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {hertz.strain:.3g}, E* = {hertz.modulus:.6g} MPa"
-    yield f"{hertz.cells_across(scene.grid):.1f} cells across the contact"
-    friction, circle = scene.model.friction, hertz.circle
+    yield f"{hertz.cells_across(setup.grid):.1f} cells across the contact"
+    friction, circle = setup.model.friction, hertz.circle
     if not friction:
         return
     torque = hertz.torque(friction)
     at_torque = f", at Mz = {torque:.6g} N*mm" if torque is not None else ""
     yield f"everything slides at Q = mu P = {friction * hertz.load:.6g} N{at_torque}"
-    displacement = sliding_displacement(scene, circle) if circle is not None else None
+    displacement = sliding_displacement(setup, circle) if circle is not None else None
     if displacement is not None:
         yield f"that is at a displacement of {displacement:.6g} mm (Cattaneo, Mindlin)"
 
 
-def punch_lines(scene: Scene) -> Iterator[str]:
+def punch_lines(setup: ProblemSetup) -> Iterator[str]:
     """What Boussinesq's theory says of a flat punch at the largest load, and where friction gives way there."""
-    punch, modulus = punch_contact(scene), scene.model.compliances.contact_modulus
+    punch, modulus = punch_contact(setup), setup.model.compliances.contact_modulus
     if punch is None:
         return
     a, mean = punch.contact_radius, punch.mean_pressure
@@ -114,24 +114,24 @@ def punch_lines(scene: Scene) -> Iterator[str]:
         f"P = {punch.load:.6g} N: a = {a:.6g} mm, mean pressure = {mean:.6g} MPa, delta_z = {punch.delta_z:.6g} mm"
     )
     yield f"delta_z/a = {punch.delta_z / a:.3g}, mean pressure/E* = {mean / modulus:.3g}, E* = {modulus:.6g} MPa"
-    if scene.model.friction:
-        yield f"everything slides at Q = mu P = {scene.model.friction * punch.load:.6g} N"
+    if setup.model.friction:
+        yield f"everything slides at Q = mu P = {setup.model.friction * punch.load:.6g} N"
 
 
-def stick_lines(scene: Scene) -> Iterator[str]:
+def stick_lines(setup: ProblemSetup) -> Iterator[str]:
     """The smallest stick zone of the path, where a closed form tells."""
-    stick = smallest_stick(scene, hertz_contacts(scene))
+    stick = smallest_stick(setup, hertz_contacts(setup))
     if stick is not None:
-        cells = stick.cells_across(max(scene.grid.dx, scene.grid.dy))
+        cells = stick.cells_across(max(setup.grid.dx, setup.grid.dy))
         yield (
             f"smallest stick radius c = {stick.radius:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.authors})"
         )
 
 
-def warnings(scene: Scene) -> Iterator[str]:
+def warnings(setup: ProblemSetup) -> Iterator[str]:
     """What a person should hear before running the case."""
-    yield from doubts(scene)
-    for too_large in (memory_problem(scene), disk_problem(scene, scene.case.source.path.with_suffix(".h5"))):
+    yield from doubts(setup)
+    for too_large in (memory_problem(setup), disk_problem(setup, setup.case.source.path.with_suffix(".h5"))):
         if too_large is not None:
             yield f"{dotted(too_large.key)}: {too_large.message}"

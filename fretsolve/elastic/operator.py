@@ -75,7 +75,7 @@ class ElasticOperator:
             self.shape,
             self.spacing,
             self.compliances,
-            self.terms.cross,
+            self.terms.in_plane_coupling,
             unit,
             INNER_PRECISION,
             self.team,
@@ -116,7 +116,7 @@ class ElasticOperator:
     def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
         """Tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
         spectra = self._spectra
-        if self.terms.cross:
+        if self.terms.in_plane_coupling:
             kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
             self._convolve(kernels, (shear[0], shear[1]), (displacement[0], displacement[1]))
         else:
@@ -144,7 +144,7 @@ class ElasticOperator:
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         """Normal and tangential displacement from pressure and shear, with every term that is kept."""
-        if not self.terms.coupled:
+        if not self.terms.normal_tangential_coupling:
             self.normal(pressure, uz)
             self.tangential(shear, displacement)
             self.applications -= 1

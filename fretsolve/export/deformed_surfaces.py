@@ -93,7 +93,7 @@ class Surfaces:
 
 def _operators(case: Case, result: Result) -> list[ElasticOperator | None]:
     """What deforms each body alone, with the terms that the case keeps; None for a rigid one."""
-    terms = Terms(tangential=True, cross=case.coupling != "none", coupled=case.coupling in ("auto", "full"))
+    terms = Terms(True, case.coupling != "none", case.coupling in ("auto", "full"))
     shape = len(result.x), len(result.y)
     spacing = float(result.x[1] - result.x[0]), float(result.y[1] - result.y[0])
     first, second = (body if isinstance(body, ElasticBody) else None for body in case.bodies)

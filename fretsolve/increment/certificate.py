@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
@@ -61,19 +61,19 @@ class Examiner:
         precision: type[np.floating] = np.float64,
     ):
         self.separation = separation
-        self.slides = slides
+        self.may_slip = slides
         self.friction = friction
         self.tolerance, self.precision = tolerance, precision
         self.normal = normal
         self.tangential = tangential
         self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
 
-    def examine(self, solution: Solution, normal: Balance, tangential: Balance) -> Evidence:
+    def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
         """Gap, slip and certificate; `normal` and `tangential` tell what was imposed."""
         contact = solution.pressure > 0.0
         bound = self.friction * solution.pressure
         length, slip = nothing(contact.shape), nothing((2, *contact.shape))
-        if self.slides:
+        if self.may_slip:
             length, slip = np.hypot(solution.shear[0], solution.shear[1]), self._slip(solution, contact)
         gap = np.empty_like(self.separation)
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
@@ -84,12 +84,12 @@ class Examiner:
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
         zone[contact] = Zone.SLIP
         zone[sticking] = Zone.STICK
-        stick, across = self._slip_residuals(solution, slip, sticking) if self.slides else (0.0, 0.0)
+        stick, across = self._slip_residuals(solution, slip, sticking) if self.may_slip else (0.0, 0.0)
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
-            bound=self._bound_residual(length, bound) if self.slides else 0.0,
+            bound=self._bound_residual(length, bound) if self.may_slip else 0.0,
             load=self._load_residual(solution, bound, normal, tangential),
         )
         return Evidence(gap, slip, zone, certificate)
@@ -172,7 +172,7 @@ class Examiner:
         return float(np.maximum(excess, 0.0)) / max(float(bound.max()), TINY)
 
     def _load_residual(
-        self, solution: Solution, bound: FloatArray, normal: Balance, tangential: Balance
+        self, solution: Solution, bound: FloatArray, normal: LoadControl, tangential: LoadControl
     ) -> float:
         """Worst imposed load's error over P or what friction can carry (moments: times the contact's reach), and
         worst imposed displacement's over the largest rigid displacement (rotations: likewise)."""
@@ -182,11 +182,11 @@ class Examiner:
         sheared = self.tangential.resultants(solution.shear)
         farthest = float(np.abs(solution.rigid * np.array([1.0, reach, reach, 1.0, 1.0, reach])).max())
         errors = []
-        for balance, resultant, rigid, scale, arms in (
+        for control, resultant, rigid, scale, arms in (
             (normal, found, solution.rigid[:3], load, (1.0, reach, reach)),
             (tangential, sheared, solution.rigid[3:], carried, (1.0, 1.0, reach)),
         ):
-            for mode, (forced, value) in enumerate(zip(balance.forced, balance.values, strict=True)):
+            for mode, (forced, value) in enumerate(zip(control.forced, control.values, strict=True)):
                 error = abs(float(resultant[mode] if forced else rigid[mode]) - value)
                 unit = scale * arms[mode] if forced else farthest / arms[mode]
                 errors.append(error / max(unit, TINY) if error else 0.0)

@@ -18,7 +18,7 @@ from fretsolve.errors import ContactLostError
 from fretsolve.increment.grid_transfer import Coarsening
 from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
@@ -49,7 +49,7 @@ class Level:
         dtype: type[np.floating] = np.float64,
     ):
         self.grid = grid
-        self._sheared = model.sheared
+        self._sheared = model.has_shear
         space = space or RowSpace()
         self.operator = ElasticOperator(
             grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, space, dtype
@@ -85,7 +85,7 @@ class Level:
         return self.operator.total_applications + share * coarser.applications
 
     def estimate_normal(
-        self, separation: FloatArray, balance: Balance, pressure: FloatArray, rigid: Vector
+        self, separation: FloatArray, control: LoadControl, pressure: FloatArray, rigid: Vector
     ) -> None:
         """Improve the estimate `pressure` (nx, ny) in place by a coarser solution."""
         if self.coarser is None:
@@ -93,7 +93,7 @@ class Level:
         transfer, coarser = self._coarsening, self.coarser
         before = transfer.restrict(pressure)
         coarse_separation = transfer.restrict_separation(separation)
-        if not _carries(coarse_separation, balance, coarser.grid):
+        if not _carries(coarse_separation, control, coarser.grid):
             return
         if pressure.any():
             uz, coarse_uz = np.empty_like(pressure), np.empty_like(before)
@@ -101,8 +101,8 @@ class Level:
             coarser.operator.normal(before, coarse_uz)
             coarse_separation += transfer.restrict(uz) - coarse_uz
         after = before.copy()
-        coarser.estimate_normal(coarse_separation, balance, after, rigid)
-        coarser.normal.solve(coarse_separation, balance, after, COARSE_TOLERANCE, COARSE_ITERATIONS, rigid)
+        coarser.estimate_normal(coarse_separation, control, after, rigid)
+        coarser.normal.solve(coarse_separation, control, after, COARSE_TOLERANCE, COARSE_ITERATIONS, rigid)
         if pressure.any():
             pressure += transfer.prolong(after - before)
             np.maximum(pressure, 0.0, out=pressure)
@@ -112,7 +112,7 @@ class Level:
         pressure[np.isinf(separation)] = 0.0
 
     def estimate_tangential(
-        self, elastic_slip: FloatArray, balance: Balance, bound: FloatArray, shear: FloatArray, motion: float
+        self, elastic_slip: FloatArray, control: LoadControl, bound: FloatArray, shear: FloatArray, motion: float
     ) -> None:
         """Improve the estimate `shear` (2, nx, ny), its slip zone and elastic slip, in place by a coarser solution."""
         if self.coarser is None:
@@ -123,8 +123,8 @@ class Level:
         after = before.copy()
         solver = coarser.tangential
         solver.slipping[:] = np.hypot(before[0], before[1]) >= NEAR_THE_BOUND * coarse_bound
-        coarser.estimate_tangential(coarse_slip, balance, coarse_bound, after, motion)
-        solver.solve(coarse_slip, balance, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
+        coarser.estimate_tangential(coarse_slip, control, coarse_bound, after, motion)
+        solver.solve(coarse_slip, control, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
         change = transfer.prolong(after - before)
         shear += change
         self.operator.tangential(change, change)
@@ -133,10 +133,10 @@ class Level:
         np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
 
 
-def _carries(separation: FloatArray, balance: Balance, grid: Grid) -> bool:
+def _carries(separation: FloatArray, control: LoadControl, grid: Grid) -> bool:
     """Whether a coarse grid has the material that the load needs; a small punch may fall through it."""
     try:
-        require_supported(balance, separation, grid)
+        require_supported(control, separation, grid)
     except ContactLostError:
         return False
     return bool(np.isfinite(separation).any())

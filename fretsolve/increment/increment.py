@@ -75,7 +75,7 @@ class IncrementSolver:
         self._precision = precision
         self.level = Level(grid, model, self._team, self._space, precision)
         self._examiner = Examiner(
-            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.slides, precision
+            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.may_slip, precision
         )
         self._alternations: dict[Window, Alternation] = {}
         self._spent = 0.0
@@ -104,7 +104,7 @@ class IncrementSolver:
                 continue
             if self._single:  # what is stored is what is proved
                 work.pressure = _rounded(work.pressure)
-                work.shear = _rounded(work.shear) if self.model.slides else work.shear
+                work.shear = _rounded(work.shear) if self.model.may_slip else work.shear
             solution = self._solution(start, work)
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
@@ -131,7 +131,7 @@ class IncrementSolver:
     def _estimate(self, increment: Increment, work: Iterate) -> None:
         """Pressure from coarser grids, at the shear's normal displacement where it counts."""
         separation = self.separation
-        if self.model.terms.coupled and work.shear.any():
+        if self.model.terms.normal_tangential_coupling and work.shear.any():
             uz = np.empty_like(work.pressure)
             self.level.operator.normal_from_shear(work.shear, uz)
             separation = np.add(separation, uz, out=uz)
@@ -192,11 +192,11 @@ class IncrementSolver:
         alternation.run(increment, part_of_start, work, target)
         self._release(alternation.level)
         work.pressure = self._on_whole(work.pressure, cells)
-        work.shear = self._on_whole(work.shear, vectors) if self.model.slides else nothing((2, *self.grid.shape))
+        work.shear = self._on_whole(work.shear, vectors) if self.model.may_slip else nothing((2, *self.grid.shape))
 
     def _own(self, shear: FloatArray) -> FloatArray:
         """A copy to work in, where there may be shear."""
-        return np.array(shear, np.float64) if self.model.slides else shear
+        return np.array(shear, np.float64) if self.model.may_slip else shear
 
     def _on_whole(self, part: FloatArray, cells: tuple[slice, ...]) -> FloatArray:
         """A field of a window on the whole grid."""
@@ -208,13 +208,13 @@ class IncrementSolver:
         """Tractions with their displacements, computed afresh on the whole grid."""
         uz, displacement = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
         terms, operator = self.model.terms, self.level.operator
-        if terms.tangential or terms.coupled:
+        if terms.tangential or terms.normal_tangential_coupling:
             displacement = np.zeros(displacement.shape)
-        if self.model.sheared and (terms.coupled or work.shear.any()):
+        if self.model.has_shear and (terms.normal_tangential_coupling or work.shear.any()):
             operator.all(work.pressure, work.shear, uz, displacement)
         else:
             operator.normal(work.pressure, uz)
-            if terms.coupled:
+            if terms.normal_tangential_coupling:
                 operator.tangential_from_pressure(work.pressure, displacement)
         previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
@@ -234,7 +234,7 @@ class IncrementSolver:
         moved, operator = work.shear - start.shear, self.level.operator
         if moved.any():
             operator.tangential(moved, moved)
-        if self.model.terms.coupled:
+        if self.model.terms.normal_tangential_coupling:
             sideways = np.empty_like(moved)
             operator.tangential_from_pressure(work.pressure - start.pressure, sideways)
             moved += sideways

@@ -6,20 +6,20 @@ import numpy as np
 
 from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 JUST_BELOW = 2e-6
 """Relative distance from sliding that six digits of a load do not show."""
 
 
-def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> None:
+def require_supported(control: LoadControl, separation: FloatArray, grid: Grid) -> None:
     """Raise ContactLostError where no pressure >= 0 on the grid has the imposed P, Mx, My.
 
     The point of application (My/P, Mx/P) must lie among the cells that have material opposite.
     """
-    load, mx, my = balance.imposed_resultant
-    if not balance.forced[0]:
+    load, mx, my = control.imposed_resultant
+    if not control.forced[0]:
         return
     material = np.isfinite(separation)
     if not material.any():
@@ -30,7 +30,7 @@ def require_supported(balance: Balance, separation: FloatArray, grid: Grid) -> N
         return
     for name, mode, moment, axis, centers in (("Mx", 1, mx, 0, grid.y), ("My", 2, my, 1, grid.x)):
         reached = centers[material.any(axis=axis)]
-        if balance.forced[mode] and not reached.min() <= moment / load <= reached.max():
+        if control.forced[mode] and not reached.min() <= moment / load <= reached.max():
             raise ContactLostError(
                 f"the load acts at {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
                 f" ({reached.min():.6g} to {reached.max():.6g} mm), so the bodies tilt over",
@@ -62,7 +62,7 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
         )
 
 
-def sliding_error(imposed: Balance, factor: float, capacity: float) -> SlidingError:
+def sliding_error(imposed: LoadControl, factor: float, capacity: float) -> SlidingError:
     """The error for tangential loads that are 1/`factor` times what friction carries; capacity: mu P (N)."""
     named = [
         (name, unit, value)

@@ -17,7 +17,7 @@ from fretsolve.increment.coupled_step import JointPass, Reference
 from fretsolve.increment.grid_hierarchy import Level
 from fretsolve.increment.load_checks import sliding_error
 from fretsolve.increment.working_state import FIRST_TOLERANCE, Iterate, Start
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.solvers.anderson import Mixing
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
@@ -76,13 +76,13 @@ class Alternation:
         self._tolerance = tolerance
         self.level, self.model, self.max_iterations = level, model, max_iterations
         self._undeformed = separation
-        self._coupled = model.terms.coupled and model.sheared
+        self._coupled = model.terms.normal_tangential_coupling and model.has_shear
         self._separation = np.array(separation) if self._coupled else separation
         self._tangential_modes = TangentialModes(level.grid)
         self._joint = JointPass(level, separation, model, max_iterations)
         self._mixing: Mixing | None = None
         shape = level.grid.shape
-        if model.sheared:
+        if model.has_shear:
             self._elastic_slip = np.zeros((2, *shape))
             self._bound = np.zeros(shape)
         if self._coupled:
@@ -93,7 +93,7 @@ class Alternation:
 
         `work` is changed in place. Raises SlidingError or NotConvergedError.
         """
-        reference = Reference.of(start, work, self.level.operator.dtype) if self.model.sheared else None
+        reference = Reference.of(start, work, self.level.operator.dtype) if self.model.has_shear else None
         self._least_slip = start.least_slip(self.level.grid, self._tolerance)
 
         def solve_jointly() -> bool:
@@ -104,7 +104,7 @@ class Alternation:
         if work.jointly and solve_jointly():
             return
         self._mixing, self._target, self._slip_scale, passes = None, target, 0.0, 0
-        if self.model.sheared:
+        if self.model.has_shear:
             self._mark_slipping(work)
         if self._coupled:
             np.copyto(self._pressure, work.pressure)
@@ -187,14 +187,14 @@ class Alternation:
         self, increment: Increment, start: Start, work: Iterate, tolerance: float, settled: bool, first: bool
     ) -> float:
         """Returns the tolerance that was met."""
-        if not self.model.sheared:
+        if not self.model.has_shear:
             self._slide_without_friction(increment, start, work)
             return tolerance
         if self._stays_unsheared(increment, start):
             work.rigid[3:] = start.rigid[3:]
             return tolerance
         np.multiply(work.pressure, self.model.friction, out=self._bound)
-        balance = self._carried(increment, start, settled)
+        control = self._carried(increment, start, settled)
         motion = work.rigid[:3] - start.rigid[:3]
         reach = max(self.level.grid.size) / 2
         elastic, least = start.elastic, self._least_slip
@@ -211,10 +211,10 @@ class Alternation:
         elif self._coupled:
             self._follow_pressure(work)
         if work.alternations == 0 and unlike_the_last:
-            self.level.estimate_tangential(self._elastic_slip, balance, self._bound, work.shear, largest)
+            self.level.estimate_tangential(self._elastic_slip, control, self._bound, work.shear, largest)
         result = self.level.tangential.solve(
             self._elastic_slip,
-            balance,
+            control,
             self._bound,
             work.shear,
             tolerance,
@@ -226,7 +226,7 @@ class Alternation:
         work.iterations_tangential += result.iterations
         work.rigid[3:] = start.rigid[3:] + result.rigid
         if not result.converged:
-            raise NotConvergedError(self._unsheared(result, tolerance, balance))
+            raise NotConvergedError(self._unsheared(result, tolerance, control))
         return tolerance
 
     def _begin_slip(self, start: Start, work: Iterate) -> None:
@@ -254,16 +254,16 @@ class Alternation:
             self._elastic_slip, room, self._kept_tolerance * self._slip_scale, -1.0
         )
 
-    def _unsheared(self, result: TangentialResult, tolerance: float, balance: Balance) -> str:
+    def _unsheared(self, result: TangentialResult, tolerance: float, control: LoadControl) -> str:
         """Why the tangential problem is given up."""
-        if self._is_far(balance):
+        if self._is_far(control):
             return (
                 f"the torque about an origin {self.level.grid.farthest:.3g} mm away is not balanced: so long an arm"
                 " leaves too few digits in double precision; move surface and grid towards the origin, or impose phi_z"
             )
         if result.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
-        spare = load_factor(self._bound, balance, self._tangential_modes) - 1.0
+        spare = load_factor(self._bound, control, self._tangential_modes) - 1.0
         if spare < NEXT_TO_SLIDING:
             return (
                 f"the tangential problem is not solved: the loads are within {spare:.1g} of those under which all"
@@ -276,9 +276,9 @@ class Alternation:
             f" {result.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {digits}{advice}"
         )
 
-    def _is_far(self, balance: Balance) -> bool:
+    def _is_far(self, control: LoadControl) -> bool:
         """Whether a torque is imposed about an origin so far away that next to no force makes it."""
-        return balance.forced[2] and self.level.grid.farthest > FAR * max(self.level.grid.size)
+        return control.forced[2] and self.level.grid.farthest > FAR * max(self.level.grid.size)
 
     def _stays_unsheared(self, increment: Increment, start: Start) -> bool:
         """Whether nothing is there that could cause shear: no load, no motion, no pressure that moves the surfaces."""
@@ -287,18 +287,18 @@ class Alternation:
         wanted = increment.tangential.relative_to(start.rigid[3:])
         return not any(wanted.values)
 
-    def _carried(self, increment: Increment, start: Start, settled: bool) -> Balance:
+    def _carried(self, increment: Increment, start: Start, settled: bool) -> LoadControl:
         """The tangential balance as increments; a load that friction cannot carry is an error once the pressure is
         settled, and cut to what it can carry while it is not."""
         imposed = increment.tangential
-        balance = imposed.relative_to(start.rigid[3:])
-        factor = load_factor(self._bound, balance, self._tangential_modes)
+        control = imposed.relative_to(start.rigid[3:])
+        factor = load_factor(self._bound, control, self._tangential_modes)
         if factor > 1.0 + at_the_limit(self.level.operator.dtype):
-            return balance
+            return control
         only_forces = increment.normal.forced[0] and not imposed.forced[2]
         if settled or only_forces:
             raise sliding_error(imposed, factor, float(self._bound.sum()) * self.level.grid.cell_area)
-        return balance.with_loads_scaled(CUT * factor)
+        return control.with_loads_scaled(CUT * factor)
 
     def _slide_without_friction(self, increment: Increment, start: Start, work: Iterate) -> None:
         imposed = increment.tangential

@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.elastic.rounding import least_slip
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import FloatArray, Vector
 
 FIRST_TOLERANCE = 1e-2
@@ -28,7 +28,7 @@ class Start:
     shear: FloatArray
     displacement: FloatArray
     rigid: Vector
-    normal: Balance | None = None
+    normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
 
     @property

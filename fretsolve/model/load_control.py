@@ -14,7 +14,7 @@ from fretsolve.system.arrays import Vector
 
 
 @dataclass(frozen=True)
-class Balance:
+class LoadControl:
     """What is imposed for three rigid modes: ``forced[i]`` tells a resultant from a displacement.
 
     values: the imposed resultant (N, N mm) where forced, the imposed displacement (mm, rad) elsewhere.
@@ -23,15 +23,15 @@ class Balance:
     forced: tuple[bool, bool, bool]
     values: tuple[float, float, float]
 
-    def relative_to(self, rigid: Vector) -> Balance:
+    def relative_to(self, rigid: Vector) -> LoadControl:
         """The same with the imposed displacements counted from `rigid`."""
         x, y, z = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
-        return Balance(self.forced, (x, y, z))
+        return LoadControl(self.forced, (x, y, z))
 
-    def with_loads_scaled(self, factor: float) -> Balance:
+    def with_loads_scaled(self, factor: float) -> LoadControl:
         """The same with the imposed resultants multiplied by `factor`."""
         x, y, z = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
-        return Balance(self.forced, (x, y, z))
+        return LoadControl(self.forced, (x, y, z))
 
     @property
     def forced_index(self) -> list[int]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
 from fretsolve.model.increment_grading import Course, Courses
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 
 if TYPE_CHECKING:
     from fretsolve.case import Stage
@@ -44,8 +44,8 @@ class Increment:
 
     step: int
     stage: Stage
-    normal: Balance
-    tangential: Balance
+    normal: LoadControl
+    tangential: LoadControl
 
 
 @dataclass(frozen=True)
@@ -82,18 +82,18 @@ class LoadPath:
         courses = Courses(model.friction)
         before, first = dict(INITIAL), 0
         moved: set[str] = set()
-        self.matters = False
+        self.path_dependent = False
         self.slip_width = 0.0
         for stage in stages:
             after = _after(before, stage)
             # Shear stays behind where it has once been, so the load that is taken off again does not count.
             moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
             matters = depends_on_path(stage, moved, model)
-            self.matters = self.matters or matters
+            self.path_dependent = self.path_dependent or matters
             course = courses.following(before, after)
             chosen = automatic_increments(matters, bool(moved), model, course.motion * refinement)
             count, needed = stage.increments or chosen, chosen if matters else 1
-            if model.sheared:
+            if model.has_shear:
                 self.slip_width = max(self.slip_width, course.slip_width)
             spacing = stage.spacing or ("graded" if matters and not stage.increments else "equal")
             steps = course if spacing == "graded" else None
@@ -134,7 +134,7 @@ class LoadPath:
         """Whether the steps of each stage follow the edges of contact and stick zone."""
         return tuple(planned.course is not None for planned in self._planned)
 
-    def normal_loads(self) -> tuple[Balance, ...]:
+    def normal_loads(self) -> tuple[LoadControl, ...]:
         """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""
         return tuple(_balance(planned.after, PAIRS[:3]) for planned in self._planned)
 
@@ -157,7 +157,7 @@ def automatic_increments(matters: bool, moved: bool, model: Model, motion: float
     load; motion: of the edges, times what is asked for beyond the usual.
     """
     if not matters:
-        return DRAWN_INCREMENTS if model.sheared and moved else 1
+        return DRAWN_INCREMENTS if model.has_shear and moved else 1
     return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_MOTION * motion - ROUNDING))
 
 
@@ -167,10 +167,10 @@ def depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
     So it does where pressure and shear act on each other, where the pressure changes under shear, and where the slip
     turns: under several tangential loads. moved: the tangential components moved up to the end of the stage.
     """
-    if not model.sheared:
+    if not model.has_shear:
         return False
     presses = any(name not in TANGENTIAL for name, _ in stage.targets)
-    return model.interacting or len(moved) > 1 or (presses and bool(moved))
+    return model.coupled or len(moved) > 1 or (presses and bool(moved))
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
@@ -192,7 +192,7 @@ def _between(start: float, end: float, part: float) -> float:
     return end if part == 1.0 else start + (end - start) * part
 
 
-def _balance(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> Balance:
+def _balance(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
     forced = tuple(force in values for force, _ in pairs)
     imposed = tuple(values[force if force in values else motion] for force, motion in pairs)
-    return Balance(forced, imposed)  # type: ignore[arg-type]
+    return LoadControl(forced, imposed)  # type: ignore[arg-type]

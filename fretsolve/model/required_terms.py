@@ -52,24 +52,24 @@ class Decision:
 class Model:
     """The least model that the case requires, or the one that it asks for.
 
-    coupling: `none`, `tangential` or `full`, in the words of the case file; sheared: there is a shear to solve for;
-    slides: there may be slip, with shear or without friction; else shear, slip and work are 0 and kept nowhere;
+    coupling: `none`, `tangential` or `full`, in the words of the case file; has_shear: there is a shear to solve for;
+    may_slip: there may be slip, with shear or without friction; else shear, slip and work are 0 and kept nowhere;
     decisions: one per part of the model; warnings: where the case asks for less than it requires.
     """
 
     compliances: Compliances
     friction: float
     terms: Terms
-    sheared: bool
-    slides: bool
+    has_shear: bool
+    may_slip: bool
     coupling: Literal["none", "tangential", "full"]
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
 
     @property
-    def interacting(self) -> bool:
+    def coupled(self) -> bool:
         """Whether pressure and shear do act on each other, not only may: coupling can be asked for equal bodies too."""
-        return self.terms.coupled and _differ(self.compliances)
+        return self.terms.normal_tangential_coupling and _differ(self.compliances)
 
 
 def _differ(material: Compliances) -> bool:
@@ -94,7 +94,7 @@ def derive_model(case: Case) -> Model:
     cross = sheared and (
         case.coupling in ("tangential", "full") or (case.coupling == "auto" and (material.B != 0.0 or coupled))
     )
-    terms = Terms(tangential=sheared, cross=cross, coupled=coupled)
+    terms = Terms(tangential=sheared, in_plane_coupling=cross, normal_tangential_coupling=coupled)
     slides = sheared or coupled or bool(moved)
     reasons: dict[Part, tuple[bool, str]] = {
         "normal problem": (True, "the bodies are pressed together"),

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 class Terms:
     """Which influence coefficients are kept.
 
-    tangential: shear to tangential displacement (ux from qx, uy from qy); cross: also ux from qy and uy from qx;
-    coupled: pressure to tangential displacement and, where there is shear, shear to normal displacement.
+    tangential: shear to tangential displacement (ux from qx, uy from qy); in_plane_coupling: ux from qy and uy from
+    qx as well; normal_tangential_coupling: pressure to tangential displacement and, where there is shear, shear to
+    normal displacement.
     """
 
     tangential: bool
-    cross: bool
-    coupled: bool
+    in_plane_coupling: bool
+    normal_tangential_coupling: bool

@@ -119,7 +119,7 @@ def picks(case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str
     counts = {
         count for stage, count in zip(case.stages(), load_path.counts, strict=True) if stage.increments is None
     }
-    if counts and load_path.matters:
+    if counts and load_path.path_dependent:
         least, most = min(counts), max(counts)
         found.append(f"{most if most == least else f'{least} to {most}'} increments per stage")
     if "tolerance" not in given:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.surface import separation
 from fretsolve.model.terms import Terms
@@ -36,7 +36,7 @@ FILLED = (0.55, 0.95)
 def contact_size(
     surfaces: Sequence[Surface],
     compliances: Compliances,
-    loads: Sequence[Balance],
+    loads: Sequence[LoadControl],
     center: Size = (0.0, 0.0),
     first: float = 1.0,
 ) -> Size:
@@ -58,7 +58,7 @@ def contact_size(
     return MARGIN * float(extent[0]), MARGIN * float(extent[1])
 
 
-def first_trial(surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[Balance]) -> float:
+def first_trial(surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[LoadControl]) -> float:
     """Side (mm) to start the search with, of the contact's order of magnitude and proportional to the unit of length.
 
     It is that of the surface that has the smallest contact by itself.
@@ -69,14 +69,14 @@ def first_trial(surfaces: Sequence[Surface], compliances: Compliances, loads: Se
     )
 
 
-def hertz_radius(load: Balance, radius: float, contact_modulus: float) -> float:
+def hertz_radius(load: LoadControl, radius: float, contact_modulus: float) -> float:
     """Of a sphere's contact under P or delta_z (mm), 0 without contact."""
     if load.forced[0]:
         return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
     return math.sqrt(radius * max(load.values[0], 0.0))
 
 
-def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Balance], key: KeyPath) -> float:
+def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[LoadControl], key: KeyPath) -> float:
     """A length (mm) of a surface and its contact."""
     match surface.kind:
         case "punch":
@@ -96,7 +96,7 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Balance]
     return 2.0 * MARGIN * max(radii) or 1.0
 
 
-def _love_radius(load: Balance, slope: float, contact_modulus: float) -> float:
+def _love_radius(load: LoadControl, slope: float, contact_modulus: float) -> float:
     """Of a cone's contact (mm); Love 1939."""
     if load.forced[0]:
         return math.sqrt(2.0 * load.values[0] / (math.pi * contact_modulus * slope))
@@ -104,7 +104,7 @@ def _love_radius(load: Balance, slope: float, contact_modulus: float) -> float:
 
 
 def _extent(
-    surfaces: Sequence[Surface], compliances: Compliances, load: Balance, center: Size, first: float
+    surfaces: Sequence[Surface], compliances: Compliances, load: LoadControl, center: Size, first: float
 ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
     size = np.array([first, first])
@@ -143,7 +143,7 @@ def _extent(
 
 
 def _contact(
-    gap: np.ndarray[tuple[int, int], np.dtype[np.float64]], compliances: Compliances, load: Balance, grid: Grid
+    gap: np.ndarray[tuple[int, int], np.dtype[np.float64]], compliances: Compliances, load: LoadControl, grid: Grid
 ) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]] | None:
     """Cells in contact on a trial grid; None where the grid is too small to carry the load."""
     from fretsolve.elastic.operator import ElasticOperator  # as late as here: most cases are sized by a formula

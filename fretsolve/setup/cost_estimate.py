@@ -23,7 +23,7 @@ from fretsolve.system.compiler import compiler_wanted
 
 if TYPE_CHECKING:
     from fretsolve.model.required_terms import Part
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 PROCESS_BYTES = 145e6
 """Python and its libraries."""
@@ -129,27 +129,27 @@ class Estimate:
             yield f"single precision saves {rounded_bytes(self.saved)} of memory and half of the file, but little time"
 
 
-def estimate(scene: Scene) -> Estimate:
+def estimate(setup: ProblemSetup) -> Estimate:
     """What running `scene` with one thread takes."""
-    cells, increments = math.prod(scene.grid.shape), scene.load_path.increments
-    terms = scene.model.terms
-    applications = _applications(scene)
+    cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
+    terms = setup.model.terms
+    applications = _applications(setup)
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiler_wanted() else NUMPY_SLOWNESS)
     each = {part: APPLICATION_SECONDS[part] * effort + CALL_SECONDS for part in applications}
     seconds = {part: each[part] * count for part, count in applications.items()}
     seconds["normal problem"] += PROOF_SECONDS * increments * effort
-    if terms.cross:
+    if terms.in_plane_coupling:
         seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
-    if scene.model.slides:
+    if setup.model.may_slip:
         seconds["slip and work"] = SLIP_SECONDS * increments * effort
-    kept = [decision.part for decision in scene.model.decisions if decision.kept]
-    single = scene.case.solver.precision == "single"
+    kept = [decision.part for decision in setup.model.decisions if decision.kept]
+    single = setup.case.solver.precision == "single"
     bytes_each = (SINGLE if single else 1.0) * (KEPT if cells <= LARGE_GRID else 1.0)
     shares = {part: Share(bytes_each * CELL_BYTES[part] * cells, seconds.get(part, 0.0)) for part in kept}
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted()
-    fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.cross, terms.coupled)))
-    companions = COMPANIONS if scene.case.solver.error_estimate else 0.0
-    output = scene.case.output
+    fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
+    companions = COMPANIONS if setup.case.solver.error_estimate else 0.0
+    output = setup.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     of_cells = sum(share.memory for share in shares.values()) * (1.0 + 2.0 * companions)
     return Estimate(
@@ -163,63 +163,63 @@ def estimate(scene: Scene) -> Estimate:
     )
 
 
-def _applications(scene: Scene) -> dict[Part, int]:
+def _applications(setup: ProblemSetup) -> dict[Part, int]:
     """Applications of the elastic operator over the whole path, by the part of the model that needs them."""
-    model, increments = scene.model, scene.load_path.increments
-    stages = zip(scene.case.stages(), scene.load_path.counts, strict=True)
+    model, increments = setup.model, setup.load_path.increments
+    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
     pressed = sum(
         count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets)
     )
-    interact = model.sheared and model.terms.coupled
+    interact = model.has_shear and model.terms.normal_tangential_coupling
     pressing = FOLLOWED_APPLICATIONS * increments if interact else PRESSED_APPLICATIONS * pressed
     needed: dict[Part, int] = {"normal problem": pressing}
-    if model.sheared:
+    if model.has_shear:
         needed["tangential problem"] = SHEARED_APPLICATIONS * increments
-    if model.terms.coupled:
+    if model.terms.normal_tangential_coupling:
         needed["between pressure and shear"] = COUPLED_APPLICATIONS * increments if interact else increments
     return needed
 
 
-def memory_problem(scene: Scene, expected: Estimate | None = None) -> CaseError | None:
+def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> CaseError | None:
     """The error of a grid that this machine's memory cannot hold; None where it can, or where that is unknown."""
-    needed, there = (expected or estimate(scene)).memory, _machine_bytes()
+    needed, there = (expected or estimate(setup)).memory, _machine_bytes()
     if there is None or needed <= there:
         return None
-    nx, ny = scene.grid.shape
-    return scene.case.source.problem(
+    nx, ny = setup.grid.shape
+    return setup.case.source.problem(
         f"{nx} x {ny} cells take about {rounded_bytes(needed)} of memory, this machine has {rounded_bytes(there)};"
         " fewer points are needed",
         ("grid", "points"),
     )
 
 
-def require_memory(scene: Scene) -> Estimate:
+def require_memory(setup: ProblemSetup) -> Estimate:
     """The estimate of a case. Raises CaseError where it cannot fit in this machine's memory, rather than be killed."""
-    expected = estimate(scene)
-    problem = memory_problem(scene, expected)
+    expected = estimate(setup)
+    problem = memory_problem(setup, expected)
     if problem is not None:
         raise problem
     return expected
 
 
-def disk_problem(scene: Scene, out: Path) -> CaseError | None:
+def disk_problem(setup: ProblemSetup, out: Path) -> CaseError | None:
     """The error of a result that may not fit on the disk of `out`; None where it does, or where that is unknown.
 
     It lies there twice for a moment, as the increments that were saved and as the file made of them.
     """
-    return _on_disk(scene, out)[0]
+    return _on_disk(setup, out)[0]
 
 
-def require_disk(scene: Scene, out: Path) -> None:
+def require_disk(setup: ProblemSetup, out: Path) -> None:
     """Raise CaseError where the result cannot fit on the disk of `out`, however much of its fields is empty."""
-    problem, certain = _on_disk(scene, out)
+    problem, certain = _on_disk(setup, out)
     if problem is not None and certain:
         raise problem
 
 
-def _on_disk(scene: Scene, out: Path) -> tuple[CaseError | None, bool]:
+def _on_disk(setup: ProblemSetup, out: Path) -> tuple[CaseError | None, bool]:
     """The error of a result that may not fit, and whether it cannot."""
-    file, free = estimate(scene).file, free_bytes(out)
+    file, free = estimate(setup).file, free_bytes(out)
     if free is None or 2.0 * file <= free:
         return None, False
     certain = EMPTIEST * file > free
@@ -227,7 +227,7 @@ def _on_disk(scene: Scene, out: Path) -> tuple[CaseError | None, bool]:
         verdict, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
     else:
         verdict, advice = "may be too much for", "empty cells compress, the run goes on"
-    problem = scene.case.source.problem(
+    problem = setup.case.source.problem(
         f"a result of about {rounded_bytes(file)}, twice that while it is written, {verdict} the"
         f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
         ("output", "every"),

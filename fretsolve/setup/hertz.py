@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from fretsolve.model.grid import Grid
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 
 @dataclass(frozen=True)
@@ -62,33 +62,33 @@ class Hertz:
         return 2.0 * min(self.semi_axes) / max(grid.dx, grid.dy)
 
 
-def hertz_contact(scene: Scene) -> Hertz | None:
+def hertz_contact(setup: ProblemSetup) -> Hertz | None:
     """Hertz's contact at the largest normal load of the path; None where his theory does not apply."""
-    found = [hertz for hertz in hertz_contacts(scene) if hertz is not None]
+    found = [hertz for hertz in hertz_contacts(setup) if hertz is not None]
     return max(found, key=lambda hertz: hertz.load, default=None)
 
 
-def hertz_contacts(scene: Scene) -> list[Hertz | None]:
+def hertz_contacts(setup: ProblemSetup) -> list[Hertz | None]:
     """Hertz's contact at the end of each stage; None where his theory does not apply, or nothing presses.
 
     All are None where the contact is ever tilted.
     """
-    loads = scene.load_path.imposed
+    loads = setup.load_path.imposed
     if any(load.get(name) for load in loads for name in ("Mx", "My", "phi_x", "phi_y")):
         return [None] * len(loads)
     known: dict[tuple[float | None, float | None], Hertz | None] = {}
     for load in loads:
         key = load.get("P"), load.get("delta_z")
         if key not in known:
-            known[key] = _under(scene, load)
+            known[key] = _under(setup, load)
     return [known[load.get("P"), load.get("delta_z")] for load in loads]
 
 
-def _under(scene: Scene, load: Mapping[str, float]) -> Hertz | None:
+def _under(setup: ProblemSetup, load: Mapping[str, float]) -> Hertz | None:
     """The contact under P, or with a sphere under delta_z."""
-    surface, modulus = scene.case.surface[0], scene.model.compliances.contact_modulus
+    surface, modulus = setup.case.surface[0], setup.model.compliances.contact_modulus
     angle = 0.0
-    if len(scene.case.surface) > 1:
+    if len(setup.case.surface) > 1:
         return None
     if surface.kind == "sphere":
         radii = (surface.radius, surface.radius)

@@ -12,52 +12,52 @@ if TYPE_CHECKING:
     from fretsolve.case import Surface
     from fretsolve.result import Result
     from fretsolve.setup.hertz import Hertz
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 FEWEST_CELLS = 20
 """Cells across the contact below which results are off by per cents."""
 
 
-def cells_across(scene: Scene, hertz: Hertz | None) -> float | None:
+def cells_across(setup: ProblemSetup, hertz: Hertz | None) -> float | None:
     """Cells along the shorter side of the contact where it is largest; None where no closed form tells.
 
     hertz: the contact at the largest load, None where Hertz's theory does not apply.
     """
-    grid = scene.grid
+    grid = setup.grid
     if hertz is not None:
         return hertz.cells_across(grid)
-    surface = scene.case.surface[0]
-    if len(scene.case.surface) == 1 and surface.kind == "cylinder" and surface.crown_radius is None:
+    surface = setup.case.surface[0]
+    if len(setup.case.surface) == 1 and surface.kind == "cylinder" and surface.crown_radius is None:
         cell = math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
-        width = _line_width(scene, surface.radius, surface.length or max(grid.size))
+        width = _line_width(setup, surface.radius, surface.length or max(grid.size))
     else:
         cell = max(grid.dx, grid.dy)
-        width = _round_width(scene, surface) if len(scene.case.surface) == 1 else None
+        width = _round_width(setup, surface) if len(setup.case.surface) == 1 else None
     if width is not None:
         return width / cell
-    return min(grid.shape) / MARGIN if scene.case.grid.size is None else None
+    return min(grid.shape) / MARGIN if setup.case.grid.size is None else None
 
 
-def _round_width(scene: Scene, surface: Surface) -> float | None:
+def _round_width(setup: ProblemSetup, surface: Surface) -> float | None:
     """The diameter (mm) of a cone's contact by Love, the face of a punch with all of its edge; None for others."""
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
-    load = _largest(scene, "P")
+    load = _largest(setup, "P")
     if surface.kind == "cone" and load > 0.0:
-        return 2.0 * love_cone(load, surface.angle, scene.model.compliances.contact_modulus).contact_radius
+        return 2.0 * love_cone(load, surface.angle, setup.model.compliances.contact_modulus).contact_radius
     return None
 
 
-def _line_width(scene: Scene, radius: float, length: float) -> float | None:
+def _line_width(setup: ProblemSetup, radius: float, length: float) -> float | None:
     """The width (mm) of a cylinder's contact with the load even along `length` (mm); Johnson, section 4.2(c)."""
-    load = _largest(scene, "P")
+    load = _largest(setup, "P")
     if load <= 0.0 or radius <= 0.0:
         return None
-    return 2.0 * math.sqrt(4.0 * load * radius / (math.pi * length * scene.model.compliances.contact_modulus))
+    return 2.0 * math.sqrt(4.0 * load * radius / (math.pi * length * setup.model.compliances.contact_modulus))
 
 
-def _largest(scene: Scene, component: str) -> float:
-    return max((load.get(component, 0.0) for load in scene.load_path.imposed), default=0.0)
+def _largest(setup: ProblemSetup, component: str) -> float:
+    return max((load.get(component, 0.0) for load in setup.load_path.imposed), default=0.0)
 
 
 def in_cells(number: float) -> str:
@@ -65,9 +65,9 @@ def in_cells(number: float) -> str:
     return f"{number:.2g}" if number < 1.0 else f"{math.floor(10.0 * number) / 10.0:.1f}"
 
 
-def doubt_of_result(scene: Scene, hertz: Hertz | None, result: Result) -> str | None:
+def doubt_of_result(setup: ProblemSetup, hertz: Hertz | None, result: Result) -> str | None:
     """What a person should hear of a contact of few cells, where no closed form has told before the run."""
-    if not result.increments or cells_across(scene, hertz) is not None:
+    if not result.increments or cells_across(setup, hertz) is not None:
         return None
     most = int(result.history["contact_cells"].max())
     needed = math.ceil(0.25 * math.pi * FEWEST_CELLS**2)

@@ -12,7 +12,7 @@ from fretsolve.reference.closed_forms import HertzContact, lubkin, mindlin_displ
 
 if TYPE_CHECKING:
     from fretsolve.setup.hertz import Hertz
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Stick:
         return 2.0 * self.radius / cell
 
 
-def first_slide(scene: Scene, contacts: Sequence[Hertz | None]) -> Slide | None:
+def first_slide(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Slide | None:
     """The first stage at whose end a tangential force or a torque alone exceeds what friction carries."""
-    friction = scene.model.friction
-    for stage, (load, hertz) in enumerate(zip(scene.load_path.imposed, contacts, strict=True)):
+    friction = setup.model.friction
+    for stage, (load, hertz) in enumerate(zip(setup.load_path.imposed, contacts, strict=True)):
         pressed = load.get("P", hertz.load if hertz is not None else None)
         force = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0))
         if pressed is not None and force > 0.0 and force >= friction * pressed:
@@ -57,46 +57,46 @@ def first_slide(scene: Scene, contacts: Sequence[Hertz | None]) -> Slide | None:
     return None
 
 
-def sliding_displacement(scene: Scene, circle: HertzContact) -> float | None:
+def sliding_displacement(setup: ProblemSetup, circle: HertzContact) -> float | None:
     """The rigid displacement (mm) at which a circular contact begins to slide as a whole, by Cattaneo and Mindlin.
 
     None where shear changes the pressure, or where there is no friction.
     """
-    friction = scene.model.friction
-    if not friction or scene.model.interacting:
+    friction = setup.model.friction
+    if not friction or setup.model.coupled:
         return None
-    return mindlin_displacement(circle, friction, friction * circle.load, scene.model.compliances.tangential)
+    return mindlin_displacement(circle, friction, friction * circle.load, setup.model.compliances.tangential)
 
 
-def smallest_stick(scene: Scene, contacts: Sequence[Hertz | None]) -> Stick | None:
+def smallest_stick(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Stick | None:
     """The smallest stick zone that the path leaves, where a closed form tells; None elsewhere.
 
     Spence: a sphere pressed on a body that differs, without tangential load. Cattaneo and Mindlin, or Lubkin: a sphere
     under Qx, Qy or Mz alone at constant P, bodies alike; a load that goes to and fro leaves no smaller one.
     """
     circles = [hertz.circle if hertz is not None else None for hertz in contacts]
-    if not scene.model.sheared or not scene.model.friction:
+    if not setup.model.has_shear or not setup.model.friction:
         return None
-    moved = {name for load in scene.load_path.imposed for name, value in load.items() if value} & TANGENTIAL
+    moved = {name for load in setup.load_path.imposed for name, value in load.items() if value} & TANGENTIAL
     if not moved:
-        return _spence(scene, circles)
-    if scene.model.interacting or len(moved) > 1 or _press_changes(scene):
+        return _spence(setup, circles)
+    if setup.model.coupled or len(moved) > 1 or _press_changes(setup):
         return None
     (name,) = moved
     if name not in ("Qx", "Qy", "Mz"):
         return None
-    path = [abs(load.get(name, 0.0)) for load in scene.load_path.imposed]
+    path = [abs(load.get(name, 0.0)) for load in setup.load_path.imposed]
     stage = path.index(max(path))
     circle = circles[stage]
-    return None if circle is None else _under(scene, circle, name, path[stage], stage)
+    return None if circle is None else _under(setup, circle, name, path[stage], stage)
 
 
-def _under(scene: Scene, circle: HertzContact, name: str, load: float, stage: int) -> Stick | None:
+def _under(setup: ProblemSetup, circle: HertzContact, name: str, load: float, stage: int) -> Stick | None:
     """Under one load below full slip."""
-    friction = scene.model.friction
+    friction = setup.model.friction
     if name == "Mz":
         try:
-            solution = lubkin(circle, friction, load, scene.model.compliances.torsional)
+            solution = lubkin(circle, friction, load, setup.model.compliances.torsional)
         except ValueError:  # everything slips
             return None
         return Stick(stage, solution.stick_radius, "Lubkin")
@@ -104,18 +104,18 @@ def _under(scene: Scene, circle: HertzContact, name: str, load: float, stage: in
     return Stick(stage, circle.contact_radius * math.cbrt(1.0 - share), "Cattaneo, Mindlin") if share < 1.0 else None
 
 
-def _spence(scene: Scene, circles: Sequence[HertzContact | None]) -> Stick | None:
+def _spence(setup: ProblemSetup, circles: Sequence[HertzContact | None]) -> Stick | None:
     pressed = [(circle.contact_radius, stage) for stage, circle in enumerate(circles) if circle is not None]
-    if not scene.model.interacting or not pressed:
+    if not setup.model.coupled or not pressed:
         return None
     radius, stage = max(pressed)
-    ratio = spence_stick_ratio(scene.model.friction, scene.model.compliances.dundurs_constant)
+    ratio = spence_stick_ratio(setup.model.friction, setup.model.compliances.dundurs_constant)
     return Stick(stage, ratio * radius, "Spence")
 
 
-def _press_changes(scene: Scene) -> bool:
+def _press_changes(setup: ProblemSetup) -> bool:
     """Whether P changes while or after the contact is sheared."""
-    loads = scene.load_path.imposed
+    loads = setup.load_path.imposed
     first = next(_sheared(loads))
     normal = [(load.get("P"), load.get("delta_z")) for load in loads[max(first - 1, 0) :]]
     return first == 0 or len(set(normal)) > 1

@@ -13,12 +13,12 @@ from fretsolve.setup.accuracy import percent
 from fretsolve.setup.boussinesq import punch_contact
 from fretsolve.setup.contact_size import MARGIN
 from fretsolve.setup.hertz import Hertz, hertz_contacts
+from fretsolve.setup.problem_setup import concave_sphere, points_needed
 from fretsolve.setup.resolution import FEWEST_CELLS, cells_across, in_cells
-from fretsolve.setup.setup import concave_sphere, points_needed
 from fretsolve.setup.slip_forecast import first_slide, smallest_stick
 
 if TYPE_CHECKING:
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 FEWEST_STICK_CELLS = 3
 """Cells across the stick zone below which its size means little."""
@@ -36,39 +36,39 @@ LOOSEST = 1e-3
 """Tolerance beyond which residuals show in the digits that people read."""
 
 
-def doubts(scene: Scene) -> list[str]:
+def doubts(setup: ProblemSetup) -> list[str]:
     """One sentence per doubt, each beginning with the key of the case file that it is about."""
-    contacts = hertz_contacts(scene)
+    contacts = hertz_contacts(setup)
     pressed = [hertz for hertz in contacts if hertz is not None]
     hertz = max(pressed, key=lambda contact: contact.load, default=None)
     found = [
-        *scene.model.warnings,
-        *_about_shape(scene),
-        *_about_slope(scene),
-        *_about_punch(scene),
-        *_about_friction(scene),
-        *_about_sliding(scene, contacts),
-        *_about_resolution(scene, hertz),
-        *_about_stick(scene, contacts),
-        *_about_tolerance(scene),
-        *_about_accuracy(scene),
+        *setup.model.warnings,
+        *_about_shape(setup),
+        *_about_slope(setup),
+        *_about_punch(setup),
+        *_about_friction(setup),
+        *_about_sliding(setup, contacts),
+        *_about_resolution(setup, hertz),
+        *_about_stick(setup, contacts),
+        *_about_tolerance(setup),
+        *_about_accuracy(setup),
     ]
     if hertz is not None:
-        found += [*_about_theory(hertz), *_about_motion(scene, hertz), *_about_edge(scene, hertz)]
+        found += [*_about_theory(hertz), *_about_motion(setup, hertz), *_about_edge(setup, hertz)]
     return list(dict.fromkeys(found))
 
 
-def _about_shape(scene: Scene) -> Iterator[str]:
-    concave = concave_sphere(scene.case)
+def _about_shape(setup: ProblemSetup) -> Iterator[str]:
+    concave = concave_sphere(setup.case)
     if concave is not None:
         yield f"{dotted(concave.key)}: {concave.message}"
 
 
-def _about_friction(scene: Scene) -> Iterator[str]:
-    if "friction" in scene.case.model_fields_set:
+def _about_friction(setup: ProblemSetup) -> Iterator[str]:
+    if "friction" in setup.case.model_fields_set:
         return
-    moved = [name for load in scene.load_path.imposed for name in load if name in TANGENTIAL and load[name]]
-    beta = scene.model.compliances.dundurs_constant
+    moved = [name for load in setup.load_path.imposed for name in load if name in TANGENTIAL and load[name]]
+    beta = setup.model.compliances.dundurs_constant
     if moved:
         why = f"although the load path moves {', '.join(dict.fromkeys(moved))}"
     elif abs(beta) > UNCOUPLED_BELOW:
@@ -78,12 +78,12 @@ def _about_friction(scene: Scene) -> Iterator[str]:
     yield f"friction: not given, so it is 0, {why}; say friction: 0 if that is meant"
 
 
-def _about_sliding(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str]:
-    slide = first_slide(scene, contacts)
-    if slide is None or "friction" not in scene.case.model_fields_set:  # of which one hears already
+def _about_sliding(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Iterator[str]:
+    slide = first_slide(setup, contacts)
+    if slide is None or "friction" not in setup.case.model_fields_set:  # of which one hears already
         return
     units, motion = {"Qx": ("N", "delta_x"), "Qy": ("N", "delta_y"), "Mz": ("N*mm", "phi_z")}[slide.component]
-    stage = scene.case.stages()[slide.stage]
+    stage = setup.case.stages()[slide.stage]
     place = dotted((*stage.key, slide.component) if slide.component in dict(stage.targets) else stage.key)
     yield (
         f"{place}: {slide.load:.6g} {units} is not below the {slide.carried:.6g} {units} ({slide.limit}) that friction"
@@ -100,11 +100,11 @@ def _about_theory(hertz: Hertz) -> Iterator[str]:
         )
 
 
-def _about_slope(scene: Scene) -> Iterator[str]:
-    for place, surface in enumerate(scene.case.surface):
+def _about_slope(setup: ProblemSetup) -> Iterator[str]:
+    for place, surface in enumerate(setup.case.surface):
         if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
             strain = 0.5 * math.tan(surface.angle)
-            key = scene.case.source.problem("", ("surface", place, "cone", "angle")).key
+            key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
             yield (
                 f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and"
                 f" contact plane is steep (mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold"
@@ -112,11 +112,11 @@ def _about_slope(scene: Scene) -> Iterator[str]:
             )
 
 
-def _about_punch(scene: Scene) -> Iterator[str]:
-    punch = punch_contact(scene)
+def _about_punch(setup: ProblemSetup) -> Iterator[str]:
+    punch = punch_contact(setup)
     if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
         depth = punch.delta_z / punch.contact_radius
-        strain = punch.mean_pressure / scene.model.compliances.contact_modulus
+        strain = punch.mean_pressure / setup.model.compliances.contact_modulus
         yield (
             f"load_path: the punch goes deep against its radius (delta_z/a = {depth:.2g},"
             f" mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold to about delta_z/a ="
@@ -124,9 +124,9 @@ def _about_punch(scene: Scene) -> Iterator[str]:
         )
 
 
-def _about_motion(scene: Scene, hertz: Hertz) -> Iterator[str]:
+def _about_motion(setup: ProblemSetup, hertz: Hertz) -> Iterator[str]:
     radius = min(hertz.half_extent)
-    for load in scene.load_path.imposed:
+    for load in setup.load_path.imposed:
         for name, reach in (("delta_x", 1.0), ("delta_y", 1.0), ("phi_z", radius)):
             if abs(load.get(name, 0.0)) * reach > radius:
                 yield (
@@ -135,8 +135,8 @@ def _about_motion(scene: Scene, hertz: Hertz) -> Iterator[str]:
                 )
 
 
-def _about_resolution(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
-    cells = cells_across(scene, hertz)
+def _about_resolution(setup: ProblemSetup, hertz: Hertz | None) -> Iterator[str]:
+    cells = cells_across(setup, hertz)
     if cells is not None and cells < FEWEST_CELLS:
         yield (
             f"grid.points: only {in_cells(cells)} cells across the contact;"
@@ -144,9 +144,9 @@ def _about_resolution(scene: Scene, hertz: Hertz | None) -> Iterator[str]:
         )
 
 
-def _about_stick(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str]:
-    stick = smallest_stick(scene, contacts)
-    cell = max(scene.grid.dx, scene.grid.dy)
+def _about_stick(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Iterator[str]:
+    stick = smallest_stick(setup, contacts)
+    cell = max(setup.grid.dx, setup.grid.dy)
     if stick is not None and stick.cells_across(cell) < FEWEST_STICK_CELLS:
         yield (
             f"grid.points: the stick zone shrinks to {in_cells(stick.cells_across(cell))} cells across in stage"
@@ -155,10 +155,10 @@ def _about_stick(scene: Scene, contacts: Sequence[Hertz | None]) -> Iterator[str
         )
 
 
-def _about_edge(scene: Scene, hertz: Hertz) -> Iterator[str]:
-    if scene.case.grid.size is None:
+def _about_edge(setup: ProblemSetup, hertz: Hertz) -> Iterator[str]:
+    if setup.case.grid.size is None:
         return
-    grid, center = scene.grid, scene.case.surface[0].center
+    grid, center = setup.grid, setup.case.surface[0].center
     sides = zip(hertz.half_extent, center, grid.center, grid.size, (grid.dx, grid.dy), strict=True)
     reach = [(abs(place - middle) + half, side, cell) for half, place, middle, side, cell in sides]
     if any(extent > 0.5 * side - FREE_CELLS * cell for extent, side, cell in reach):
@@ -166,8 +166,8 @@ def _about_edge(scene: Scene, hertz: Hertz) -> Iterator[str]:
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
 
 
-def _about_tolerance(scene: Scene) -> Iterator[str]:
-    tolerance = scene.case.solver.tolerance
+def _about_tolerance(setup: ProblemSetup) -> Iterator[str]:
+    tolerance = setup.case.solver.tolerance
     if tolerance > LOOSEST:
         yield (
             f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {100.0 * tolerance:.2g} %, so"
@@ -175,21 +175,21 @@ def _about_tolerance(scene: Scene) -> Iterator[str]:
         )
 
 
-def _about_accuracy(scene: Scene) -> Iterator[str]:
+def _about_accuracy(setup: ProblemSetup) -> Iterator[str]:
     """Of settings in the case that fall short of those that its accuracy would pick."""
-    accuracy, path = scene.case.solver.accuracy, scene.load_path
+    accuracy, path = setup.case.solver.accuracy, setup.load_path
     if accuracy is None:
         return
-    needed = points_needed(scene.case, scene.model, path, scene.grid.size)
-    if any(count < wanted for count, wanted in zip(scene.grid.shape, needed, strict=True)):
-        (nx, ny), (more_x, more_y) = scene.grid.shape, needed
+    needed = points_needed(setup.case, setup.model, path, setup.grid.size)
+    if any(count < wanted for count, wanted in zip(setup.grid.shape, needed, strict=True)):
+        (nx, ny), (more_x, more_y) = setup.grid.shape, needed
         yield (
             f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} that accuracy {percent(accuracy)} picks:"
             " it will hardly be met; leave them out"
         )
     short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
     if short:
-        stage, count = scene.case.stages()[short[0]], path.counts[short[0]]
+        stage, count = setup.case.stages()[short[0]], path.counts[short[0]]
         more = f", and {len(short) - 1} more stages with too few" if len(short) > 1 else ""
         yield (
             f"{dotted(stage.key)}.increments: {count} are fewer than the {path.needed[short[0]]} that accuracy"

@@ -16,7 +16,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors
-from fretsolve.setup.setup import Scene
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
@@ -56,11 +56,11 @@ class Companion:
     applications: of the elastic operator so far, those of the scene's grid; seconds: what they took.
     """
 
-    def __init__(self, scene: Scene, threads: int):
-        self.scene = scene
+    def __init__(self, setup: ProblemSetup, threads: int):
+        self.setup = setup
         self.failure: NoSolutionError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = run(scene, threads=threads)
+        self._states = run(setup, threads=threads)
         self._values: list[DoubleArray] = []
 
     def values(self, step: int) -> DoubleArray | None:
@@ -73,7 +73,7 @@ class Companion:
 
     def values_at(self, place: Place) -> DoubleArray | None:
         """DoubleArray at a point of the load path, between increments in proportion."""
-        counts = self.scene.load_path.counts
+        counts = self.setup.load_path.counts
         step = sum(counts[: place.stage]) + place.part * counts[place.stage] - 1.0
         low, high = math.floor(step + 1e-9), math.ceil(step - 1e-9)
         before, after = self.values(low), self.values(high)
@@ -93,14 +93,14 @@ class Companion:
         self.seconds += time.perf_counter() - began
 
 
-def coarser(scene: Scene, counts: tuple[int, ...]) -> Scene:
+def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
     """The scene on half of the points per side (rounded up) of the same area, with `counts` increments per stage."""
-    nx, ny = (-(-points // COARSER) for points in scene.grid.shape)
-    grid = Grid.from_size((nx, ny), scene.grid.size, scene.grid.center)
-    solver = scene.case.solver
+    nx, ny = (-(-points // COARSER) for points in setup.grid.shape)
+    grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
+    solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
-    case = scene.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})
-    return Scene(case, scene.model, grid, scene.load_path.with_counts(counts))
+    case = setup.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})
+    return ProblemSetup(case, setup.model, grid, setup.load_path.with_counts(counts))
 
 
 def fewer_increments(counts: tuple[int, ...]) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.result.state import State, Summary
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 ORDER, SURER_ORDERS = 0.8, {"contact_radius": 1.0, "work": 1.0, "work_total": 1.0}
 """Orders of the discretisation that are taken for granted. Sequences of grids show 1.3 to 2, but with fluctuations, as
@@ -56,7 +56,7 @@ UNSEEN = 0.5
 
 
 def run_with_error_bars(
-    scene: Scene,
+    setup: ProblemSetup,
     start: State | None = None,
     history: Sequence[Summary] = (),
     threads: int = 1,
@@ -67,9 +67,9 @@ def run_with_error_bars(
     A companion that finds no solution where the run itself has one leaves NaN from there on, of which `tell` is told
     in one line. Raises NoSolutionError where the run has none.
     """
-    bars = ErrorBars(scene, history, threads)
+    bars = ErrorBars(setup, history, threads)
     told = False
-    for state in run(scene, start, history, threads):
+    for state in run(setup, start, history, threads):
         errors = bars.of(state.summary)
         if bars.failure is not None and tell is not None and not told:
             tell(f"no error bars from increment {state.summary.step} on: {bars.failure}")
@@ -83,16 +83,16 @@ class ErrorBars:
     failure: why a companion goes no farther, None while all do.
     """
 
-    def __init__(self, scene: Scene, history: Sequence[Summary] = (), threads: int = 1):
-        self._scene = scene
-        counts = scene.load_path.counts
+    def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
+        self._setup = setup
+        counts = setup.load_path.counts
         self._threads = threads
-        self._coarse = Companion(coarser(scene, counts), threads)
+        self._coarse = Companion(coarser(setup, counts), threads)
         self._stepped: Companion | None = None
-        if scene.load_path.matters:
+        if setup.load_path.path_dependent:
             self._follow_steps()
         orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
-        points, coarse_points = (math.prod(one.grid.shape) for one in (scene, self._coarse.scene))
+        points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
         self._rows: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
@@ -107,7 +107,7 @@ class ErrorBars:
         """Why a companion goes no farther, in one line."""
         for companion in self._companions:
             if companion.failure is not None:
-                nx, ny = companion.scene.grid.shape
+                nx, ny = companion.setup.grid.shape
                 return f"the companion run on {nx} x {ny} cells has no solution: {companion.failure.message}"
         return None
 
@@ -124,12 +124,12 @@ class ErrorBars:
         )
 
     def _follow_steps(self) -> None:
-        counts = fewer_increments(self._scene.load_path.counts)
-        self._stepped = Companion(coarser(self._scene, counts), self._threads)
+        counts = fewer_increments(self._setup.load_path.counts)
+        self._stepped = Companion(coarser(self._setup, counts), self._threads)
 
     def _take(self, summary: Summary) -> None:
         nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
-        if self._stepped is None and self._scene.model.terms.cross and nearly_slides:
+        if self._stepped is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
             self._follow_steps()
         self._rows.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
@@ -141,7 +141,7 @@ class ErrorBars:
     @property
     def _applications(self) -> float:
         """Those of the companions so far, in parts of one on the scene's grid."""
-        share = math.prod(self._coarse.scene.grid.shape) / math.prod(self._scene.grid.shape)
+        share = math.prod(self._coarse.setup.grid.shape) / math.prod(self._setup.grid.shape)
         return share * sum(companion.applications for companion in self._companions)
 
     @property
@@ -158,13 +158,13 @@ class ErrorBars:
 
     def _floor(self, summary: Summary) -> DoubleArray:
         """The least error of the discretisation; none of what is imposed."""
-        side = math.sqrt(self._scene.grid.cell_area)
+        side = math.sqrt(self._setup.grid.cell_area)
         ratio = side / summary.contact_radius if summary.contact_radius > side else 1.0
         imposed = self._imposed(summary.step)
         floor: DoubleArray = FLOOR * self._largest * ratio**FLOOR_ORDER
         for number, name in enumerate(ESTIMATED):
             if name in FLOOR_RADII:
-                unseen = name == "stick_radius" and summary.stick_radius == 0.0 and self._scene.model.friction > 0.0
+                unseen = name == "stick_radius" and summary.stick_radius == 0.0 and self._setup.model.friction > 0.0
                 floor[number] = (UNSEEN if unseen else FLOOR_RADII[name]) * side
             elif name.startswith("work"):
                 floor[number] = FLOOR_WORK * ratio**FLOOR_ORDER_WORK * getattr(summary, name)
@@ -174,7 +174,7 @@ class ErrorBars:
 
     def _imposed(self, step: int) -> set[str]:
         """The load components that the path imposes."""
-        increment = self._scene.load_path.increment(step, self._rows)
+        increment = self._setup.load_path.increment(step, self._rows)
         forced = (*increment.normal.forced, *increment.tangential.forced)
         return {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
 
@@ -194,7 +194,7 @@ class ErrorBars:
         """What the companions tell of the increments' error at `step`, between their common points in proportion."""
         if self._stepped is None:
             return np.zeros(len(ESTIMATED))
-        fine, stepped = self._coarse.scene.load_path, self._stepped.scene.load_path
+        fine, stepped = self._coarse.setup.load_path, self._stepped.setup.load_path
         first, second, share = nodes(fine, stepped, step)
         differences: list[DoubleArray] = []
         for place in (first, second):
@@ -215,7 +215,7 @@ class ErrorBars:
 
     def _scales(self, summary: Summary) -> dict[str, float]:
         """What residuals refer to: load or friction bound, the largest displacement of its kind, the value itself."""
-        half, limit = 0.5 * max(self._scene.grid.size), self._scene.model.friction * summary.P
+        half, limit = 0.5 * max(self._setup.grid.size), self._setup.model.friction * summary.P
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}

@@ -23,7 +23,7 @@ from fretsolve.simulation.simulation import run
 if TYPE_CHECKING:
     from fretsolve.case import Case
     from fretsolve.result.state import State, Summary, SummaryErrors
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
 
@@ -39,7 +39,7 @@ class Stop(Protocol):
 
 
 def record(
-    scene: Scene,
+    setup: ProblemSetup,
     writer: HistoryWriter,
     stop: Stop,
     show: Show,
@@ -54,13 +54,13 @@ def record(
     beside: save each increment in a thread of its own while the next one is solved. Raises NoSolutionError, the result
     finished as failed, and FileError.
     """
-    increments = scene.load_path.increments
+    increments = setup.load_path.increments
     if stop.requested and len(writer.summaries) < increments:
         return False
     with ThreadPoolExecutor(1, "saving") as thread:
         saver = _Saver(writer, show, thread if beside else None)
         try:
-            for state, errors in _states(scene, writer, threads, warn):
+            for state, errors in _states(setup, writer, threads, warn):
                 saver.save(state, errors)
                 if stop.requested and state.summary.step + 1 < increments:
                     saver.wait()
@@ -104,36 +104,36 @@ class _Saver:
 
 
 def _states(
-    scene: Scene, writer: HistoryWriter, threads: int, warn: Callable[[str], None]
+    setup: ProblemSetup, writer: HistoryWriter, threads: int, warn: Callable[[str], None]
 ) -> Iterator[tuple[State, SummaryErrors | None]]:
     """What is missing, with error bars where the case asks for them."""
     so_far = writer.last_state, tuple(writer.summaries)  # the writer adds to its own while this goes on
-    if not scene.case.solver.error_estimate:
-        yield from ((state, None) for state in run(scene, *so_far, threads))
+    if not setup.case.solver.error_estimate:
+        yield from ((state, None) for state in run(setup, *so_far, threads))
         return
-    yield from run_with_error_bars(scene, *so_far, threads, warn)
+    yield from run_with_error_bars(setup, *so_far, threads, warn)
 
 
-def run_header(scene: Scene, threads: int, overrides: Sequence[str]) -> RunHeader:
+def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
     """What the result says about its run. Nothing in it changes from one run of the same case to the next."""
-    case = scene.case
+    case = setup.case
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,
         "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
         "overrides": overrides,
-        **({} if case.solver.accuracy is None else {"picked_by_accuracy": scene.picked}),
+        **({} if case.solver.accuracy is None else {"picked_by_accuracy": setup.picked}),
         **_environment(),
     }
     return RunHeader(
         case_yaml=case.source.text,
         effective_case=json.dumps(case.effective()),
-        coupling=scene.model.coupling,
-        model=json.dumps([vars(decision) for decision in scene.model.decisions]),
+        coupling=setup.model.coupling,
+        model=json.dumps([vars(decision) for decision in setup.model.decisions]),
         inputs=json.dumps({f"height map {n}": _digest(file) for n, file in enumerate(height_maps(case), start=1)}),
         provenance=json.dumps(provenance),
-        x=scene.grid.x,
-        y=scene.grid.y,
+        x=setup.grid.x,
+        y=setup.grid.y,
         fields=case.output.fields,
         every=case.output.every,
         errors=case.solver.error_estimate,

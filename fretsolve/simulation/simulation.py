@@ -20,14 +20,14 @@ from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_spans
 from fretsolve.result.state import Certificate, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import MARGIN, contact_size
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.slip_and_work import ContactState, limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 from fretsolve.system.arrays import FloatArray
 
 if TYPE_CHECKING:
     from fretsolve.case import Case
-    from fretsolve.model.load_control import Balance
+    from fretsolve.model.load_control import LoadControl
 
 FEWEST_CELLS = 8
 """Per side: on fewer a contact reaches the edge because its cells are large."""
@@ -40,7 +40,7 @@ RIGID = tuple(motion for _, motion in PAIRS)
 
 
 def run(
-    case: Case | Scene, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
+    case: Case | ProblemSetup, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
@@ -48,38 +48,38 @@ def run(
     the transforms; no bit of a state depends on their number.
     Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
     """
-    if not isinstance(case, Scene) and not hasattr(case, "load_path"):
+    if not isinstance(case, ProblemSetup) and not hasattr(case, "load_path"):
         raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
     if (start.summary.step + 1 if start is not None else 0) != len(history):
         raise ValueError("start must be the state after the last increment of history, or both be left out")
-    scene = case if isinstance(case, Scene) else prepare(case)
+    setup = case if isinstance(case, ProblemSetup) else set_up(case)
     load_wisdom()
     solver = IncrementSolver(
-        scene.grid,
-        scene.separation(),
-        scene.model,
-        scene.case.solver.tolerance,
-        scene.case.solver.max_iterations,
+        setup.grid,
+        setup.separation(),
+        setup.model,
+        setup.case.solver.tolerance,
+        setup.case.solver.max_iterations,
         threads,
-        scene.map_border(),
-        _precision(scene),
+        setup.map_border(),
+        _precision(setup),
     )
     state, summaries, plans = start, list(history), measured_plans()
-    for step in range(len(summaries), scene.load_path.increments):
+    for step in range(len(summaries), setup.load_path.increments):
         began = _working_seconds()
-        increment = scene.load_path.increment(step, summaries)
-        before = scene.load_path.increment(step - 1, summaries).normal if step else None
+        increment = setup.load_path.increment(step, summaries)
+        before = setup.load_path.increment(step - 1, summaries).normal if step else None
         try:
-            solved = solver.solve(increment, _start(state, before, scene.grid))
+            solved = solver.solve(increment, _start(state, before, setup.grid))
         except NoSolutionError as error:
-            _locate(error, scene, increment)
+            _locate(error, setup, increment)
             raise
         if measured_plans() > plans:
             # Before the increment is given out: a resumed run must transform by the same plans.
             save_wisdom()
             plans = measured_plans()
         touching = _touching(state, solver.separation)
-        state = _state(solved, state, touching, increment, scene, _working_seconds() - began)
+        state = _state(solved, state, touching, increment, setup, _working_seconds() - began)
         del solved  # what the state does not need of it
         summaries.append(state.summary)
         yield state
@@ -90,7 +90,7 @@ def _working_seconds() -> float:
     return time.perf_counter() - readying_seconds()
 
 
-def _start(state: State | None, before: Balance | None, grid: Grid) -> Start:
+def _start(state: State | None, before: LoadControl | None, grid: Grid) -> Start:
     if state is None:
         return Start(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
     rigid = np.array([getattr(state.summary, name) for name in RIGID])
@@ -111,18 +111,18 @@ def _state(
     previous: State | None,
     before: ContactState,
     increment: Increment,
-    scene: Scene,
+    setup: ProblemSetup,
     wall_time: float,
 ) -> State:
     """Accumulate slip and work, and sum the increment up."""
     solution, evidence = solved.solution, solved.evidence
-    areas = _areas(solved, scene)
-    slip, slip_path, work_density, work = evidence.slip, nothing(scene.grid.shape), nothing(scene.grid.shape), 0.0
-    if scene.model.slides:
-        slip_path, work_density, work = _accumulate(solved, before, previous, scene)
+    areas = _areas(solved, setup)
+    slip, slip_path, work_density, work = evidence.slip, nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
+    if setup.model.may_slip:
+        slip_path, work_density, work = _accumulate(solved, before, previous, setup)
     work_before = 0.0 if previous is None else previous.summary.work_total
     pressure, shear, slip, slip_path, work_density, gap, displacement = (
-        _kept(field, _precision(scene))
+        _kept(field, _precision(setup))
         for field in (
             solution.pressure, solution.shear, slip, slip_path, work_density, evidence.gap, solution.displacement
         )
@@ -134,9 +134,9 @@ def _state(
     return State(summary, fields, displacement)
 
 
-def _precision(scene: Scene) -> type[np.floating]:
+def _precision(setup: ProblemSetup) -> type[np.floating]:
     """Of the elastic operator and the fields of the states."""
-    return np.float32 if scene.case.solver.precision == "single" else np.float64
+    return np.float32 if setup.case.solver.precision == "single" else np.float64
 
 
 def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
@@ -147,19 +147,19 @@ def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
 
 
 def _accumulate(
-    solved: Solved, before: ContactState, previous: State | None, scene: Scene
+    solved: Solved, before: ContactState, previous: State | None, setup: ProblemSetup
 ) -> tuple[FloatArray, FloatArray, float]:
     """Path of the slip and density of the work since the start, and the increment's work; adds to the slip in place."""
     solution, evidence = solved.solution, solved.evidence
     slip = evidence.slip  # changed in place: the evidence is this state's alone
-    modulus = scene.model.compliances.contact_modulus
-    parted = limit_to_contact(slip, before, solution, evidence, scene.grid, modulus)
+    modulus = setup.model.compliances.contact_modulus
+    parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
     slip_path = np.hypot(slip[0], slip[1])
-    work_density = scene.model.friction * mean_pressure(before.pressure, solution.pressure)
+    work_density = setup.model.friction * mean_pressure(before.pressure, solution.pressure)
     work_density *= slip_path
     # What a sticking cell slips is the certificate's residual.
     work_density *= (evidence.zone == Zone.SLIP) | parted
-    work = float(work_density.sum()) * scene.grid.cell_area
+    work = float(work_density.sum()) * setup.grid.cell_area
     if previous is not None:
         slip += previous.fields.slip
         slip_path += previous.fields.slip_path
@@ -167,11 +167,11 @@ def _accumulate(
     return slip_path, work_density, work
 
 
-def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:
+def _areas(solved: Solved, setup: ProblemSetup) -> tuple[float, float]:
     """Areas of the contact and of the stick zone, their edges placed inside the cells."""
-    solution, evidence, materials = solved.solution, solved.evidence, scene.model.compliances
-    contact = contact_area(solution.pressure, evidence.gap, scene.grid, materials)
-    bound = scene.model.friction * solution.pressure
+    solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
+    contact = contact_area(solution.pressure, evidence.gap, setup.grid, materials)
+    bound = setup.model.friction * solution.pressure
     stick = stick_area(
         solution.pressure,
         evidence.gap,
@@ -179,7 +179,7 @@ def _areas(solved: Solved, scene: Scene) -> tuple[float, float]:
         bound,
         evidence.slip,
         evidence.zone,
-        scene.grid,
+        setup.grid,
         materials,
         contact,
     )
@@ -226,7 +226,7 @@ def _residuals(certificate: Certificate) -> dict[str, float]:
     return {f"residual_{name}": float(value) for name, value in vars(certificate).items()}
 
 
-def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
+def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
     """Say where in the case file the load stands that has no solution, and which size would hold the contact."""
     stage = increment.stage
     key: KeyPath = stage.key
@@ -235,27 +235,27 @@ def _locate(error: NoSolutionError, scene: Scene, increment: Increment) -> None:
     if isinstance(error, GridEdgeError):
         on_grid = error.component is None
         key = ("grid", "size") if on_grid else ("surface",)
-        error.message += _advised_size(scene, increment) if on_grid else ""
+        error.message += _advised_size(setup, increment) if on_grid else ""
     message = f"{error.message} (increment {increment.step}, stage {stage.number})"
-    place = scene.case.source.problem(message, key)
+    place = setup.case.source.problem(message, key)
     error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
 
 
-def _advised_size(scene: Scene, increment: Increment) -> str:
+def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     """What to do about a contact that has reached the grid's edge: a size that holds it on all of the load path."""
-    loads = [increment.normal, *scene.load_path.normal_loads()]
-    surfaces, materials = scene.case.surface, scene.model.compliances
+    loads = [increment.normal, *setup.load_path.normal_loads()]
+    surfaces, materials = setup.case.surface, setup.model.compliances
     try:
-        size = contact_size(surfaces, materials, loads, scene.grid.center, max(scene.grid.size))
+        size = contact_size(surfaces, materials, loads, setup.grid.center, max(setup.grid.size))
     except CaseError:
         return "; no size would hold it"
     contact = tuple(side / MARGIN for side in size)
     if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
         return "; no size would do, since the height map ends too soon: a larger map is needed"
-    if all(advised <= 1.05 * present for advised, present in zip(size, scene.grid.size, strict=True)):
-        if min(scene.grid.shape) < FEWEST_CELLS:
+    if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
+        if min(setup.grid.shape) < FEWEST_CELLS:
             return "; the size would do with more points, which resolve the contact"
-        wider = tuple(WIDER * present for present in scene.grid.size)
+        wider = tuple(WIDER * present for present in setup.grid.size)
         advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"
         return f"; the size would hold the contact under the normal load alone: {advice}"
     return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

@@ -17,7 +17,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, TINY
 from fretsolve.kernels import friction
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import Fields, JointEquations, Zones
 from fretsolve.solvers.normal import grown
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, solve_modes
@@ -57,8 +57,8 @@ class Problem:
     elastic_slip: FloatArray
     before: Vector
     friction: float
-    normal: Balance
-    tangential: Balance
+    normal: LoadControl
+    tangential: LoadControl
     motion: float
     least_slip: float
 
@@ -108,13 +108,13 @@ def solve_jointly(
     return start
 
 
-def _moved(balance: Balance, loads: Vector, rigid: Vector, part: float) -> Balance:
+def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:
     """Part of the way from `loads` and `rigid` to what is imposed."""
     if part == 1.0:
-        return balance
-    before = np.where(balance.forced, loads, rigid)
-    x, y, z = (float(b + part * (v - b)) for b, v in zip(before, balance.values, strict=True))
-    return Balance(balance.forced, (x, y, z))
+        return control
+    before = np.where(control.forced, loads, rigid)
+    x, y, z = (float(b + part * (v - b)) for b, v in zip(before, control.values, strict=True))
+    return LoadControl(control.forced, (x, y, z))
 
 
 class JointSolver:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.rounding import circle_width
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.rigid_modes import TangentialModes, solve_modes
 from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
@@ -24,22 +24,22 @@ def at_the_limit(precision: type[np.floating]) -> float:
     return max(AT_THE_LIMIT, circle_width(precision))
 
 
-def load_factor(bound: FloatArray, balance: Balance, modes: TangentialModes) -> float:
+def load_factor(bound: FloatArray, control: LoadControl, modes: TangentialModes) -> float:
     """Factor on the forced tangential loads at which everything slides; inf where none is imposed.
 
     bound: friction coefficient times pressure (nx, ny), MPa. Without a torque to balance it is exact; else it is
     found by iteratively reweighted least squares, whose every iterate is an upper bound.
     """
-    load = balance.imposed_resultant
+    load = control.imposed_resultant
     if not load.any():
         return np.inf
     capacity = float(bound.sum(dtype=np.float64)) * modes.cell_area
-    if not balance.forced[2]:
+    if not control.forced[2]:
         return capacity / float(np.hypot(load[0], load[1]))
-    if np.count_nonzero(bound) < 2 and not _borne_by_a_cell(bound, load, balance.forced_index, modes):
+    if np.count_nonzero(bound) < 2 and not _borne_by_a_cell(bound, load, control.forced_index, modes):
         return 0.0
     size = float(np.abs(load).max())
-    return _least_dissipation(bound * modes.cell_area, load / size, balance.forced_index, modes) / size
+    return _least_dissipation(bound * modes.cell_area, load / size, control.forced_index, modes) / size
 
 
 def _borne_by_a_cell(bound: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:

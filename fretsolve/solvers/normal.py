@@ -25,7 +25,7 @@ from fretsolve.errors import ContactLostError
 from fretsolve.kernels import cg
 from fretsolve.kernels import normal as kernels
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG, Space
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
@@ -77,7 +77,7 @@ class NormalSolver:
     def solve(
         self,
         separation: FloatArray,
-        balance: Balance,
+        control: LoadControl,
         pressure: FloatArray,
         tolerance: float,
         max_iterations: int,
@@ -96,17 +96,17 @@ class NormalSolver:
         least, since, caution = np.inf, 0, 0.0
         last_tolerance = tolerance if last_tolerance is None else last_tolerance
         np.copyto(self._gap, pressure)
-        self._start_zone(separation, balance, pressure)
+        self._start_zone(separation, control, pressure)
         if approach:
             self._follow(pressure, last_tolerance * approach)
         else:
             self.operator.normal(pressure, self._uz[0])
         while True:
-            rigid = self._rigid_displacement(separation, balance, rigid)
+            rigid = self._rigid_displacement(separation, control, rigid)
             errors = self._update_gap_and_zone(separation, rigid, tolerance, caution)
             residual, scale = errors.residual, errors.approach
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
-            unbalanced = self._unbalance(balance, pressure)
+            unbalanced = self._unbalance(control, pressure)
             if since >= PATIENCE:
                 if residual * scale <= self._rounding(separation, rigid) and unbalanced <= tolerance:
                     return NormalResult(rigid, iterations, residual, scale, True)
@@ -120,11 +120,11 @@ class NormalSolver:
             np.copyto(self._gap, pressure)
             if residual > tolerance:
                 target = max(REDUCTION, 0.3 * tolerance / residual)
-                iterations += self._reduce_gap(balance, pressure, largest, target, max_iterations - iterations)
-                self._release_tension(balance, pressure)
+                iterations += self._reduce_gap(control, pressure, largest, target, max_iterations - iterations)
+                self._release_tension(control, pressure)
             else:
-                self._widen(balance, pressure)
-            self._restore_balance(balance, pressure)
+                self._widen(control, pressure)
+            self._restore_balance(control, pressure)
             self._follow(pressure, last_tolerance * scale)
             passes += 1
 
@@ -133,29 +133,29 @@ class NormalSolver:
         np.subtract(pressure, self._gap, out=self._gap)
         self._follower.follow(self._uz, self._room, bearable)
 
-    def _start_zone(self, separation: FloatArray, balance: Balance, pressure: FloatArray) -> None:
+    def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
         """Contact where the estimate presses; everywhere at an even pressure if a load finds none."""
         np.isinf(separation, out=self._no_material)
         np.maximum(pressure, 0.0, out=pressure)
         pressure[self._no_material] = 0.0
-        load = balance.values[0]
-        if balance.forced[0] and load <= 0.0:
+        load = control.values[0]
+        if control.forced[0] and load <= 0.0:
             pressure[:] = 0.0
         np.greater(pressure, 0.0, out=self._contact)
-        if balance.forced[0] and load > 0.0:
+        if control.forced[0] and load > 0.0:
             if not self._contact.any():
                 np.logical_not(self._no_material, out=self._contact)
                 pressure[self._contact] = load
             if not self._contact.any():
                 raise ContactLostError("the surfaces nowhere face each other on the grid", "P")
             pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
-            self._restore_balance(balance, pressure)
-        self._press_on_one_side(balance, pressure)
+            self._restore_balance(control, pressure)
+        self._press_on_one_side(control, pressure)
         self._gram = self.modes.gram(self._contact)
 
-    def _press_on_one_side(self, balance: Balance, pressure: FloatArray) -> None:
+    def _press_on_one_side(self, control: LoadControl, pressure: FloatArray) -> None:
         """Moments without contact: they tilt the body until it touches on the side that they press on."""
-        _, mx, my = balance.imposed_resultant
+        _, mx, my = control.imposed_resultant
         if not (mx or my) or self._contact.any():
             return
         self.modes.displacement(np.array([0.0, mx, my]), pressure)
@@ -163,25 +163,25 @@ class NormalSolver:
         pressure[self._no_material] = 0.0
         pressure /= float(pressure.sum()) * self.modes.cell_area or 1.0
         np.greater(pressure, 0.0, out=self._contact)
-        self._restore_balance(balance, pressure)
+        self._restore_balance(control, pressure)
 
-    def _rigid_displacement(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
+    def _rigid_displacement(self, separation: FloatArray, control: LoadControl, rigid: Vector) -> Vector:
         """Forced displacements by least squares of the gap over the contact zone [25]."""
-        imposed, forced = balance.imposed_displacement, balance.forced_index
+        imposed, forced = control.imposed_displacement, control.forced_index
         if not self._gram[0, 0]:
-            return self._rigid_displacement_when_open(separation, balance, rigid)
+            return self._rigid_displacement_when_open(separation, control, rigid)
         if is_singular(self._gram, forced):
-            imposed = np.where(balance.forced, rigid, imposed)  # a row of cells keeps the tilt that it had
+            imposed = np.where(control.forced, rigid, imposed)  # a row of cells keeps the tilt that it had
         gaps = self.modes.gap_sums(separation, self._uz[0], imposed, self._contact)
         return imposed + solve_modes(self._gram, gaps, forced)
 
-    def _rigid_displacement_when_open(self, separation: FloatArray, balance: Balance, rigid: Vector) -> Vector:
+    def _rigid_displacement_when_open(self, separation: FloatArray, control: LoadControl, rigid: Vector) -> Vector:
         """Without contact: a forced delta_z just lets the surfaces touch, and forced tilts stay."""
-        imposed = balance.imposed_displacement
-        found = np.where(balance.forced, rigid, imposed)
+        imposed = control.imposed_displacement
+        found = np.where(control.forced, rigid, imposed)
         found[0] = 0.0
         self.modes.gap(separation, self._uz[0], found, self._contact, self._gap)
-        found[0] = self._gap.min() if balance.forced[0] else imposed[0]
+        found[0] = self._gap.min() if control.forced[0] else imposed[0]
         return found
 
     def _update_gap_and_zone(
@@ -207,27 +207,27 @@ class NormalSolver:
         elastic = rounding_of(self.operator.dtype) * float(np.abs(self._uz).max())
         return max(elastic, ROUNDING * float(max(height, dz, tilted)))
 
-    def _unbalance(self, balance: Balance, pressure: FloatArray) -> float:
+    def _unbalance(self, control: LoadControl, pressure: FloatArray) -> float:
         """Worst imposed resultant's error over the load (and over the load times the contact's reach)."""
-        if not balance.forced_index:
+        if not control.forced_index:
             return 0.0
         if not self._contact.any():
-            return np.inf if balance.imposed_resultant[1:].any() else 0.0
-        found, imposed = self.modes.resultants(pressure), balance.imposed_resultant
+            return np.inf if control.imposed_resultant[1:].any() else 0.0
+        found, imposed = self.modes.resultants(pressure), control.imposed_resultant
         error = np.abs(found - imposed)
         load = max(float(found[0]), float(imposed[0]))
         if load <= 0.0:
             return np.inf if error.any() else 0.0
         reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
-        return float(np.max((error / (reach * load))[balance.forced_index], initial=0.0))
+        return float(np.max((error / (reach * load))[control.forced_index], initial=0.0))
 
     def _reduce_gap(
-        self, balance: Balance, pressure: FloatArray, largest: float, reduction: float, limit: int
+        self, control: LoadControl, pressure: FloatArray, largest: float, reduction: float, limit: int
     ) -> int:
         """Correct the pressure on the contact zone until the gap's largest value (mm) is down by `reduction`."""
         np.copyto(self._cg.weight, self._contact)
-        tilts = self._tilts_about_the_contact() if balance.forced[0] else np.eye(3)
-        self._cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
+        tilts = self._tilts_about_the_contact() if control.forced[0] else np.eye(3)
+        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
         iterations = self._cg.solve(self.operator.inner.normal, reduction, 0.0, limit)
         cg.add(pressure[None], self._cg.solution, largest / self.operator.inner.unit)
         return iterations
@@ -237,23 +237,23 @@ class NormalSolver:
         middle_x, middle_y = self.modes.middle(self._contact)
         return np.array([[1.0, 0.0, 0.0], [-middle_y, 1.0, 0.0], [-middle_x, 0.0, 1.0]])
 
-    def _release_tension(self, balance: Balance, pressure: FloatArray) -> None:
+    def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
         """Cells under tension leave the contact, but for the nearest ones that the load needs on its other side."""
         tension = pressure < 0.0
         if tension.any():
-            needed = self._needed(balance, self._contact & ~tension, tension)
+            needed = self._needed(control, self._contact & ~tension, tension)
             pressure[tension] = 0.0
             self._contact &= ~tension
             if needed is not None:
                 pressure[needed] = float(pressure.max()) or 1.0
                 self._contact |= needed
-            self._press_on_one_side(balance, pressure)
+            self._press_on_one_side(control, pressure)
             self._gram = self.modes.gram(self._contact)
 
-    def _needed(self, balance: Balance, left: BoolArray, tension: BoolArray) -> BoolArray | None:
+    def _needed(self, control: LoadControl, left: BoolArray, tension: BoolArray) -> BoolArray | None:
         """Cells of `tension` in the first row beyond the point where the load acts, if those `left` all lie on one
         side of it."""
-        for axis, places, point, side in self._loaded_sides(balance, left):
+        for axis, places, point, side in self._loaded_sides(control, left):
             held = tension.any(axis=axis) & (side * (places - point) >= 0.0)
             if held.any():
                 nearest = np.zeros_like(held)
@@ -262,37 +262,37 @@ class NormalSolver:
                 return needed
         return None
 
-    def _loaded_sides(self, balance: Balance, contact: BoolArray) -> Iterator[tuple[int, Vector, float, int]]:
+    def _loaded_sides(self, control: LoadControl, contact: BoolArray) -> Iterator[tuple[int, Vector, float, int]]:
         """Axis to sum over, places along the other one, point where the load acts, and the side (-1, 1) on which it
         lies beyond all of `contact`."""
-        load, mx, my = balance.imposed_resultant
+        load, mx, my = control.imposed_resultant
         for mode, moment, axis, places in ((1, mx, 0, self.modes.y), (2, my, 1, self.modes.x)):
             ends = places[contact.any(axis=axis)]
-            if balance.forced[mode] and load > 0.0 and ends.size:
+            if control.forced[mode] and load > 0.0 and ends.size:
                 point = float(moment / load)
                 if not ends.min() <= point <= ends.max():
                     yield axis, places, point, 1 if point > ends.max() else -1
 
-    def _widen(self, balance: Balance, pressure: FloatArray) -> None:
+    def _widen(self, control: LoadControl, pressure: FloatArray) -> None:
         """The cells beside the contact join it, up to where the load acts, if those in contact cannot balance it."""
-        beyond = any(True for _ in self._loaded_sides(balance, self._contact))
-        if not beyond and not is_singular(self._gram, balance.forced_index):
+        beyond = any(True for _ in self._loaded_sides(control, self._contact))
+        if not beyond and not is_singular(self._gram, control.forced_index):
             return
         wider = grown(self._contact)
-        while not wider.all() and any(True for _ in self._loaded_sides(balance, wider & ~self._no_material)):
+        while not wider.all() and any(True for _ in self._loaded_sides(control, wider & ~self._no_material)):
             wider = grown(wider)
         fresh = wider & ~self._contact & ~self._no_material
         pressure[fresh] = float(np.mean(pressure, where=self._contact))
         self._contact |= fresh
         self._gram = self.modes.gram(self._contact)
 
-    def _restore_balance(self, balance: Balance, pressure: FloatArray) -> None:
+    def _restore_balance(self, control: LoadControl, pressure: FloatArray) -> None:
         """Correct the pressure by p (a + b y + c x) so that the imposed resultants hold [26]."""
-        forced = balance.forced_index
+        forced = control.forced_index
         if not forced or not self._contact.any():
             return
         gram = self.modes.gram(pressure) * self.modes.cell_area
-        missing = balance.imposed_resultant - gram[0]
+        missing = control.imposed_resultant - gram[0]
         self.modes.stretch(pressure, solve_modes(gram, missing, forced))
 
 

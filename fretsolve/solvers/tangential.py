@@ -25,7 +25,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, TINY, rounding_of
 from fretsolve.kernels import cg, friction
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG, Space
 from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
@@ -99,7 +99,7 @@ class TangentialSolver:
     def solve(
         self,
         elastic_slip: FloatArray,
-        balance: Balance,
+        control: LoadControl,
         bound: FloatArray,
         shear: FloatArray,
         tolerance: float,
@@ -119,14 +119,14 @@ class TangentialSolver:
         iterations = 0
         least, since, unborne = np.inf, 0, 0
         np.copyto(self._slip, shear)
-        self._start_zones(balance, bound, shear)
+        self._start_zones(control, bound, shear)
         self._follow(elastic_slip, shear, scales.last_tolerance * scales.least_scale, 0.0)
         while True:
-            rigid = self._update_slip_and_zones(elastic_slip, balance, bound)
+            rigid = self._update_slip_and_zones(elastic_slip, control, bound)
             residual, largest, scale = self._violation(rigid, motion, scales.least_slip)
             least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
             excess = self._excess(bound, shear)
-            unsettled = max(self._unbalance(balance, bound, shear), excess)
+            unsettled = max(self._unbalance(control, bound, shear), excess)
             if residual <= tolerance and unsettled <= tolerance:
                 return TangentialResult(rigid, iterations, residual, scale, True)
             rounding = self._rounding(elastic_slip, rigid, scales.displacement) if since >= PATIENCE else 0.0
@@ -140,12 +140,12 @@ class TangentialSolver:
             np.copyto(self._slip, shear)
             if residual > tolerance:
                 floor = 0.3 * tolerance * scale
-                iterations += self._newton_step(balance, shear, largest, floor, max_iterations - iterations)
+                iterations += self._newton_step(control, shear, largest, floor, max_iterations - iterations)
             if unborne and unborne % PATIENCE == 0:
                 self._release()
             elif residual > tolerance or excess > tolerance:
                 friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
-            self._restore_balance(balance, self._cg.weight, shear)
+            self._restore_balance(control, self._cg.weight, shear)
             self._follow(elastic_slip, shear, scales.last_tolerance * scale, largest)
 
     def _release(self) -> None:
@@ -159,14 +159,14 @@ class TangentialSolver:
         np.subtract(shear, self._slip, out=self._slip)
         self._follower.follow(elastic_slip, self.room, bearable, -1.0, expected)
 
-    def _start_zones(self, balance: Balance, bound: FloatArray, shear: FloatArray) -> None:
+    def _start_zones(self, control: LoadControl, bound: FloatArray, shear: FloatArray) -> None:
         """Contact is where friction can carry shear. What is missing of the load goes where it can be borne."""
         np.greater(bound, 0.0, out=self._contact)
         shear *= self._contact
         self.slipping &= self._contact
         self._start_fresh_cells(bound, shear)
         friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
-        self._restore_balance(balance, bound, shear)
+        self._restore_balance(control, bound, shear)
         friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
         np.copyto(self._cg.weight, self._contact)
 
@@ -188,17 +188,17 @@ class TangentialSolver:
         self.slipping[cells] = True
 
     def _update_slip_and_zones(
-        self, elastic_slip: FloatArray, balance: Balance, bound: FloatArray
+        self, elastic_slip: FloatArray, control: LoadControl, bound: FloatArray
     ) -> Vector:
         """Slip with the forced rigid motion by weighted least squares; slipping cells moved backwards stick [44]."""
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
-        imposed = balance.imposed_displacement
+        imposed = control.imposed_displacement
         released = True
         while released:
             friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight, self._sums)
             friction.gram(weight, self._normal, x, y, self._gram)
-            undetermined = is_singular(self._gram, balance.forced_index)
-            forced = -solve_modes(self._gram, self._sums, balance.forced_index)
+            undetermined = is_singular(self._gram, control.forced_index)
+            forced = -solve_modes(self._gram, self._sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
             friction.move(
                 self._slip,
@@ -235,43 +235,43 @@ class TangentialSolver:
         residual = np.maximum(in_stick / scale, in_slip / largest)
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 
-    def _unbalance(self, balance: Balance, bound: FloatArray, shear: FloatArray) -> float:
+    def _unbalance(self, control: LoadControl, bound: FloatArray, shear: FloatArray) -> float:
         """Worst imposed resultant's error over what friction could carry."""
-        if not balance.forced_index:
+        if not control.forced_index:
             return 0.0
-        error = np.abs(self.modes.resultants(shear) - balance.imposed_resultant)
+        error = np.abs(self.modes.resultants(shear) - control.imposed_resultant)
         capacity = float(bound.sum(dtype=np.float64)) * self.modes.cell_area or TINY
-        return float(np.max((error / (capacity * np.array([1.0, 1.0, self._reach])))[balance.forced_index]))
+        return float(np.max((error / (capacity * np.array([1.0, 1.0, self._reach])))[control.forced_index]))
 
     def _excess(self, bound: FloatArray, shear: FloatArray) -> float:
         """Largest excess of |shear| over the bound, over the largest bound."""
         return friction.excess(shear, bound) / (float(bound.max()) or TINY)
 
     def _newton_step(
-        self, balance: Balance, shear: FloatArray, largest: float, floor: float, limit: int
+        self, control: LoadControl, shear: FloatArray, largest: float, floor: float, limit: int
     ) -> int:
         """Correct the shear by the Newton equation at fixed zones, its residual reduced from `largest`, or to `floor`
         (mm); conjugate gradients have the residual over `largest`."""
-        inner, motions = self.operator.inner, self._turn_about_the_contact(balance)
+        inner, motions = self.operator.inner, self._turn_about_the_contact(control)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
-        self._cg.constrain(balance.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
+        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
         iterations = self._cg.solve(inner.tangential, REDUCTION, floor / largest, limit)
         cg.add(shear, self._cg.solution, largest / inner.unit)
         return iterations
 
-    def _turn_about_the_contact(self, balance: Balance) -> FloatArray:
+    def _turn_about_the_contact(self, control: LoadControl) -> FloatArray:
         """The modes with the turn about the contact's middle, as far as imposed forces make it the same set."""
         x, y = self.modes.middle(self._contact)
-        turn = [y if balance.forced[0] else 0.0, -x if balance.forced[1] else 0.0, 1.0]
+        turn = [y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0]
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
 
-    def _restore_balance(self, balance: Balance, weight: FloatArray, shear: FloatArray) -> None:
+    def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the weighted rigid pattern, tangential in the slip zone, that makes the imposed resultants hold [45]."""
-        forced = balance.forced_index
+        forced = control.forced_index
         if not forced:
             return
         x, y = self.modes.x, self.modes.y
-        missing = balance.imposed_resultant - self.modes.resultants(shear)
+        missing = control.imposed_resultant - self.modes.resultants(shear)
         friction.gram(weight, self._normal, x, y, self._gram)
         amplitudes = solve_modes(self._gram, missing / self.modes.cell_area, forced)
         friction.add_motion(shear, amplitudes, x, y, weight, self._normal)

@@ -22,43 +22,43 @@ from fretsolve.reference.cyclic_loading import SAME, TangentialForm, remembered
 from fretsolve.study.quantity import Observable
 
 if TYPE_CHECKING:
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 Loads = Sequence[dict[str, float]]
 Values = Iterator[tuple[str, float]]
 
 
-def closed_form_values(scene: Scene) -> dict[Observable, float]:
+def closed_form_values(setup: ProblemSetup) -> dict[Observable, float]:
     """Every value at the end of a stage that Hertz, Cattaneo and Mindlin, or Lubkin give for this very model.
 
     Hertz: a sphere or an ellipsoid under P, upright, without influence of shear on pressure. Cattaneo and Mindlin: a
     sphere under Qx or Qy at constant P, each traction acting on its own direction alone (coupling: none, or Poisson's
     ratios of 0). Lubkin: a sphere under Mz at constant P. Loads may go to and fro (Mindlin & Deresiewicz 1953).
     """
-    loads = scene.load_path.imposed
+    loads = setup.load_path.imposed
     return {
         Observable(name, stage): value
         for stage in range(1, len(loads) + 1)
-        for name, value in _at_end(scene, loads[:stage])
+        for name, value in _at_end(setup, loads[:stage])
     }
 
 
-def _at_end(scene: Scene, loads: Loads) -> Values:
+def _at_end(setup: ProblemSetup, loads: Loads) -> Values:
     """Names and values after the last of `loads`."""
-    yield from _hertz(scene, loads[-1])
-    surface = scene.case.surface[0]
-    if not isinstance(surface, SphereSurface) or surface.radius <= 0.0 or not _is_pressed(scene, loads[-1]):
+    yield from _hertz(setup, loads[-1])
+    surface = setup.case.surface[0]
+    if not isinstance(surface, SphereSurface) or surface.radius <= 0.0 or not _is_pressed(setup, loads[-1]):
         return
-    sphere = hertz_sphere(loads[-1]["P"], surface.radius, scene.model.compliances.contact_modulus)
-    if scene.model.friction > 0.0 and not _press_changes(loads):
-        yield from _mindlin(scene, loads, sphere)
-        yield from _lubkin(scene, loads, sphere)
+    sphere = hertz_sphere(loads[-1]["P"], surface.radius, setup.model.compliances.contact_modulus)
+    if setup.model.friction > 0.0 and not _press_changes(loads):
+        yield from _mindlin(setup, loads, sphere)
+        yield from _lubkin(setup, loads, sphere)
 
 
-def _hertz(scene: Scene, load: dict[str, float]) -> Values:
-    if not _is_pressed(scene, load):
+def _hertz(setup: ProblemSetup, load: dict[str, float]) -> Values:
+    if not _is_pressed(setup, load):
         return
-    surface, modulus = scene.case.surface[0], scene.model.compliances.contact_modulus
+    surface, modulus = setup.case.surface[0], setup.model.compliances.contact_modulus
     if isinstance(surface, SphereSurface):
         radii = surface.radius, surface.radius
     elif isinstance(surface, EllipsoidSurface):
@@ -74,14 +74,14 @@ def _hertz(scene: Scene, load: dict[str, float]) -> Values:
     yield from _circle("contact", math.sqrt(area / math.pi))
 
 
-def _mindlin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
+def _mindlin(setup: ProblemSetup, loads: Loads, sphere: HertzContact) -> Values:
     """Under a force along x or along y."""
-    friction, compliance = scene.model.friction, scene.model.compliances.tangential
+    friction, compliance = setup.model.friction, setup.model.compliances.tangential
     limit = friction * sphere.load
     for force, motion, across in (("Qx", "delta_x", "Qy"), ("Qy", "delta_y", "Qx")):
         path = _path(loads, force)
         alone = not any(map(any, (_path(loads, across), _path(loads, "Mz"))))
-        if _linked(scene) or not alone or not any(path) or max(map(abs, path)) > limit:
+        if _linked(setup) or not alone or not any(path) or max(map(abs, path)) > limit:
             continue
         points = remembered(path, SAME * limit)
         form = TangentialForm(sphere, (0.0, 0.0), friction, compliance, (1.0, 0.0), points)
@@ -93,12 +93,12 @@ def _mindlin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
         )
 
 
-def _lubkin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
+def _lubkin(setup: ProblemSetup, loads: Loads, sphere: HertzContact) -> Values:
     """Under a torque; without the influence across, bodies with Poisson's ratio above 0 do not turn like that."""
-    friction, compliance = scene.model.friction, scene.model.compliances.torsional
+    friction, compliance = setup.model.friction, setup.model.compliances.torsional
     path, limit = _path(loads, "Mz"), full_slip_torque(sphere, friction) * (1.0 - SAME)
     alone = not any(map(any, (_path(loads, "Qx"), _path(loads, "Qy"))))
-    whole = scene.model.terms.cross or scene.model.compliances.B == 0.0
+    whole = setup.model.terms.in_plane_coupling or setup.model.compliances.B == 0.0
     if not whole or not alone or not any(path) or max(map(abs, path)) > limit:
         return
     points = remembered(path, SAME * limit)
@@ -107,10 +107,10 @@ def _lubkin(scene: Scene, loads: Loads, sphere: HertzContact) -> Values:
     yield from _circle("stick", form.stick_ratio() * sphere.contact_radius)
 
 
-def why_left_out(scene: Scene) -> str:
+def why_left_out(setup: ProblemSetup) -> str:
     """Why there is no closed form under tangential forces that would have one but for Poisson's ratio; or empty."""
-    moved = {name for load in scene.load_path.imposed for name, value in load.items() if value}
-    if not _linked(scene) or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
+    moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
+    if not _linked(setup) or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
         return ""
     return (
         "with Poisson's ratios other than 0 shear along x moves the surfaces along y too, which Cattaneo and Mindlin"
@@ -118,9 +118,9 @@ def why_left_out(scene: Scene) -> str:
     )
 
 
-def _linked(scene: Scene) -> bool:
+def _linked(setup: ProblemSetup) -> bool:
     """Whether shear along x moves the surfaces along y."""
-    return scene.model.terms.cross and scene.model.compliances.B != 0.0
+    return setup.model.terms.in_plane_coupling and setup.model.compliances.B != 0.0
 
 
 def _path(loads: Loads, force: str) -> list[float]:
@@ -133,10 +133,11 @@ def _path(loads: Loads, force: str) -> list[float]:
     return path
 
 
-def _is_pressed(scene: Scene, load: dict[str, float]) -> bool:
+def _is_pressed(setup: ProblemSetup, load: dict[str, float]) -> bool:
     """Whether P alone presses one body of a smooth shape, upright, and shear leaves the pressure as it is."""
     upright = load.get("phi_x", math.inf) == 0.0 and load.get("phi_y", math.inf) == 0.0
-    return len(scene.case.surface) == 1 and not scene.model.terms.coupled and upright and load.get("P", 0.0) > 0.0
+    apart = not setup.model.terms.normal_tangential_coupling
+    return len(setup.case.surface) == 1 and apart and upright and load.get("P", 0.0) > 0.0
 
 
 def _press_changes(loads: Loads) -> bool:

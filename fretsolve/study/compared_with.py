@@ -16,7 +16,7 @@ from fretsolve.study.quantity import (
 )
 
 if TYPE_CHECKING:
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 TruthKind = Literal["finest", "closed-form", "expect"]
 
@@ -26,7 +26,7 @@ OF_MINDLIN = ("delta_x", "delta_y", "stick_radius", "stick_area", "work_total")
 """What Cattaneo and Mindlin would give under forces."""
 
 
-def known_values(kind: TruthKind, scene: Scene) -> Mapping[Observable, float] | None:
+def known_values(kind: TruthKind, setup: ProblemSetup) -> Mapping[Observable, float] | None:
     """What is known before any run, of the finest trial's scene; None for the finest run itself.
 
     Raises CaseError where nothing is known.
@@ -34,23 +34,23 @@ def known_values(kind: TruthKind, scene: Scene) -> Mapping[Observable, float] | 
     if kind == "finest":
         return None
     if kind == "closed-form":
-        known = closed_form_values(scene)
+        known = closed_form_values(setup)
         if not known:
             raise CaseError(
                 "--truth closed-form: no closed form is known for this case; those of Hertz, Cattaneo and Mindlin, and"
                 " Lubkin are: a single sphere (Hertz: or ellipsoid) under forces, upright, with uncoupled bodies",
                 (),
-                scene.case.source.path,
+                setup.case.source.path,
             )
         return known
-    last = len(scene.load_path.last_steps)
+    last = len(setup.load_path.last_steps)
     known = {
         Observable(expected.quantity, expected.stage or last): expected.value
-        for expected in reversed(scene.case.expect)
+        for expected in reversed(setup.case.expect)
         if expected.quantity in NAMES
     }
     if not known:
-        raise scene.case.source.problem(
+        raise setup.case.source.problem(
             "nothing is expected that --truth expect could compare with; give a list such as"
             " [{quantity: delta_z, value: 9 um, rel: 1 %}]",
             ("expect",),
@@ -59,7 +59,7 @@ def known_values(kind: TruthKind, scene: Scene) -> Mapping[Observable, float] | 
 
 
 def chosen_observables(
-    texts: Sequence[str], stages: int, scene: Scene, kind: TruthKind, known: Mapping[Observable, float] | None
+    texts: Sequence[str], stages: int, setup: ProblemSetup, kind: TruthKind, known: Mapping[Observable, float] | None
 ) -> tuple[Observable, ...]:
     """Those of ``--quantity``, else the usual ones, as far as the truth has them. Raises CaseError."""
     if texts:
@@ -68,15 +68,15 @@ def chosen_observables(
             if known is not None and observable not in known:
                 same_name = [str(one) for one in in_order(list(known)) if one.name == observable.name]
                 there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(list(known))))
-                why = why_left_out(scene) if kind == "closed-form" and observable.name in OF_MINDLIN else ""
+                why = why_left_out(setup) if kind == "closed-form" and observable.name in OF_MINDLIN else ""
                 hint = f"; {why}" if why else ""
                 message = f"--truth {kind}: there is no {NOUNS[kind]} of it, but of {there}{hint}"
                 raise CaseError(message, (), f"--quantity {observable}")
         return asked
-    usual = tuple(observable for observable in usual_observables(scene) if observable.stage <= stages)
+    usual = tuple(observable for observable in usual_observables(setup) if observable.stage <= stages)
     if known is None:
         return usual
-    imposed = scene.load_path.imposed
+    imposed = setup.load_path.imposed
     stated = in_order([one for one in known if one.stage <= stages and one.name not in imposed[one.stage - 1]])
     return stated if kind == "expect" else tuple(one for one in usual if one in known) or stated
 

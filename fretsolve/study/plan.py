@@ -67,12 +67,12 @@ def make_plan(
         raise CaseError(message, (), f"--vary {changing.key}")
     trials = prepare_trials(case, overrides, crossed(variations), folder)
     costliest = finest([trial for trial in trials if trial.combination.is_first_problem(variations)])
-    known = known_values(kind, costliest.scene)
-    observables = chosen_observables(quantities, stage_count(trials), costliest.scene, kind, known)
+    known = known_values(kind, costliest.setup)
+    observables = chosen_observables(quantities, stage_count(trials), costliest.setup, kind, known)
     if not observables:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
     others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.seconds)
-    usual = usual_observables(costliest.scene) if kind == "closed-form" and not quantities else ()
+    usual = usual_observables(costliest.setup) if kind == "closed-form" and not quantities else ()
     unknown = tuple(one for one in usual if one not in observables)
-    why = why_left_out(costliest.scene) if unknown else ""
+    why = why_left_out(costliest.setup) if unknown else ""
     return Plan(variations, (costliest, *others), observables, unknown, why, kind, known)

@@ -14,7 +14,7 @@ from fretsolve.errors import CaseError
 from fretsolve.result.layout import HISTORY
 
 if TYPE_CHECKING:
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 NAMES = tuple(
     quantity.name
@@ -56,14 +56,14 @@ def read_observable(text: str, stages: int = MOST_STAGES) -> Observable:
     return Observable(name, int(stage) if at else stages)
 
 
-def usual_observables(scene: Scene) -> tuple[Observable, ...]:
+def usual_observables(setup: ProblemSetup) -> tuple[Observable, ...]:
     """What the load path moves, at its end, and what the case expects; nothing that is imposed."""
-    last = len(scene.load_path.last_steps)
-    expected = [(expected.quantity, expected.stage or last) for expected in scene.case.expect]
-    found = {Observable(*pair) for pair in ((name, last) for name in _moved(scene))} | {
+    last = len(setup.load_path.last_steps)
+    expected = [(expected.quantity, expected.stage or last) for expected in setup.case.expect]
+    found = {Observable(*pair) for pair in ((name, last) for name in _moved(setup))} | {
         Observable(name, stage) for name, stage in expected if name in NAMES
     }
-    imposed = scene.load_path.imposed
+    imposed = setup.load_path.imposed
     return in_order([observable for observable in found if observable.name not in imposed[observable.stage - 1]])
 
 
@@ -72,12 +72,12 @@ def in_order(observables: Sequence[Observable]) -> tuple[Observable, ...]:
     return tuple(sorted(set(observables), key=lambda observable: (NAMES.index(observable.name), observable.stage)))
 
 
-def _moved(scene: Scene) -> list[str]:
+def _moved(setup: ProblemSetup) -> list[str]:
     """Of each load pair that is moved both components, and what describes the contact."""
-    moved = {name for load in scene.load_path.imposed for name, value in load.items() if value}
+    moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
     names = [name for pair in PAIRS for name in pair if moved & set(pair)]
     names += ["max_pressure", "contact_radius"]
-    if scene.model.sheared and (moved & TANGENTIAL or scene.model.terms.coupled):
+    if setup.model.has_shear and (moved & TANGENTIAL or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]
     return names
 

@@ -43,7 +43,7 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
     """The same as HDF5, errors as numbers (not in per cent), every dataset with units and meaning. Raises FileError."""
     with atomic_files.reported(path), atomic_files.new_hdf5(path, path.parent) as file:
         file.attrs["fretsolve_version"] = __version__
-        file.attrs["case_yaml"] = study.finest.scene.case.source.text
+        file.attrs["case_yaml"] = study.finest.setup.case.source.text
         file.attrs["provenance"] = study.finest.header.provenance
         file.attrs[study.standard] = study.truth_words
         file.attrs["advice"] = "\n".join(advice)
@@ -57,7 +57,7 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
         for index, variation in enumerate(study.variations):
             chosen = [trial.combination.settings[index].value for trial in trials]
             _put(file, f"settings/{variation.key}", chosen, "", "value of the key, as given")
-        shapes = np.array([trial.scene.grid.shape for trial in trials])
+        shapes = np.array([trial.setup.grid.shape for trial in trials])
         _put(file, "cost/points", shapes, "1", "grid points along x and y")
         _put(file, "cost/increments", [outcome.increments for outcome in outcomes], "1", "increments solved")
         _put(file, "cost/time", [outcome.seconds for outcome in outcomes], "s", "wall-clock time of the increments")
@@ -73,7 +73,7 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
 
 def _csv_row(study: Assessment, row: Row) -> list[str]:
     outcome = row.outcome
-    nx, ny = outcome.trial.scene.grid.shape
+    nx, ny = outcome.trial.setup.grid.shape
     return [
         outcome.trial.out.name,
         "failed" if outcome.failure else "complete",

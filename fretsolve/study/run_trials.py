@@ -79,7 +79,7 @@ def _solve(trial: Trial, stop: StopRequest, show: Show) -> bool:
     """Solve and save what is missing, until the end or a failure (True), or until a signal."""
     with HistoryWriter.open(trial.out, trial.header, resume=True, advice=SAME_COMMAND) as writer:
         try:
-            return record(trial.scene, writer, stop, lambda summary, _: show(trial, summary))
+            return record(trial.setup, writer, stop, lambda summary, _: show(trial, summary))
         except NoSolutionError:
             return True
 
@@ -95,23 +95,23 @@ def _warm_up(trial: Trial, missing: Sequence[Trial], warm: set[object], stop: St
     warm.add(kind)
     cheapest = min((other for other in missing if _kind(other) == kind), key=_effort)
     with suppress(FretsolveError):
-        for state in itertools.islice(run(cheapest.scene), MOST_WARM_UP):
-            if stop.requested or not cheapest.scene.model.sheared or state.summary.iterations_tangential:
+        for state in itertools.islice(run(cheapest.setup), MOST_WARM_UP):
+            if stop.requested or not cheapest.setup.model.has_shear or state.summary.iterations_tangential:
                 break
 
 
 def _kind(trial: Trial) -> object:
-    return trial.scene.grid.shape, trial.scene.model.terms
+    return trial.setup.grid.shape, trial.setup.model.terms
 
 
 def _effort(trial: Trial) -> tuple[float, float]:
-    return trial.seconds, -trial.scene.case.solver.tolerance
+    return trial.seconds, -trial.setup.case.solver.tolerance
 
 
 def read_outcome(trial: Trial, observables: Sequence[Observable], *, reused: bool) -> Outcome:
     """What the result of `trial` says. Raises FileError."""
     with open_result(trial.out) as result:
-        steps = [trial.scene.load_path.last_steps[observable.stage - 1] for observable in observables]
+        steps = [trial.setup.load_path.last_steps[observable.stage - 1] for observable in observables]
         columns = [result.history[observable.name] for observable in observables]
         values = [column[step] if step < len(column) else np.nan for column, step in zip(columns, steps, strict=True)]
         nothing = _nothing(result)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case import CaseErrors, HeightsSurface, load_case
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.setup.cost_estimate import estimate, require_memory
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.study.variation import Combination
 
@@ -34,14 +34,14 @@ class Trial:
     """One run of a study. out: its result file, named by what the run is."""
 
     combination: Combination
-    scene: Scene
+    setup: ProblemSetup
     header: RunHeader
     out: Path
 
     @property
     def seconds(self) -> float:
         """Estimated, for the order of the runs and for progress."""
-        return estimate(self.scene).seconds
+        return estimate(self.setup).seconds
 
 
 def prepare_trials(
@@ -54,14 +54,14 @@ def prepare_trials(
         varied = [text for setting in combination.settings for text in setting.overrides(stages)]
         texts = (*overrides, *varied, *WITHOUT_EXTRAS)
         try:
-            scene = prepare(load_case(path, texts))
-            require_memory(scene)
-            if any(isinstance(surface, HeightsSurface) for surface in scene.case.surface):
-                scene.separation()  # reads the maps
+            setup = set_up(load_case(path, texts))
+            require_memory(setup)
+            if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
+                setup.separation()  # reads the maps
         except CaseError as error:
             raise _at_its_setting(error, combination, stages) from None
-        header = run_header(scene, 1, texts)
-        trials.append(Trial(combination, scene, header, folder / f"{digest(header)}.h5"))
+        header = run_header(setup, 1, texts)
+        trials.append(Trial(combination, setup, header, folder / f"{digest(header)}.h5"))
     return trials
 
 
@@ -76,17 +76,17 @@ def finest(trials: Sequence[Trial]) -> Trial:
     """The trial with the most points, then increments, then terms of the model, then the least tolerance."""
 
     def rank(trial: Trial) -> tuple[float, ...]:
-        nx, ny = trial.scene.grid.shape
-        terms = trial.scene.model.terms
-        kept = sum((terms.tangential, terms.cross, terms.coupled))
-        return nx * ny, trial.scene.load_path.increments, kept, -trial.scene.case.solver.tolerance
+        nx, ny = trial.setup.grid.shape
+        terms = trial.setup.model.terms
+        kept = sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling))
+        return nx * ny, trial.setup.load_path.increments, kept, -trial.setup.case.solver.tolerance
 
     return max(reversed(trials), key=rank)
 
 
 def stage_count(trials: Sequence[Trial]) -> int:
     """Stages that every trial has."""
-    return min(len(trial.scene.load_path.last_steps) for trial in trials)
+    return min(len(trial.setup.load_path.last_steps) for trial in trials)
 
 
 def _at_its_setting(error: CaseError, combination: Combination, stages: Sequence[KeyPath]) -> CaseError:

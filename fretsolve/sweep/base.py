@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.case import CaseText, HeightsSurface, read_case
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.study.trial import digest
 
@@ -44,13 +44,13 @@ class Base:
     def _own(self, settings: Iterable[Setting]) -> list[str]:
         return [text for setting in settings for text in setting.overrides(self.stages)]
 
-    def scene(self, settings: Iterable[Setting]) -> Scene:
+    def setup(self, settings: Iterable[Setting]) -> ProblemSetup:
         """The case at `settings`, made ready. Raises CaseError, FileError."""
-        return prepare(self.text.case(self._own(settings)))
+        return set_up(self.text.case(self._own(settings)))
 
-    def header(self, scene: Scene, settings: Iterable[Setting]) -> RunHeader:
+    def header(self, setup: ProblemSetup, settings: Iterable[Setting]) -> RunHeader:
         """What the result of `scene` says about its run. Raises FileError."""
-        return run_header(scene, self.threads, self.texts(settings))
+        return run_header(setup, self.threads, self.texts(settings))
 
 
 def identity(header: RunHeader) -> str:
@@ -58,7 +58,7 @@ def identity(header: RunHeader) -> str:
     return digest(header)
 
 
-def read_height_maps(scene: Scene) -> None:
+def read_height_maps(setup: ProblemSetup) -> None:
     """Raise CaseError or FileError where a height map of the case cannot be used."""
-    if any(isinstance(surface, HeightsSurface) for surface in scene.case.surface):
-        scene.separation()
+    if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
+        setup.separation()

@@ -22,7 +22,7 @@ from fretsolve.sweep.state import missing
 
 if TYPE_CHECKING:
     from fretsolve.case import CaseSource
-    from fretsolve.setup.setup import Scene
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_SHOWN = 10
 """Problems that are reported one by one."""
@@ -109,18 +109,18 @@ def _check(base: Base, points: Sequence[Point]) -> Findings:
     for index, point in enumerate(points):
         settings = tuple(value.setting for value in point)
         try:
-            scene = base.scene(settings)
-            expected = require_memory(scene)
-            read_height_maps(scene)
+            setup = base.setup(settings)
+            expected = require_memory(setup)
+            read_height_maps(setup)
         except CaseError as error:
             texts = [(text, value) for value in point for text in value.setting.overrides(base.stages)]
             problems |= {str(problem): problem for problem in _placed(error, texts)}
             continue
-        rows.append(Row(index, identity(base.header(scene, settings)), settings, expected.seconds))
+        rows.append(Row(index, identity(base.header(setup, settings)), settings, expected.seconds))
         files[rows[-1].id] = expected.file
-        warnings |= dict.fromkeys(scene.model.warnings)
-        stages, memory = min(stages, len(scene.load_path.last_steps)), max(memory, expected.memory)
-        usual = usual or _usual(scene)
+        warnings |= dict.fromkeys(setup.model.warnings)
+        stages, memory = min(stages, len(setup.load_path.last_steps)), max(memory, expected.memory)
+        usual = usual or _usual(setup)
     if problems:
         raise _all_of(list(problems.values()))
     return Findings(tuple(rows), tuple(warnings), stages, usual, memory, sum(files.values()))
@@ -147,9 +147,9 @@ def _all_of(problems: Sequence[CaseError]) -> CaseError:
     return CaseErrors(problems)
 
 
-def _usual(scene: Scene) -> tuple[str, ...]:
-    last = len(scene.load_path.last_steps)
-    return tuple(one.name if one.stage == last else str(one) for one in usual_observables(scene))
+def _usual(setup: ProblemSetup) -> tuple[str, ...]:
+    last = len(setup.load_path.last_steps)
+    return tuple(one.name if one.stage == last else str(one) for one in usual_observables(setup))
 
 
 def _quantities(spec: SweepSpec, source: CaseSource, found: Findings) -> tuple[str, ...]:

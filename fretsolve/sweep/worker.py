@@ -142,8 +142,8 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
 
     reason, code, busy = "", 0, False
     try:
-        scene = base.scene(row.settings)
-        header = base.header(scene, row.settings)
+        setup = base.setup(row.settings)
+        header = base.header(setup, row.settings)
         if identity(header) != row.id:
             message = "is not as it was when the sweep was begun; give the command sweep run again"
             raise CaseError(message, (), manifest.case)
@@ -153,7 +153,7 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
             if writer.complete:  # another process has been faster
                 return Report(row.index, 0)
             try:
-                code = 0 if record(scene, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
+                code = 0 if record(setup, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
             finally:
                 increments = len(writer.summaries)
     except BusyError as error:

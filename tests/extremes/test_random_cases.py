@@ -163,10 +163,10 @@ def energy_defect(run: Run, before: State, after: State) -> tuple[float, float]:
 
     It is the change of elastic energy, the mean shear times the slip, and -(p0 g1 - p1 g0)/2, exactly (reciprocity).
     """
-    grid, old, new = run.scene.grid, before.fields, after.fields
+    grid, old, new = run.setup.grid, before.fields, after.fields
     tilt_y, tilt_x = grid.x[:, None], grid.y[None, :]
-    material = np.isfinite(run.scene.separation())
-    undeformed = np.where(material, run.scene.separation(), 0.0)
+    material = np.isfinite(run.setup.separation())
+    undeformed = np.where(material, run.setup.separation(), 0.0)
 
     def elastic_energy(state: State) -> float:
         s, found = state.summary, state.fields
@@ -237,7 +237,7 @@ def with_size(parts: Parts) -> Parts:
     """With the size of the grid that `auto` chooses."""
     with TemporaryDirectory() as folder:
         try:
-            size = solve_parts(parts | {"load_path": parts["load_path"][:1]}, Path(folder)).scene.grid.size
+            size = solve_parts(parts | {"load_path": parts["load_path"][:1]}, Path(folder)).setup.grid.size
         except (CaseError, GridEdgeError):
             size = (1.0, 1.0)
     return parts | {"grid": parts["grid"] | {"size": list(size)}}

@@ -13,7 +13,7 @@ from fretsolve import load_case, run
 from fretsolve.case import Case
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import State, Summary
-from fretsolve.simulation.simulation import prepare
+from fretsolve.simulation.simulation import set_up
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -35,13 +35,13 @@ class ShippedRun:
 @cache
 def _solved(name: str) -> ShippedRun:
     case = load_case(CASES / f"{name}.yaml")
-    scene = prepare(case)
+    setup = set_up(case)
     history, ends = [], []
-    for state in run(scene):
+    for state in run(setup):
         history.append(state.summary)
-        if state.summary.step in scene.load_path.last_steps:
+        if state.summary.step in setup.load_path.last_steps:
             ends.append(state)
-    return ShippedRun(case, scene.grid, tuple(history), tuple(ends))
+    return ShippedRun(case, setup.grid, tuple(history), tuple(ends))
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
 from fretsolve.model.surface import separation
 from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
@@ -152,12 +152,12 @@ def one_way_stick_ratios(friction, points, loads):
     pressure, rigid = np.zeros(grid.shape), np.zeros(3)
     shear, sideways, before = (np.zeros((2, *grid.shape)) for _ in range(3))
     for load in loads:
-        balance = Balance((True, False, False), (load, 0.0, 0.0))
+        control = LoadControl((True, False, False), (load, 0.0, 0.0))
         approach = rigid[0]
-        pressed = normal.solve(undeformed, balance, pressure, 1e-6, 2000, rigid)
+        pressed = normal.solve(undeformed, control, pressure, 1e-6, 2000, rigid)
         rigid = pressed.rigid
         operator.tangential_from_pressure(pressure, sideways)
-        unloaded = Balance((True, True, False), (0.0, 0.0, 0.0))
+        unloaded = LoadControl((True, True, False), (0.0, 0.0, 0.0))
         elastic_slip = before - sideways
         result = tangential.solve(
             elastic_slip, unloaded, friction * pressure, shear, 1e-6, 2000, rigid[0] - approach

@@ -331,7 +331,7 @@ class TestCoupling:
         assert f"expect errors of about 7.5 % of {found}" in warning
         chosen = derive_model(build(grid={"points": 8}, load_path=[{"P": LOAD}, stage]))
         assert chosen.coupling == "tangential"
-        assert chosen.terms.cross
+        assert chosen.terms.in_plane_coupling
         assert chosen.warnings == ()
 
 

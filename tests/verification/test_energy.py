@@ -19,7 +19,7 @@ import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build, solve
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.simulation.simulation import prepare
+from fretsolve.simulation.simulation import set_up
 
 LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
 MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
@@ -53,9 +53,9 @@ def test_every_increment_balances(bodies):
     ]
     parts = {"bodies": bodies, "grid": {"points": [30, 34], "size": [0.8, 0.9]}, "load_path": path}
     parts["solver"] = {"tolerance": 1e-9}
-    scene = prepare(build(**parts))
-    grid, states = scene.grid, solve(**parts)
-    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), scene.model.compliances, scene.model.terms)
+    setup = set_up(build(**parts))
+    grid, states = setup.grid, solve(**parts)
+    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), setup.model.compliances, setup.model.terms)
 
     def energy(state):
         uz, displacement = np.zeros(grid.shape), np.zeros((2, *grid.shape))

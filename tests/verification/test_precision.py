@@ -14,7 +14,7 @@ from solving import DISSIMILAR, build
 from fretsolve import load_case, open_result, run
 from fretsolve.errors import CaseError
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -115,7 +115,7 @@ def test_a_tolerance_below_what_it_certifies_is_refused(tmp_path, tolerance):
 
 def test_estimate_tells_what_is_saved(tmp_path):
     cases = (load_case(written(tmp_path), ["grid.points=2048", f"solver.precision={p}"]) for p in ("double", "single"))
-    double, single = (estimate(prepare(case)) for case in cases)
+    double, single = (estimate(set_up(case)) for case in cases)
     assert single.memory < 0.8 * double.memory
     assert single.file < 0.6 * double.file
     assert "single precision saves" in "\n".join(single.lines())

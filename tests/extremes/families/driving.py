@@ -25,7 +25,7 @@ from solving import LOAD, SIMILAR, SPHERE
 from fretsolve import load_case
 from fretsolve.errors import FretsolveError
 from fretsolve.result.state import State, Summary
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.simulation import run
 
 Parts = dict[str, Any]
@@ -41,7 +41,7 @@ class Run:
 
     parts: Parts
     folder: Path
-    scene: Scene
+    setup: ProblemSetup
     states: list[State]
 
     @property
@@ -57,7 +57,7 @@ class Run:
     @property
     def cell(self) -> float:
         """The longer side of a cell (mm)."""
-        return max(self.scene.grid.dx, self.scene.grid.dy)
+        return max(self.setup.grid.dx, self.setup.grid.dy)
 
 
 @dataclass(frozen=True)
@@ -186,13 +186,13 @@ def solve_parts(parts: Parts, folder: Path, findings: Findings | None = None) ->
     """Solve the case of `parts`, and write down in `findings` what is seen of its increments."""
     file = folder / "case.yaml"
     file.write_text(yaml.safe_dump(whole(parts), sort_keys=False), encoding="utf-8")
-    scene = prepare(load_case(file))
+    setup = set_up(load_case(file))
     states = []
-    for state in run(scene):
+    for state in run(setup):
         states.append(state)
         if findings is not None:
-            findings.examine(state, scene.case.solver.tolerance)
-    return Run(parts, folder, scene, states)
+            findings.examine(state, setup.case.solver.tolerance)
+    return Run(parts, folder, setup, states)
 
 
 def whole(parts: Parts) -> Parts:

@@ -39,7 +39,7 @@ def worst(*distances: Distance) -> Distance:
 
 def material(run: Run) -> Compliances:
     """Of the pair of bodies."""
-    return run.scene.model.compliances
+    return run.setup.model.compliances
 
 
 def hertz(run: Run, radius: float = RADIUS) -> HertzContact:
@@ -49,7 +49,7 @@ def hertz(run: Run, radius: float = RADIUS) -> HertzContact:
 
 def friction(run: Run) -> float:
     """Its coefficient."""
-    return run.scene.model.friction
+    return run.setup.model.friction
 
 
 def of_hertz(run: Run, radius: float = RADIUS) -> float:
@@ -135,7 +135,7 @@ def of_dissipation(run: Run) -> float:
     It vanishes as v becomes a rigid motion: by the kinematic theorem the loads then lie on the limit surface, with v
     normal to it.
     """
-    grid, before, after = run.scene.grid, run.states[-2].summary, run.end
+    grid, before, after = run.setup.grid, run.states[-2].summary, run.end
     dx, dy, turn = (getattr(after, name) - getattr(before, name) for name in ("delta_x", "delta_y", "phi_z"))
     speed = np.hypot(dx - turn * grid.y[None, :], dy + turn * grid.x[:, None])
     power = after.Qx * dx + after.Qy * dy + after.Mz * turn
@@ -171,8 +171,8 @@ def like(quantities: tuple[str, ...], exact: Callable[[Run], Run], **factors: fl
 
 def again(run: Run, **parts: Any) -> Run:
     """The same case on the same grid with other `parts`."""
-    spec = run.scene.case.grid
-    grid = {"points": list(spec.points), "size": list(run.scene.grid.size), "center": list(spec.center)}
+    spec = run.setup.case.grid
+    grid = {"points": list(spec.points), "size": list(run.setup.grid.size), "center": list(spec.center)}
     return solve_parts(run.parts | {"grid": grid} | parts, run.folder)
 
 

@@ -46,7 +46,7 @@ def of_hertz_aside(run: Run) -> float:
 
 def one_side_open(run: Run) -> float:
     """Pressure at x < -a/2 of the punch over the largest: none, as the moment has lifted that side off."""
-    far = run.scene.grid.x < -0.15
+    far = run.setup.grid.x < -0.15
     return float(run.last.fields.pressure[far].max()) / run.end.max_pressure
 
 

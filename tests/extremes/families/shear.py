@@ -11,7 +11,7 @@ import numpy as np
 from solving import DISSIMILAR, FRICTION, LOAD
 
 from fretsolve.errors import SlidingError
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.limit_load import load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
 
@@ -55,7 +55,7 @@ def capacity(load: tuple[float, float, float], points: int = 32) -> float:
     with TemporaryDirectory() as folder:
         found = solve_parts({"friction": 0.0, "grid": {"points": points}}, Path(folder))
     pressure = FRICTION * found.last.fields.pressure
-    return load_factor(pressure, Balance((True, True, True), load), TangentialModes(found.scene.grid))
+    return load_factor(pressure, LoadControl((True, True, True), load), TangentialModes(found.setup.grid))
 
 
 def combined(angle: float, share: float) -> Parts:

@@ -15,7 +15,7 @@ from command_line import CASE, invoke, saved_steps, write_case
 from fretsolve import load_case, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.system.threads import available
 
 
@@ -214,7 +214,7 @@ def test_grid_beyond_the_memory_is_refused(tmp_path: Path) -> None:
 
 def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case, out = write_case(tmp_path), tmp_path / "case.h5"
-    size = estimate(prepare(load_case(case))).file
+    size = estimate(set_up(load_case(case))).file
     certain = "is too much for the"
     for share, code, words in ((3.0, 0, ""), (1.5, 0, "may be too much for the"), (0.05, 2, certain)):
         monkeypatch.setattr(shutil, "disk_usage", lambda folder, share=share: SimpleNamespace(free=share * size))

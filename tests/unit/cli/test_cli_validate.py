@@ -15,7 +15,7 @@ from fretsolve import load_case
 from fretsolve.commands.validate import effective_yaml
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.hertz import hertz_contact
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
 ELLIPSOID = "surface={ellipsoid: {radius_x: 10 mm, radius_y: 25 mm, angle: 30 deg}}"
@@ -55,7 +55,7 @@ def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:
 
 def test_effective_case_is_a_case(tmp_path: Path) -> None:
     case = load_case(write_case(tmp_path), [ELLIPSOID, "grid.center=[0.1 mm, 0]", "title='with: colon # and hash'"])
-    written = effective_yaml(prepare(case))
+    written = effective_yaml(set_up(case))
     again = load_case(write_case(tmp_path, written, "effective.yaml"))
     assert again == case
     assert "&" not in written
@@ -86,21 +86,21 @@ def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
     assert "Hertz" not in output
 
 
-def scene_of(tmp_path: Path, *sets: str) -> object:
-    return prepare(load_case(write_case(tmp_path), ["grid.size=1 mm", *sets]))
+def setup_of(tmp_path: Path, *sets: str) -> object:
+    return set_up(load_case(write_case(tmp_path), ["grid.size=1 mm", *sets]))
 
 
 def test_hertz_under_displacement_control_is_that_under_its_force(tmp_path: Path) -> None:
-    forced = hertz_contact(scene_of(tmp_path))
-    moved = hertz_contact(scene_of(tmp_path, f"load_path.0={{delta_z: {forced.delta_z!r}}}"))
+    forced = hertz_contact(setup_of(tmp_path))
+    moved = hertz_contact(setup_of(tmp_path, f"load_path.0={{delta_z: {forced.delta_z!r}}}"))
     assert moved.load == pytest.approx(400.0)
     assert moved.semi_axes == pytest.approx(forced.semi_axes)
 
 
 def test_hertz_of_an_ellipsoid(tmp_path: Path) -> None:
-    round_one = hertz_contact(scene_of(tmp_path, "surface={ellipsoid: {radius_x: 10 mm, radius_y: 10 mm}}"))
-    slim = hertz_contact(scene_of(tmp_path, ELLIPSOID))
-    assert round_one == hertz_contact(scene_of(tmp_path))
+    round_one = hertz_contact(setup_of(tmp_path, "surface={ellipsoid: {radius_x: 10 mm, radius_y: 10 mm}}"))
+    slim = hertz_contact(setup_of(tmp_path, ELLIPSOID))
+    assert round_one == hertz_contact(setup_of(tmp_path))
     assert slim.semi_axes == pytest.approx((0.255826, 0.470156), rel=1e-5)
     assert slim.max_pressure == pytest.approx(1.5 * 400.0 / (math.pi * math.prod(slim.semi_axes)))
 
@@ -172,7 +172,7 @@ def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     command = [sys.executable, "-c", RUN_AND_TELL_MEMORY, "run", str(case), "-q", *words]
     child = subprocess.run(command, capture_output=True, text=True, check=True)
     taken = 1024 * int(child.stdout)
-    assert estimate(prepare(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)
+    assert estimate(set_up(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)
 
 
 def test_flat_round_punch_has_its_closed_form(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from command_line import CASE, invoke, write_case
 
 from fretsolve import load_case
 from fretsolve.setup.hertz import hertz_contacts
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.slip_forecast import first_slide, smallest_stick
 from fretsolve.setup.warnings import doubts
 
@@ -19,8 +19,8 @@ CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))
 PRESSED = "load_path.1.Qx=0 N"
 
 
-def scene_of(folder: Path, *sets: str, text: str = FINE) -> object:
-    return prepare(load_case(write_case(folder, text), sets))
+def setup_of(folder: Path, *sets: str, text: str = FINE) -> object:
+    return set_up(load_case(write_case(folder, text), sets))
 
 
 DOUBTS = {
@@ -59,7 +59,7 @@ DOUBTS = {
 
 @pytest.mark.parametrize("sets", DOUBTS, ids=" ".join)
 def test_doubtful_case_is_told_of_once(sets: tuple[str, ...], tmp_path: Path) -> None:
-    found = doubts(scene_of(tmp_path, *sets))
+    found = doubts(setup_of(tmp_path, *sets))
     assert sum(DOUBTS[sets] in text for text in found) == 1
     assert len(found) == 1
     assert all(text[0].islower() and "\n" not in text for text in found)
@@ -67,32 +67,32 @@ def test_doubtful_case_is_told_of_once(sets: tuple[str, ...], tmp_path: Path) ->
 
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
 def test_shipped_cases_are_beyond_doubt(case: Path) -> None:
-    scene = prepare(load_case(case))
-    assert doubts(scene) == list(scene.model.warnings)
+    setup = set_up(load_case(case))
+    assert doubts(setup) == list(setup.model.warnings)
 
 
 WITHOUT_FRICTION = FINE.replace("friction: 0.1\n", "")
 
 
 def test_friction_that_was_forgotten(tmp_path: Path) -> None:
-    (found,) = doubts(scene_of(tmp_path, text=WITHOUT_FRICTION))
+    (found,) = doubts(setup_of(tmp_path, text=WITHOUT_FRICTION))
     assert found.startswith("friction: not given, so it is 0, although the load path moves Qx; say friction: 0 if")
     pressed = ("load_path=[{P: 400 N}]", "expect=[]")
-    assert doubts(scene_of(tmp_path, *pressed, text=WITHOUT_FRICTION)) == []
-    (found,) = doubts(scene_of(tmp_path, *pressed, DISSIMILAR, text=WITHOUT_FRICTION))
+    assert doubts(setup_of(tmp_path, *pressed, text=WITHOUT_FRICTION)) == []
+    (found,) = doubts(setup_of(tmp_path, *pressed, DISSIMILAR, text=WITHOUT_FRICTION))
     assert "although the bodies differ (Dundurs' constant 0.1938)" in found
-    assert doubts(scene_of(tmp_path, *pressed, DISSIMILAR, "friction=0")) == []
+    assert doubts(setup_of(tmp_path, *pressed, DISSIMILAR, "friction=0")) == []
 
 
 def test_tilted_and_displaced_contacts_are_not_judged_by_theories_of_others(tmp_path: Path) -> None:
-    assert doubts(scene_of(tmp_path, "load_path.0={P: 400 N, My: 8 N*mm}", "grid.size=0.8 mm")) == []
-    assert doubts(scene_of(tmp_path, "load_path.1={delta_x: 5 um}", "expect=[]")) == []
-    assert doubts(scene_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
+    assert doubts(setup_of(tmp_path, "load_path.0={P: 400 N, My: 8 N*mm}", "grid.size=0.8 mm")) == []
+    assert doubts(setup_of(tmp_path, "load_path.1={delta_x: 5 um}", "expect=[]")) == []
+    assert doubts(setup_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
 
 
 def smallest(tmp_path: Path, *sets: str) -> tuple[int, float, str] | None:
-    scene = scene_of(tmp_path, "expect=[]", *sets)
-    found = smallest_stick(scene, hertz_contacts(scene))
+    setup = setup_of(tmp_path, "expect=[]", *sets)
+    found = smallest_stick(setup, hertz_contacts(setup))
     return None if found is None else (found.stage, found.radius, found.authors)
 
 
@@ -114,8 +114,8 @@ def test_smallest_stick_zone_by_closed_forms(tmp_path: Path) -> None:
 
 
 def test_nothing_slides_below_the_limit(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, "load_path.1.Qx=39.99 N")
-    assert first_slide(scene, hertz_contacts(scene)) is None
+    setup = setup_of(tmp_path, "load_path.1.Qx=39.99 N")
+    assert first_slide(setup, hertz_contacts(setup)) is None
 
 
 @pytest.mark.parametrize("command", ["validate", "run", "check"])

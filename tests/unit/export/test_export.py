@@ -18,7 +18,7 @@ from fretsolve.export import FORMATS
 from fretsolve.export.deformed_surfaces import FlatError, Surfaces
 from fretsolve.result import HistoryWriter, Result
 from fretsolve.result.parts import parts_folder
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 
 CASE = """\
@@ -38,9 +38,9 @@ output: {fields: [pressure, shear, slip, zone, gap], every: 2}
 
 def solve(folder: Path, text: str, end: str) -> Path:
     """A result that is complete, or parts of one that was stopped after three increments."""
-    scene = prepare(load_case(write_case(folder, text)))
-    with HistoryWriter.open(folder / "out.h5", run_header(scene, 1, ())) as writer:
-        for state in run(scene):
+    setup = set_up(load_case(write_case(folder, text)))
+    with HistoryWriter.open(folder / "out.h5", run_header(setup, 1, ())) as writer:
+        for state in run(setup):
             writer.append(state)
             if end == "stopped" and state.summary.step == 2:
                 break

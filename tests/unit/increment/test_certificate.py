@@ -10,9 +10,9 @@ from solving import DISSIMILAR, FRICTION, build, solve
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.increment.certificate import Examiner, Solution
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Zone
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 
 PARTS = {
@@ -22,19 +22,19 @@ PARTS = {
     "solver": {"tolerance": 1e-9},
 }
 RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
-NORMAL = Balance((True, False, False), (400.0, 0.0, 0.0))
-TANGENTIAL = Balance((True, True, True), (30.0, 4.0, 1.0))
+NORMAL = LoadControl((True, False, False), (400.0, 0.0, 0.0))
+TANGENTIAL = LoadControl((True, True, True), (30.0, 4.0, 1.0))
 RESIDUALS = ("gap", "stick", "slip", "bound", "load")
 
 
 @pytest.fixture(scope="module")
 def solved():
     """Scene, operator, examiner, and a right solution from the last two states."""
-    scene = prepare(build(**PARTS))
-    grid, model = scene.grid, scene.model
+    setup = set_up(build(**PARTS))
+    grid, model = setup.grid, setup.model
     before, after = solve(**PARTS)[-2:]
     operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms)
-    examiner = Examiner(scene.separation(), FRICTION, NormalModes(grid), TangentialModes(grid), 1e-9)
+    examiner = Examiner(setup.separation(), FRICTION, NormalModes(grid), TangentialModes(grid), 1e-9)
     rigid, start = (np.array([getattr(state.summary, name) for name in RIGID]) for state in (after, before))
     fields = after.fields
     solution = Solution(
@@ -155,13 +155,13 @@ class TestSpoilt:
         _, examiner, solution = solved
         values = list(TANGENTIAL.values)
         values[mode] += error * FRICTION * 400.0
-        found = examiner.examine(solution, NORMAL, Balance(TANGENTIAL.forced, tuple(values))).certificate
+        found = examiner.examine(solution, NORMAL, LoadControl(TANGENTIAL.forced, tuple(values))).certificate
         assert found.load > 0.5 * error
         assert max(found.gap, found.stick, found.slip, found.bound) < 1e-9
 
     def test_normal_load(self, solved, error):
         _, examiner, solution = solved
-        wrong = Balance(NORMAL.forced, (400.0 * (1.0 + error), 0.0, 0.0))
+        wrong = LoadControl(NORMAL.forced, (400.0 * (1.0 + error), 0.0, 0.0))
         assert examiner.examine(solution, wrong, TANGENTIAL).certificate.load == pytest.approx(error, rel=0.01)
 
 
@@ -189,11 +189,11 @@ def test_no_contact_and_no_load(solved):
     _, examiner, solution = solved
     nothing = np.zeros_like(solution.shear)
     apart = Solution(nothing[0], nothing, nothing[0], nothing, np.zeros(6), np.zeros(6), nothing)
-    unloaded = Balance((True, False, False), (0.0, 0.0, 0.0))
-    evidence = examiner.examine(apart, unloaded, Balance((True, True, False), (0.0, 0.0, 0.0)))
+    unloaded = LoadControl((True, False, False), (0.0, 0.0, 0.0))
+    evidence = examiner.examine(apart, unloaded, LoadControl((True, True, False), (0.0, 0.0, 0.0)))
     assert evidence.certificate.worst == 0.0
     assert not evidence.zone.any()
-    loaded = examiner.examine(apart, NORMAL, Balance((True, True, False), (0.0, 0.0, 0.0)))
+    loaded = examiner.examine(apart, NORMAL, LoadControl((True, True, False), (0.0, 0.0, 0.0)))
     assert loaded.certificate.load > 1.0
 
 
@@ -202,7 +202,7 @@ def test_penetration_without_contact_is_refused(solved):
     _, examiner, solution = solved
     nothing, rigid = np.zeros_like(solution.shear), np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
     through = Solution(nothing[0], nothing, nothing[0], nothing, rigid, rigid, nothing)
-    evidence = examiner.examine(through, Balance((False, False, False), (1e-3, 0.0, 0.0)), TANGENTIAL)
+    evidence = examiner.examine(through, LoadControl((False, False, False), (1e-3, 0.0, 0.0)), TANGENTIAL)
     assert evidence.certificate.gap > 1e3
 
 
@@ -229,10 +229,10 @@ def test_tension_is_refused(solved):
 def test_imposed_displacements_are_checked(solved):
     _, examiner, solution = solved
     dz, dx = solution.rigid[0], solution.rigid[3]
-    right = Balance((False, False, False), (dz, 0.0, 0.0)), Balance((False, True, True), (dx, 4.0, 1.0))
+    right = LoadControl((False, False, False), (dz, 0.0, 0.0)), LoadControl((False, True, True), (dx, 4.0, 1.0))
     assert examiner.examine(solution, *right).certificate.load < 1e-9
     for wrong in (
-        (Balance((False, False, False), (1.01 * dz, 0.0, 0.0)), right[1]),
-        (right[0], Balance((False, True, True), (1.1 * dx, 4.0, 1.0))),
+        (LoadControl((False, False, False), (1.01 * dz, 0.0, 0.0)), right[1]),
+        (right[0], LoadControl((False, True, True), (1.1 * dx, 4.0, 1.0))),
     ):
         assert examiner.examine(solution, *wrong).certificate.load > 1e-3

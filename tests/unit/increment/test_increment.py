@@ -11,30 +11,30 @@ from fretsolve.increment import coupled_step as joint_pass
 from fretsolve.increment import increment as increment_module
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.increment.working_state import Start
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers import tangential
 
-PRESSED = Balance((True, False, False), (LOAD, 0.0, 0.0))
-FREE = Balance((True, True, False), (0.0, 0.0, 0.0))
+PRESSED = LoadControl((True, False, False), (LOAD, 0.0, 0.0))
+FREE = LoadControl((True, True, False), (0.0, 0.0, 0.0))
 
 
-def scene_of(bodies=SIMILAR, points=28, size=0.76, **parts):
+def setup_of(bodies=SIMILAR, points=28, size=0.76, **parts):
     moved = [{"P": LOAD}, {"Qx": 1.0}]
-    return prepare(build(bodies=bodies, grid={"points": points, "size": size}, load_path=moved, **parts))
+    return set_up(build(bodies=bodies, grid={"points": points, "size": size}, load_path=moved, **parts))
 
 
-def solver_of(scene, tolerance=1e-7, most=2000):
-    return IncrementSolver(scene.grid, scene.separation(), scene.model, tolerance, most)
+def solver_of(setup, tolerance=1e-7, most=2000):
+    return IncrementSolver(setup.grid, setup.separation(), setup.model, tolerance, most)
 
 
 def nothing(grid):
     return Start(np.zeros(grid.shape), np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape)), np.zeros(6))
 
 
-def increment(scene, normal=PRESSED, tangential=FREE, step=0):
-    return Increment(step, scene.case.stages()[0], normal, tangential)
+def increment(setup, normal=PRESSED, tangential=FREE, step=0):
+    return Increment(step, setup.case.stages()[0], normal, tangential)
 
 
 def after(solved, normal=PRESSED):
@@ -44,12 +44,12 @@ def after(solved, normal=PRESSED):
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
 def test_two_increments(bodies):
-    scene = scene_of(bodies)
-    solver = solver_of(scene)
-    first = solver.solve(increment(scene), nothing(scene.grid))
+    setup = setup_of(bodies)
+    solver = solver_of(setup)
+    first = solver.solve(increment(setup), nothing(setup.grid))
     assert first.evidence.certificate.worst <= 1e-7
     assert first.normal[0] == pytest.approx(LOAD)
-    pulled = increment(scene, tangential=Balance((True, True, False), (25.0, -5.0, 0.0)))
+    pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, -5.0, 0.0)))
     second = solver.solve(pulled, after(first))
     assert second.evidence.certificate.worst <= 1e-7
     assert second.tangential[:2] == pytest.approx((25.0, -5.0))
@@ -58,10 +58,10 @@ def test_two_increments(bodies):
 
 
 def test_uncoupled_pressure_is_kept_where_the_normal_load_stays():
-    scene = scene_of()
-    solver = solver_of(scene)
-    first = solver.solve(increment(scene), nothing(scene.grid))
-    pulled = increment(scene, tangential=Balance((True, True, False), (25.0, 0.0, 0.0)))
+    setup = setup_of()
+    solver = solver_of(setup)
+    first = solver.solve(increment(setup), nothing(setup.grid))
+    pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, 0.0, 0.0)))
     second = solver.solve(pulled, after(first))
     assert second.iterations_normal == 0
     assert second.alternations == 1
@@ -69,37 +69,37 @@ def test_uncoupled_pressure_is_kept_where_the_normal_load_stays():
 
 
 def test_the_start_is_left_alone():
-    scene = scene_of(DISSIMILAR)
-    solver = solver_of(scene)
-    start = after(solver.solve(increment(scene), nothing(scene.grid)))
+    setup = setup_of(DISSIMILAR)
+    solver = solver_of(setup)
+    start = after(solver.solve(increment(setup), nothing(setup.grid)))
     kept = Start(start.pressure.copy(), start.shear.copy(), start.displacement.copy(), start.rigid.copy(), start.normal)
-    solver.solve(increment(scene, tangential=Balance((True, True, False), (20.0, 0.0, 0.0))), start)
+    solver.solve(increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0))), start)
     for name in ("pressure", "shear", "displacement", "rigid"):
         np.testing.assert_array_equal(getattr(start, name), getattr(kept, name))
 
 
 def test_what_was_solved_before_does_not_matter():
     """The same increment from the same start, by a new solver and by one that has done other work."""
-    scene = scene_of(DISSIMILAR)
-    pulled = increment(scene, tangential=Balance((True, True, False), (20.0, 0.0, 0.0)))
-    used = solver_of(scene)
-    start = after(used.solve(increment(scene), nothing(scene.grid)))
-    used.solve(increment(scene, normal=Balance((True, False, False), (50.0, 0.0, 0.0))), nothing(scene.grid))
-    again, fresh = used.solve(pulled, start), solver_of(scene).solve(pulled, start)
+    setup = setup_of(DISSIMILAR)
+    pulled = increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0)))
+    used = solver_of(setup)
+    start = after(used.solve(increment(setup), nothing(setup.grid)))
+    used.solve(increment(setup, normal=LoadControl((True, False, False), (50.0, 0.0, 0.0))), nothing(setup.grid))
+    again, fresh = used.solve(pulled, start), solver_of(setup).solve(pulled, start)
     np.testing.assert_array_equal(again.solution.shear, fresh.solution.shear)
     np.testing.assert_array_equal(again.solution.pressure, fresh.solution.pressure)
 
 
 def test_the_whole_path_depends_on_friction():
     """One increment of indentation is not ten: slip remembers the way (mode II)."""
-    scene = scene_of(DISSIMILAR)
-    solver = solver_of(scene)
-    at_once = solver.solve(increment(scene), nothing(scene.grid))
-    state, load = nothing(scene.grid), 0.0
+    setup = setup_of(DISSIMILAR)
+    solver = solver_of(setup)
+    at_once = solver.solve(increment(setup), nothing(setup.grid))
+    state, load = nothing(setup.grid), 0.0
     for _ in range(5):
         load += LOAD / 5
-        balance = Balance((True, False, False), (load, 0.0, 0.0))
-        state = after(solver.solve(increment(scene, normal=balance), state), balance)
+        control = LoadControl((True, False, False), (load, 0.0, 0.0))
+        state = after(solver.solve(increment(setup, normal=control), state), control)
     difference = np.abs(state.shear - at_once.solution.shear).max()
     assert difference > 0.02 * np.abs(state.shear).max()
     assert np.abs(state.pressure - at_once.solution.pressure).max() < 0.05 * state.pressure.max()
@@ -107,75 +107,75 @@ def test_the_whole_path_depends_on_friction():
 
 class TestNoSolution:
     def test_too_few_iterations(self):
-        scene = scene_of()
+        setup = setup_of()
         with pytest.raises(NotConvergedError, match=r"max_iterations"):
-            solver_of(scene, most=1).solve(increment(scene), nothing(scene.grid))
+            solver_of(setup, most=1).solve(increment(setup), nothing(setup.grid))
 
     def test_too_few_tangential_iterations(self):
-        scene = scene_of()
-        first = solver_of(scene).solve(increment(scene), nothing(scene.grid))
-        pulled = increment(scene, tangential=Balance((True, True, False), (36.0, 0.0, 0.0)))
+        setup = setup_of()
+        first = solver_of(setup).solve(increment(setup), nothing(setup.grid))
+        pulled = increment(setup, tangential=LoadControl((True, True, False), (36.0, 0.0, 0.0)))
         with pytest.raises(NotConvergedError, match="tangential"):
-            solver_of(scene, most=1).solve(pulled, after(first))
+            solver_of(setup, most=1).solve(pulled, after(first))
 
     @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
     def test_sliding(self, bodies):
-        scene = scene_of(bodies)
-        solver = solver_of(scene)
-        start = after(solver.solve(increment(scene), nothing(scene.grid)))
+        setup = setup_of(bodies)
+        solver = solver_of(setup)
+        start = after(solver.solve(increment(setup), nothing(setup.grid)))
         with pytest.raises(SlidingError) as caught:
-            solver.solve(increment(scene, tangential=Balance((True, True, True), (0.0, 41.0, 0.0))), start)
+            solver.solve(increment(setup, tangential=LoadControl((True, True, True), (0.0, 41.0, 0.0))), start)
         assert caught.value.component == "Qy"
 
     def test_tilting_over(self):
-        scene = scene_of()
+        setup = setup_of()
         with pytest.raises(ContactLostError):
-            solver_of(scene).solve(
-                increment(scene, normal=Balance((True, True, True), (LOAD, 0.0, LOAD))), nothing(scene.grid)
+            solver_of(setup).solve(
+                increment(setup, normal=LoadControl((True, True, True), (LOAD, 0.0, LOAD))), nothing(setup.grid)
             )
 
     def test_edge(self):
-        scene = scene_of(size=0.5)
+        setup = setup_of(size=0.5)
         with pytest.raises(GridEdgeError):
-            solver_of(scene).solve(increment(scene), nothing(scene.grid))
+            solver_of(setup).solve(increment(setup), nothing(setup.grid))
 
 
 def test_a_solver_goes_on_after_an_error():
-    scene = scene_of()
-    solver = solver_of(scene)
-    start = after(solver.solve(increment(scene), nothing(scene.grid)))
+    setup = setup_of()
+    solver = solver_of(setup)
+    start = after(solver.solve(increment(setup), nothing(setup.grid)))
     with pytest.raises(SlidingError):
-        solver.solve(increment(scene, tangential=Balance((True, True, False), (50.0, 0.0, 0.0))), start)
-    pulled = increment(scene, tangential=Balance((True, True, False), (20.0, 0.0, 0.0)))
+        solver.solve(increment(setup, tangential=LoadControl((True, True, False), (50.0, 0.0, 0.0))), start)
+    pulled = increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0)))
     np.testing.assert_array_equal(
-        solver.solve(pulled, start).solution.shear, solver_of(scene).solve(pulled, start).solution.shear
+        solver.solve(pulled, start).solution.shear, solver_of(setup).solve(pulled, start).solution.shear
     )
 
 
 def test_a_tighter_tolerance_is_met():
-    scene = scene_of(DISSIMILAR)
-    solved = solver_of(scene, tolerance=1e-10).solve(increment(scene), nothing(scene.grid))
+    setup = setup_of(DISSIMILAR)
+    solved = solver_of(setup, tolerance=1e-10).solve(increment(setup), nothing(setup.grid))
     assert solved.evidence.certificate.worst <= 1e-10
 
 
 def test_control_by_displacement_from_the_start():
-    scene = scene_of()
-    forced = solver_of(scene).solve(increment(scene), nothing(scene.grid))
-    moved = Balance((False, False, False), (float(forced.solution.rigid[0]), 0.0, 0.0))
-    solved = solver_of(scene).solve(replace(increment(scene), normal=moved), nothing(scene.grid))
+    setup = setup_of()
+    forced = solver_of(setup).solve(increment(setup), nothing(setup.grid))
+    moved = LoadControl((False, False, False), (float(forced.solution.rigid[0]), 0.0, 0.0))
+    solved = solver_of(setup).solve(replace(increment(setup), normal=moved), nothing(setup.grid))
     assert solved.normal[0] == pytest.approx(LOAD, rel=1e-5)
 
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
 def test_a_large_grid_gives_memory_back_and_solves_the_same(bodies, monkeypatch):
     """The solvers' arrays are made anew for each increment there; nothing of the result may hang on what they held."""
-    scene = scene_of(bodies, points=64)
-    pulled = increment(scene, tangential=Balance((True, True, False), (25.0, -5.0, 0.0)))
+    setup = setup_of(bodies, points=64)
+    pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, -5.0, 0.0)))
     shears = []
     for limit in (np.inf, 0.0):
         monkeypatch.setattr(increment_module, "LARGE_GRID", limit)
-        solver = solver_of(scene)
-        first = solver.solve(increment(scene), nothing(scene.grid))
+        solver = solver_of(setup)
+        first = solver.solve(increment(setup), nothing(setup.grid))
         shears.append(solver.solve(pulled, after(first)).solution.shear)
     assert not any(name in vars(solver.level) for name in ("normal", "tangential"))
     np.testing.assert_array_equal(shears[0], shears[1])
@@ -185,8 +185,8 @@ def test_a_large_grid_gives_memory_back_and_solves_the_same(bodies, monkeypatch)
 def test_more_iterations_are_advised_only_where_they_ran_out(monkeypatch, stalled, advised):
     monkeypatch.setattr(tangential, "STALLED", stalled)
     monkeypatch.setattr(joint_pass, "solve_jointly", lambda *arguments: None)
-    scene = scene_of()
-    pressed = solver_of(scene).solve(increment(scene), nothing(scene.grid))
-    sheared = increment(scene, tangential=Balance((True, True, False), (36.0, 0.0, 0.0)), step=1)
+    setup = setup_of()
+    pressed = solver_of(setup).solve(increment(setup), nothing(setup.grid))
+    sheared = increment(setup, tangential=LoadControl((True, True, False), (36.0, 0.0, 0.0)), step=1)
     with pytest.raises(NotConvergedError, match=f"tangential problem is not solved after .* needed; {advised}"):
-        solver_of(scene, most=2).solve(sheared, after(pressed))
+        solver_of(setup, most=2).solve(sheared, after(pressed))

@@ -36,17 +36,17 @@ def test_the_least_model_that_the_case_requires(parts, stages, coupling, terms, 
     found = model(*stages, **parts)
     assert found.coupling == coupling
     assert found.terms == terms
-    assert found.sheared == sheared
+    assert found.has_shear == sheared
 
 
 def test_friction_free_slip_is_only_computed_where_it_is_stored():
     stored = model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure", "slip_path"]})
-    assert stored.terms.coupled
-    assert not model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure"]}).terms.coupled
+    assert stored.terms.normal_tangential_coupling
+    assert not model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure"]}).terms.normal_tangential_coupling
 
 
 def test_loads_of_nothing_need_no_shear():
-    assert not model(PRESS, {"Qx": 0.0, "Mz": 0.0}).sheared
+    assert not model(PRESS, {"Qx": 0.0, "Mz": 0.0}).has_shear
 
 
 def test_rounding_of_equal_bodies_is_no_difference():
@@ -79,7 +79,7 @@ def test_decisions_are_reasoned():
 )
 def test_slip_is_kept_where_something_may_slip(parts, stages, slides):
     found = model(*stages, **parts)
-    assert found.slides == slides
+    assert found.may_slip == slides
     kept = {decision.part: decision.kept for decision in found.decisions}
     assert kept["slip and work"] == slides
 
@@ -94,15 +94,15 @@ class TestNegligibleCoupling:
     )
     def test_left_out_where_it_stays_below_the_tolerance(self, tolerance, friction, kept):
         found = model(PRESS, PULL, bodies=self.STEELS, friction=friction, solver={"tolerance": tolerance})
-        assert found.terms.coupled == kept
+        assert found.terms.normal_tangential_coupling == kept
         reason = next(one.reason for one in found.decisions if one.part == "between pressure and shear")
         assert ("below solver.tolerance" in reason) != kept
         assert "0.002747" in reason
 
     def test_kept_where_it_is_asked_for_or_slip_without_friction_is_stored(self):
         loose = {"bodies": self.STEELS, "solver": {"tolerance": 0.1}}
-        assert model(PRESS, PULL, coupling="full", **loose).terms.coupled
-        assert model(PRESS, friction=0, **loose).terms.coupled
+        assert model(PRESS, PULL, coupling="full", **loose).terms.normal_tangential_coupling
+        assert model(PRESS, friction=0, **loose).terms.normal_tangential_coupling
 
     def test_what_is_left_out_is_as_small_as_told(self):
         """Decided for a tolerance of 5 %: the shear of no cell changes by more, and scalars by its square."""
@@ -120,7 +120,7 @@ class TestWarnings:
         (warning,) = model(PRESS, TWIST, coupling="none").warnings
         assert warning.startswith("coupling: none leaves out ux from qy and uy from qx")
         assert "7.5 % of phi_z" in warning
-        assert model(PRESS, TWIST).terms.cross
+        assert model(PRESS, TWIST).terms.in_plane_coupling
 
     def test_none_for_a_force(self):
         (warning,) = model(PRESS, PULL, coupling="none").warnings

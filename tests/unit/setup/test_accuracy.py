@@ -15,7 +15,7 @@ from fretsolve.case import load_case
 from fretsolve.result import open_result
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.accuracy import QUANTITIES, points_for, refinement, scales, verdict
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 CASE = """\
 bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
@@ -37,46 +37,46 @@ def solver(accuracy: object = 0.01, **settings: object) -> dict[str, object]:
 
 
 def test_it_picks_what_is_not_given() -> None:
-    scene = prepare(build(solver=solver()))
-    case = scene.case
-    assert scene.grid.nx == scene.grid.ny == case.grid.points[0]
-    assert scene.grid.nx % 4 == 0
+    setup = set_up(build(solver=solver()))
+    case = setup.case
+    assert setup.grid.nx == setup.grid.ny == case.grid.points[0]
+    assert setup.grid.nx % 4 == 0
     assert case.solver.tolerance == 1e-6
     assert case.solver.error_estimate
-    nx = scene.grid.nx
-    assert scene.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
+    nx = setup.grid.nx
+    assert setup.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
 
 
 def test_it_says_how_many_increments_it_picks() -> None:
-    scene = prepare(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
-    first, second = scene.load_path.counts
+    setup = set_up(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
+    first, second = setup.load_path.counts
     assert first > 2 * 24
-    assert f"{second} to {first} increments per stage" in scene.picked
+    assert f"{second} to {first} increments per stage" in setup.picked
 
 
 def test_settings_that_are_given_win() -> None:
     path = [{"P": 400.0, "increments": 3}]
     given = solver(tolerance=1e-7, error_estimate=False)
-    scene = prepare(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
-    assert scene.grid.shape == (40, 44)
-    assert scene.load_path.counts == (3,)
-    assert (scene.case.solver.tolerance, scene.case.solver.error_estimate) == (1e-7, False)
-    assert scene.picked == ()
+    setup = set_up(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
+    assert setup.grid.shape == (40, 44)
+    assert setup.load_path.counts == (3,)
+    assert (setup.case.solver.tolerance, setup.case.solver.error_estimate) == (1e-7, False)
+    assert setup.picked == ()
 
 
 def test_without_accuracy_nothing_changes() -> None:
-    scene = prepare(build(grid={"points": 16}))
-    assert scene.picked == ()
-    assert scene.case.effective() == build(grid={"points": 16}).effective()
+    setup = set_up(build(grid={"points": 16}))
+    assert setup.picked == ()
+    assert setup.case.effective() == build(grid={"points": 16}).effective()
     assert refinement(None) == 1.0
 
 
 def test_more_accuracy_takes_more_points_and_increments() -> None:
-    scenes = [prepare(build(bodies=DISSIMILAR, solver=solver(level))) for level in (0.1, "draft", "standard", 0.002)]
+    setups = [set_up(build(bodies=DISSIMILAR, solver=solver(level))) for level in (0.1, "draft", "standard", 0.002)]
     points, counts, tolerances = (
-        [scene.grid.nx for scene in scenes],
-        [scene.load_path.increments for scene in scenes],
-        [scene.case.solver.tolerance for scene in scenes],
+        [setup.grid.nx for setup in setups],
+        [setup.load_path.increments for setup in setups],
+        [setup.case.solver.tolerance for setup in setups],
     )
     assert points == sorted(points)
     assert points[-1] > 2 * points[1]
@@ -87,12 +87,12 @@ def test_more_accuracy_takes_more_points_and_increments() -> None:
 
 def test_where_the_path_has_no_effect_more_increments_are_no_use() -> None:
     path = [{"P": 400.0}, {"Qx": 30.0}]
-    assert prepare(build(load_path=path, solver=solver("reference"))).load_path.counts == (1, 10)
+    assert set_up(build(load_path=path, solver=solver("reference"))).load_path.counts == (1, 10)
 
 
 def test_points_follow_the_contact_not_the_area() -> None:
-    automatic = prepare(build(solver=solver())).grid
-    wide = prepare(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
+    automatic = set_up(build(solver=solver())).grid
+    wide = set_up(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
     assert wide.dx == pytest.approx(automatic.dx, rel=0.1)
     assert wide.ny == automatic.ny
     assert points_for(0.2, (1.0, 1.0), (1.0, 1.0)) == (32, 32)
@@ -100,8 +100,8 @@ def test_points_follow_the_contact_not_the_area() -> None:
 
 def test_a_narrow_slip_annulus_takes_more_points() -> None:
     paths = ([{"P": 400.0}, {"Qx": force}] for force in (39.0, 30.0, 8.0, 0.1))
-    points = [prepare(build(load_path=path, solver=solver())).grid.nx for path in paths]
-    pressed = prepare(build(solver=solver())).grid.nx
+    points = [set_up(build(load_path=path, solver=solver())).grid.nx for path in paths]
+    pressed = set_up(build(solver=solver())).grid.nx
     assert points[0] == points[1] == pressed
     assert points[2] > 2 * pressed
     assert points[3] == pytest.approx(4 * pressed, abs=12)
@@ -109,21 +109,21 @@ def test_a_narrow_slip_annulus_takes_more_points() -> None:
 
 def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
     """Spence's: nearly all of the radius at a friction of 0.05, a third at 0.12, a twelfth at 0.2, nothing at 5."""
-    scenes = [prepare(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.05))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
-    wide, third, twelfth, narrow, nothing = [(scene.grid.nx, scene.load_path.increments) for scene in scenes]
+    setups = [set_up(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.05))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
+    wide, third, twelfth, narrow, nothing = [(setup.grid.nx, setup.load_path.increments) for setup in setups]
     assert wide < third < twelfth < narrow
     assert wide[1] < third[1] < twelfth[1] < narrow[1] <= 4 * wide[1]
     assert narrow[0] == pytest.approx(4 * 1.2 * 18.3, abs=4)
     assert nothing == wide
     sheared = [{"P": 400.0}, {"Qx": 36.0}]
-    assert prepare(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
+    assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
 
 
 def test_the_effective_case_runs_alike() -> None:
-    scene = prepare(build(bodies=DISSIMILAR, solver=solver("draft")))
-    again = prepare(build(**{k: v for k, v in scene.case.effective().items() if k != "title"}))
-    assert again.case.effective() == scene.case.effective()
-    assert again.load_path.counts == scene.load_path.counts
+    setup = set_up(build(bodies=DISSIMILAR, solver=solver("draft")))
+    again = set_up(build(**{k: v for k, v in setup.case.effective().items() if k != "title"}))
+    assert again.case.effective() == setup.case.effective()
+    assert again.load_path.counts == setup.load_path.counts
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_run_tells_picks_and_verdict(tmp_path: Path) -> None:
     case, out = write(tmp_path, "draft"), tmp_path / "case.h5"
     ran = invoke("run", case)
     assert ran.exit_code == 0, ran.stderr
-    nx = prepare(load_case(case)).grid.nx
+    nx = set_up(load_case(case)).grid.nx
     assert f"accuracy 5 % picks {nx} x {nx} points, tolerance 5e-06, error bars" in ran.stdout
     assert "accuracy 5 % is met:" in ran.stdout
     assert "warning: accuracy" not in ran.stderr

@@ -5,14 +5,14 @@ import pytest
 from solving import HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import CaseError
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.closed_forms import hertz_elliptic, love_cone
 from fretsolve.setup.contact_size import MARGIN, contact_size
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 
 
 def load(p=LOAD, mx=None, my=None):
-    return Balance((True, mx is not None, my is not None), (p, mx or 0.0, my or 0.0))
+    return LoadControl((True, mx is not None, my is not None), (p, mx or 0.0, my or 0.0))
 
 
 def size(surface, *loads, center=(0.0, 0.0), first=1.0):
@@ -56,7 +56,7 @@ def test_moments_shift_the_contact():
 
 
 def test_displacement():
-    found = size(SPHERE, Balance((False, False, False), (HERTZ.delta_z, 0.0, 0.0)))
+    found = size(SPHERE, LoadControl((False, False, False), (HERTZ.delta_z, 0.0, 0.0)))
     assert found == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
 
 
@@ -69,11 +69,11 @@ def test_nothing_pressed():
     with pytest.raises(CaseError, match="no contact"):
         size(SPHERE, load(0.0))
     with pytest.raises(CaseError, match="no contact"):
-        size(SPHERE, Balance((False, False, False), (-1e-3, 0.0, 0.0)))
+        size(SPHERE, LoadControl((False, False, False), (-1e-3, 0.0, 0.0)))
 
 
 def test_a_sphere_has_its_closed_form():
-    grid = prepare(build(grid={"points": [12, 24]}, load_path=[{"P": 100.0}, {"P": LOAD}, {"P": 50.0}])).grid
+    grid = set_up(build(grid={"points": [12, 24]}, load_path=[{"P": 100.0}, {"P": LOAD}, {"P": 50.0}])).grid
     assert grid.size == pytest.approx((2 * MARGIN * A,) * 2, rel=1e-12)
     assert (grid.nx, grid.ny) == (12, 24)
 
@@ -84,4 +84,4 @@ def test_a_surface_that_cannot_be_had_is_the_reason(tmp_path):
     map_file = {"heights": {"file": str(tmp_path / "map.npy")}}
     case = build(surface=[map_file], grid={"points": 8})
     with pytest.raises(CaseError, match="spacing is missing"):
-        prepare(case)
+        set_up(case)

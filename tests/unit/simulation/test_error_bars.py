@@ -20,7 +20,7 @@ from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.setup import Scene, prepare
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import error_bars
 from fretsolve.simulation.coarse_runs import (
     ESTIMATED,
@@ -50,8 +50,8 @@ class StopAfter(StopRequest):
         return self._left <= 0
 
 
-def scene_of(points: int = 16, **parts: Any) -> Scene:
-    return prepare(build(grid={"points": points}, **parts))
+def setup_of(points: int = 16, **parts: Any) -> ProblemSetup:
+    return set_up(build(grid={"points": points}, **parts))
 
 
 def some_errors(step: int) -> SummaryErrors:
@@ -73,19 +73,19 @@ def test_every_estimated_value_is_one_of_the_history() -> None:
 
 
 def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
-    scene = prepare(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
-    coarse = coarser(scene, (2,))
+    setup = set_up(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
+    coarse = coarser(setup, (2,))
     assert coarse.grid.shape == (9, 12)
-    assert coarse.grid.size == pytest.approx(scene.grid.size)
+    assert coarse.grid.size == pytest.approx(setup.grid.size)
     assert coarse.load_path.counts == (2,)
     assert coarse.case.solver.tolerance == pytest.approx(1e-5)
-    assert scene.load_path.counts == (3,)
+    assert setup.load_path.counts == (3,)
 
 
 @pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 1e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
 def test_companions_are_never_stricter(tolerance: float, looser: float) -> None:
-    scene = scene_of(solver={"tolerance": tolerance})
-    assert coarser(scene, (1,)).case.solver.tolerance == pytest.approx(looser)
+    setup = setup_of(solver={"tolerance": tolerance})
+    assert coarser(setup, (1,)).case.solver.tolerance == pytest.approx(looser)
 
 
 def test_half_of_the_increments_or_two_for_one() -> None:
@@ -106,12 +106,12 @@ def test_half_of_the_increments_or_two_for_one() -> None:
     ],
 )
 def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, Any], matter: bool) -> None:
-    assert scene_of(**parts).load_path.matters is matter
+    assert setup_of(**parts).load_path.path_dependent is matter
 
 
 def test_points_at_which_both_companions_have_an_increment() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
-    fine = scene_of(bodies=DISSIMILAR, load_path=path).load_path
+    fine = setup_of(bodies=DISSIMILAR, load_path=path).load_path
     fewer = fine.with_counts(fewer_increments(fine.counts))
     assert fewer.counts == (2, 2, 2)
     assert nodes(fine, fewer, 0) == (Place(0, 0.0), Place(0, 0.5), 0.5)
@@ -124,7 +124,7 @@ def test_points_at_which_both_companions_have_an_increment() -> None:
 
 
 def test_companion_goes_as_far_as_it_is_asked() -> None:
-    companion = Companion(scene_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
+    companion = Companion(setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
     assert companion.values(-1) is not None
     assert companion.applications == 0
     one, three = companion.values(1), companion.values(3)
@@ -139,7 +139,7 @@ def test_companion_goes_as_far_as_it_is_asked() -> None:
 
 
 def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
-    (state, errors), = run_with_error_bars(scene_of(32, friction=0.0))
+    (state, errors), = run_with_error_bars(setup_of(32, friction=0.0))
     found = state.summary
     exact = {"delta_z": HERTZ.delta_z, "contact_radius": HERTZ.contact_radius, "max_pressure": HERTZ.max_pressure}
     for name, value in exact.items():
@@ -152,9 +152,9 @@ def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
 
 def test_increments_have_their_part_in_the_bar() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 30, "increments": 4}]
-    rows = list(run_with_error_bars(scene_of(20, bodies=DISSIMILAR, load_path=path)))
+    rows = list(run_with_error_bars(setup_of(20, bodies=DISSIMILAR, load_path=path)))
     fine = [{**stage, "increments": 16} for stage in path]
-    few, many = rows[-1], list(run_with_error_bars(scene_of(20, bodies=DISSIMILAR, load_path=fine)))[-1]
+    few, many = rows[-1], list(run_with_error_bars(setup_of(20, bodies=DISSIMILAR, load_path=fine)))[-1]
     assert few[1].work_total_error > 2.0 * many[1].work_total_error
     assert abs(few[0].summary.work_total - many[0].summary.work_total) < few[1].work_total_error
     assert sum(errors.work_error for _, errors in rows) >= 0.5 * few[1].work_total_error
@@ -164,8 +164,8 @@ def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
     """Bodies alike at constant pressure: one increment is as good as many, until next to nothing sticks."""
 
     def end(force: float, increments: int) -> tuple[float, float]:
-        scene = scene_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
-        *_, (state, errors) = run_with_error_bars(scene)
+        setup = setup_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
+        *_, (state, errors) = run_with_error_bars(setup)
         return state.summary.delta_x, errors.delta_x_error
 
     (few, bar), (many, _) = end(39.99, 10), end(39.99, 40)
@@ -175,8 +175,8 @@ def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
 
 
 def test_imposed_values_have_the_bar_of_their_residual() -> None:
-    scene = scene_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
-    rows = list(run_with_error_bars(scene))
+    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
+    rows = list(run_with_error_bars(setup))
     assert rows[-1][1].P_error < 1e-6 * 400.0
     assert rows[-1][1].delta_x_error < 1e-6 * 5e-4
     assert rows[-1][1].Qx_error > 1e-3
@@ -185,20 +185,20 @@ def test_imposed_values_have_the_bar_of_their_residual() -> None:
 
 
 def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
-    scene = scene_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
-    rows = list(run_with_error_bars(scene))
+    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
+    rows = list(run_with_error_bars(setup))
     assert rows[-1][0].summary.stick_radius == 0.0
-    assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * scene.grid.dx)
-    (_, frictionless), = run_with_error_bars(scene_of(friction=0.0))
-    assert frictionless.stick_radius_error < 0.1 * scene.grid.dx
+    assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * setup.grid.dx)
+    (_, frictionless), = run_with_error_bars(setup_of(friction=0.0))
+    assert frictionless.stick_radius_error < 0.1 * setup.grid.dx
 
 
 def test_bars_go_on_where_a_run_goes_on() -> None:
-    scene = scene_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": 4}])
-    whole = list(run_with_error_bars(scene))
+    setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": 4}])
+    whole = list(run_with_error_bars(setup))
     summaries = [state.summary for state, _ in whole]
     for done in (1, 4):
-        resumed = run_with_error_bars(scene, whole[done - 1][0], summaries[:done])
+        resumed = run_with_error_bars(setup, whole[done - 1][0], summaries[:done])
         for (state, errors), (expected, bars) in zip(resumed, whole[done:], strict=True):
             assert state.summary.delta_x == expected.summary.delta_x
             for name in vars(bars).keys() - {"companion_wall_time"}:
@@ -206,16 +206,16 @@ def test_bars_go_on_where_a_run_goes_on() -> None:
 
 
 def test_companion_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = scene_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
+    setup = setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
 
-    def slides(one: Scene, counts: tuple[int, ...]) -> Scene:
+    def slides(one: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
         coarse = coarser(one, counts)
         path = build(grid={"points": 8}, load_path=[{"P": 400}, {"Qx": 59, "increments": 3}])
-        return Scene(path, coarse.model, coarse.grid, prepare(path).load_path)
+        return ProblemSetup(path, coarse.model, coarse.grid, set_up(path).load_path)
 
     monkeypatch.setattr(error_bars, "coarser", slides)
     told: list[str] = []
-    rows = list(run_with_error_bars(scene, tell=told.append))
+    rows = list(run_with_error_bars(setup, tell=told.append))
     assert len(rows) == 4
     assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
@@ -237,7 +237,7 @@ def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
 
 def test_memory_and_time_count_the_companions() -> None:
     plain, barred = (
-        estimate(scene_of(2048, solver={"error_estimate": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
+        estimate(setup_of(2048, solver={"error_estimate": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
         for asked in (False, True)
     )
     assert 1.2 * plain.memory < barred.memory < 1.6 * plain.memory
@@ -326,9 +326,9 @@ def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
 
 
 def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
-    scene = scene_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
-    (first, _), (second, bars) = run_with_error_bars(scene)
-    again = ErrorBars(scene, [first.summary]).of(second.summary)
+    setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
+    (first, _), (second, bars) = run_with_error_bars(setup)
+    again = ErrorBars(setup, [first.summary]).of(second.summary)
     assert again.companion_applications == bars.companion_applications
 
 

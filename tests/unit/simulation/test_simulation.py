@@ -12,7 +12,7 @@ from solving import DISSIMILAR, build
 from fretsolve import load_case, run
 from fretsolve.elastic import convolution
 from fretsolve.errors import CaseError, GridEdgeError, SlidingError
-from fretsolve.simulation.simulation import prepare
+from fretsolve.simulation.simulation import set_up
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -59,8 +59,8 @@ def test_resuming_a_complete_run_does_nothing(states):
 
 
 def test_running_twice_gives_the_same(states):
-    scene = prepare(build(**PARTS))
-    for found, wanted in zip(run(scene), states, strict=True):
+    setup = set_up(build(**PARTS))
+    for found, wanted in zip(run(setup), states, strict=True):
         assert_same(found, wanted)
 
 
@@ -87,7 +87,7 @@ def test_slip_and_work_add_up(states):
 
 
 def test_summary_follows_from_the_fields(states):
-    grid = prepare(build(**PARTS)).grid
+    grid = set_up(build(**PARTS)).grid
     for state in states:
         summary, zone = state.summary, state.fields.zone
         found = [part.sum() * grid.cell_area for part in (state.fields.pressure, *state.fields.shear)]

@@ -12,7 +12,7 @@ import fretsolve.increment.coupled_step
 import fretsolve.increment.staggered_iteration
 from fretsolve import run
 from fretsolve.errors import NotConvergedError
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_newton import Estimate, Problem, solve_jointly
 from fretsolve.solvers.gmres import gmres
 from fretsolve.solvers.limit_load import load_factor
@@ -98,8 +98,8 @@ class Reluctant:
 
 def test_parts_of_loads_and_displacements_are_the_same():
     plane, vector = np.zeros((3, 3)), np.zeros((2, 3, 3))
-    normal = Balance((True, False, False), (LOAD, 0.0, 0.0))
-    tangential = Balance((True, False, False), (20.0, 1e-4, 0.0))
+    normal = LoadControl((True, False, False), (LOAD, 0.0, 0.0))
+    tangential = LoadControl((True, False, False), (20.0, 1e-4, 0.0))
     problem = Problem(plane, plane, vector, vector, np.zeros(3), 0.1, normal, tangential, 1e-6, 0.0)
     solver = Reluctant()
     start = Estimate(plane, vector, plane > 0.0, vector, np.zeros(6))
@@ -132,7 +132,7 @@ def test_tangential_problem_whose_zones_go_round():
     bound = 0.1 * pressed.fields.pressure
     loads = np.array([19.2, 14.4, 7.275])
     modes = TangentialModes(grid_of(friction=0.0, grid={"points": 32}))
-    loads *= (1.0 - 1e-6) * load_factor(bound, Balance((True, True, True), tuple(loads)), modes)
+    loads *= (1.0 - 1e-6) * load_factor(bound, LoadControl((True, True, True), tuple(loads)), modes)
     stage = dict(zip(("Qx", "Qy", "Mz"), map(float, loads), strict=True))
     path = [{"P": LOAD}, {name: 0.99 * load for name, load in stage.items()}, stage | {"increments": 1}]
     last = solve_last(grid={"points": 32}, load_path=path).summary

@@ -7,7 +7,7 @@ import pytest
 
 from fretsolve.elastic.rounding import circle_width
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.limit_load import AT_THE_LIMIT, at_the_limit, load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
 
@@ -18,16 +18,16 @@ CARRIED = float(HERTZ.sum()) * GRID.cell_area
 
 
 def factor(qx=0.0, qy=0.0, mz=0.0, bound=HERTZ, modes=MODES):
-    return load_factor(bound, Balance((True, True, True), (qx, qy, mz)), modes)
+    return load_factor(bound, LoadControl((True, True, True), (qx, qy, mz)), modes)
 
 
 def test_no_load_never_slides():
     assert factor() == math.inf
-    assert load_factor(HERTZ, Balance((False, False, False), (1.0, 1.0, 1.0)), MODES) == math.inf
+    assert load_factor(HERTZ, LoadControl((False, False, False), (1.0, 1.0, 1.0)), MODES) == math.inf
 
 
 def test_a_force_slides_at_the_friction_of_the_load():
-    assert load_factor(HERTZ, Balance((True, True, False), (3.0, 4.0, 0.0)), MODES) == pytest.approx(CARRIED / 5.0)
+    assert load_factor(HERTZ, LoadControl((True, True, False), (3.0, 4.0, 0.0)), MODES) == pytest.approx(CARRIED / 5.0)
     assert factor(qx=3.0, qy=-4.0) == pytest.approx(CARRIED / 5.0, rel=1e-3)
 
 
@@ -81,7 +81,7 @@ class TestSingleCell:
 
     def test_it_resists_turning_about_the_origin(self):
         arm = math.hypot(MODES.x[10], MODES.y[20])
-        found = load_factor(self.BOUND, Balance((False, False, True), (0.0, 0.0, 1.0)), MODES)
+        found = load_factor(self.BOUND, LoadControl((False, False, True), (0.0, 0.0, 1.0)), MODES)
         assert found == pytest.approx(self.FORCE * arm)
 
     def test_no_contact_carries_nothing(self):

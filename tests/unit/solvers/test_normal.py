@@ -6,7 +6,7 @@ import pytest
 from fretsolve.elastic.incremental_update import SHARE
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.solvers.normal import NormalSolver
@@ -14,7 +14,7 @@ from fretsolve.solvers.normal import NormalSolver
 GRID = Grid.from_size((26, 22), (0.8, 0.76))
 MATERIAL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
 SPHERE = (GRID.x[:, None] ** 2 + GRID.y[None, :] ** 2) / 20.0
-LOAD = Balance((True, False, False), (400.0, 0.0, 0.0))
+LOAD = LoadControl((True, False, False), (400.0, 0.0, 0.0))
 TOLERANCE = 1e-8
 
 
@@ -23,10 +23,10 @@ def solver(grid=GRID):
     return NormalSolver(operator, grid)
 
 
-def solve(separation=SPHERE, balance=LOAD, pressure=None, tolerance=TOLERANCE, most=500, rigid=None):
+def solve(separation=SPHERE, control=LOAD, pressure=None, tolerance=TOLERANCE, most=500, rigid=None):
     one = solver()
     pressure = np.zeros(GRID.shape) if pressure is None else pressure.copy()
-    result = one.solve(separation, balance, pressure, tolerance, most, np.zeros(3) if rigid is None else rigid)
+    result = one.solve(separation, control, pressure, tolerance, most, np.zeros(3) if rigid is None else rigid)
     uz = np.empty(GRID.shape)
     one.operator.normal(pressure, uz)
     dz, tilt_x, tilt_y = result.rigid
@@ -69,15 +69,15 @@ def test_a_solution_is_left_as_it_is():
 def test_displacement():
     """The approach that a force gives, imposed, gives the force back."""
     forced, pressure, _ = solve()
-    moved = Balance((False, False, False), (float(forced.rigid[0]), 0.0, 0.0))
-    result, same, gap = solve(balance=moved)
+    moved = LoadControl((False, False, False), (float(forced.rigid[0]), 0.0, 0.0))
+    result, same, gap = solve(control=moved)
     assert_complementary(result, same, gap)
     np.testing.assert_allclose(same, pressure, atol=1e-5 * pressure.max())
 
 
 def test_moments():
-    balance = Balance((True, True, True), (400.0, -16.0, 20.0))
-    result, pressure, gap = solve(balance=balance)
+    control = LoadControl((True, True, True), (400.0, -16.0, 20.0))
+    result, pressure, gap = solve(control=control)
     assert_complementary(result, pressure, gap)
     p, mx, my = solver().modes.resultants(pressure)
     assert (p, mx, my) == pytest.approx((400.0, -16.0, 20.0), rel=1e-6)
@@ -86,8 +86,8 @@ def test_moments():
 
 
 def test_imposed_tilt():
-    balance = Balance((True, False, False), (400.0, 0.0, 0.004))
-    result, pressure, gap = solve(balance=balance)
+    control = LoadControl((True, False, False), (400.0, 0.0, 0.004))
+    result, pressure, gap = solve(control=control)
     assert_complementary(result, pressure, gap)
     assert result.rigid[2] == 0.004
     _, _, my = solver().modes.resultants(pressure)
@@ -113,11 +113,12 @@ def test_where_there_is_no_material_nothing_presses():
 
 def test_nothing_pressed():
     """At P = 0 the surfaces just touch; apart they do not."""
-    result, pressure, gap = solve(balance=Balance((True, False, False), (0.0, 0.0, 0.0)), pressure=np.ones(GRID.shape))
+    control = LoadControl((True, False, False), (0.0, 0.0, 0.0))
+    result, pressure, gap = solve(control=control, pressure=np.ones(GRID.shape))
     assert result.converged
     assert not pressure.any()
     assert gap.min() == pytest.approx(0.0, abs=1e-15)
-    apart, pressure, gap = solve(balance=Balance((False, False, False), (-1e-3, 0.0, 0.0)))
+    apart, pressure, gap = solve(control=LoadControl((False, False, False), (-1e-3, 0.0, 0.0)))
     assert apart.converged
     assert not pressure.any()
     assert gap.min() >= 1e-3

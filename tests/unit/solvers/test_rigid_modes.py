@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, solve_modes
 
 GRID = Grid.from_size((7, 5), (1.4, 0.9), (0.3, -0.2))
@@ -17,7 +17,7 @@ def fields():
 
 
 class TestBalance:
-    BALANCE = Balance((True, False, True), (10.0, 0.2, -3.0))
+    BALANCE = LoadControl((True, False, True), (10.0, 0.2, -3.0))
 
     def test_parts(self):
         assert self.BALANCE.forced_index == [0, 2]

@@ -5,7 +5,7 @@ import pytest
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import Balance
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.solvers.rigid_modes import TangentialModes
@@ -26,15 +26,15 @@ def solver(terms=None):
 
 
 def forces(qx=0.0, qy=0.0, mz=0.0):
-    return Balance((True, True, True), (qx, qy, mz))
+    return LoadControl((True, True, True), (qx, qy, mz))
 
 
-def solve(balance, bound=BOUND, known=NOTHING_KNOWN, shear=None, most=2000, one=None, motion=0.0):
+def solve(control, bound=BOUND, known=NOTHING_KNOWN, shear=None, most=2000, one=None, motion=0.0):
     one = one or solver()
     shear, displacement = np.zeros((2, *GRID.shape)) if shear is None else shear.copy(), np.empty((2, *GRID.shape))
     one.operator.tangential(shear, displacement)
     elastic_slip = known - displacement
-    result = one.solve(elastic_slip, balance, bound, shear, TOLERANCE, most, motion)
+    result = one.solve(elastic_slip, control, bound, shear, TOLERANCE, most, motion)
     dx, dy, turn = result.rigid
     one.operator.tangential(shear, displacement)
     length = max(motion, np.abs(result.rigid).max() * GRID.size[0])
@@ -65,30 +65,30 @@ LOADS = [
     forces(qx=0.5 * CARRIED, qy=-0.6 * CARRIED),
     forces(mz=0.1 * CARRIED),
     forces(qx=0.4 * CARRIED, mz=0.08 * CARRIED),
-    Balance((False, False, False), (1e-3, 2e-4, 1e-3)),
-    Balance((False, True, False), (5e-4, 0.2 * CARRIED, 0.0)),
+    LoadControl((False, False, False), (1e-3, 2e-4, 1e-3)),
+    LoadControl((False, True, False), (5e-4, 0.2 * CARRIED, 0.0)),
 ]
 
 
 @pytest.mark.parametrize("balance", LOADS)
-def test_law_of_friction(balance):
-    result, shear, slip, one = solve(balance)
+def test_law_of_friction(control):
+    result, shear, slip, one = solve(control)
     assert_coulomb(result, shear, slip, one)
     found = TangentialModes(GRID).resultants(shear)
-    for mode in balance.forced_index:
-        assert found[mode] == pytest.approx(balance.values[mode], abs=1e-6 * CARRIED)
-    for mode in set(range(3)) - set(balance.forced_index):
-        assert result.rigid[mode] == balance.values[mode]
+    for mode in control.forced_index:
+        assert found[mode] == pytest.approx(control.values[mode], abs=1e-6 * CARRIED)
+    for mode in set(range(3)) - set(control.forced_index):
+        assert result.rigid[mode] == control.values[mode]
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_any_start_leads_to_the_one_solution(seed):
-    balance = LOADS[3]
-    _, exact, _, _ = solve(balance)
+    control = LOADS[3]
+    _, exact, _, _ = solve(control)
     start = np.random.default_rng(seed).normal(scale=200.0, size=(2, *GRID.shape))
     one = solver()
     one.slipping[:] = np.random.default_rng(seed + 9).random(GRID.shape) < 0.5
-    result, shear, slip, one = solve(balance, shear=start, one=one)
+    result, shear, slip, one = solve(control, shear=start, one=one)
     assert_coulomb(result, shear, slip, one)
     np.testing.assert_allclose(shear, exact, atol=1e-4 * BOUND.max())
 
@@ -121,14 +121,14 @@ def test_prestrain_is_relaxed_by_slip():
 
 
 def test_everything_slides():
-    result, shear, slip, one = solve(Balance((False, False, False), (0.1, 0.05, 0.0)))
+    result, shear, slip, one = solve(LoadControl((False, False, False), (0.1, 0.05, 0.0)))
     assert_coulomb(result, shear, slip, one)
     assert np.hypot(*shear)[BOUND > 0.0] == pytest.approx(BOUND[BOUND > 0.0], rel=1e-9)
     assert (one.slipping == (BOUND > 0.0)).all()
 
 
 def test_nothing_in_contact():
-    result, shear, _, one = solve(Balance((False, False, False), (1e-3, 0.0, 0.0)), bound=np.zeros(GRID.shape))
+    result, shear, _, one = solve(LoadControl((False, False, False), (1e-3, 0.0, 0.0)), bound=np.zeros(GRID.shape))
     assert result.converged
     assert not shear.any()
     assert not one.slipping.any()
@@ -137,7 +137,7 @@ def test_nothing_in_contact():
 def test_a_single_cell():
     bound = np.zeros(GRID.shape)
     bound[3, 4] = 100.0
-    result, shear, _, _ = solve(Balance((True, True, False), (0.5 * 100.0 * GRID.cell_area, 0.0, 0.0)), bound=bound)
+    result, shear, _, _ = solve(LoadControl((True, True, False), (0.5 * 100.0 * GRID.cell_area, 0.0, 0.0)), bound=bound)
     assert result.converged
     assert shear[0, 3, 4] == pytest.approx(50.0)
     assert np.count_nonzero(shear) <= 2
@@ -155,8 +155,8 @@ def test_reversal():
 
 
 def test_without_cross_influence():
-    balance = Balance((True, True, False), (0.9 * CARRIED, 0.0, 0.0))
-    result, shear, _, one = solve(balance, one=solver(Terms(True, False, False)))
+    control = LoadControl((True, True, False), (0.9 * CARRIED, 0.0, 0.0))
+    result, shear, _, one = solve(control, one=solver(Terms(True, False, False)))
     assert result.converged
     assert not shear[1].any()
     assert one.slipping.any()

@@ -22,7 +22,7 @@ from fretsolve import load_case, open_result
 from fretsolve.commands.study_progress import Bar
 from fretsolve.errors import CaseError
 from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere
-from fretsolve.setup.setup import prepare
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.assessment import Assessment, assess, front
 from fretsolve.study.closed_form import closed_form_values, dissipated
 from fretsolve.study.compared_with import TruthKind
@@ -127,8 +127,8 @@ def test_all_combinations() -> None:
 
 def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, [f"{EVERY}=3,7"])
-    assert [stage.increments for stage in plan.finest.scene.case.stages()] == [7, 7, 7, 7]
-    assert [trial.scene.load_path.increments for trial in plan.trials] == [28, 12]
+    assert [stage.increments for stage in plan.finest.setup.case.stages()] == [7, 7, 7, 7]
+    assert [trial.setup.load_path.increments for trial in plan.trials] == [28, 12]
 
 
 @pytest.mark.parametrize(
@@ -172,8 +172,8 @@ def plan_of(
     return make_plan(case, (), varied, quantities, kind, folder / "case.study")
 
 
-def scene_of(folder: Path, text: str = CASE, *overrides: str) -> Any:
-    return prepare(load_case(write_case(folder, text), overrides))
+def setup_of(folder: Path, text: str = CASE, *overrides: str) -> Any:
+    return set_up(load_case(write_case(folder, text), overrides))
 
 
 def names(observables: Sequence[Observable]) -> list[str]:
@@ -182,12 +182,12 @@ def names(observables: Sequence[Observable]) -> list[str]:
 
 def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) -> None:
     usual = ["delta_z@4", "delta_x@4", "contact_radius@4", "stick_radius@4", "max_pressure@4", "work_total@4"]
-    assert names(usual_observables(scene_of(tmp_path))) == usual
+    assert names(usual_observables(setup_of(tmp_path))) == usual
     expected = [*usual[:1], "delta_x@2", *usual[1:]]
-    assert names(usual_observables(scene_of(tmp_path, CASE + EXPECT))) == expected
+    assert names(usual_observables(setup_of(tmp_path, CASE + EXPECT))) == expected
     driven = CASE.replace("Qx: 18 N", "delta_x: 1 um")
-    assert names(usual_observables(scene_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
-    smooth = names(usual_observables(scene_of(tmp_path, CASE, "friction=0")))
+    assert names(usual_observables(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
+    smooth = names(usual_observables(setup_of(tmp_path, CASE, "friction=0")))
     assert "stick_radius@4" not in smooth
 
 
@@ -219,9 +219,9 @@ def test_finest_has_most_points_then_increments_then_terms_then_the_least_tolera
 
 
 def test_closed_forms_of_the_loop(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path)
-    found = closed_form_values(scene)
-    compliances = scene.model.compliances
+    setup = setup_of(tmp_path)
+    found = closed_form_values(setup)
+    compliances = setup.model.compliances
     hertz = hertz_sphere(400.0, 10.0, compliances.contact_modulus)
     peak = cattaneo_mindlin(hertz, 0.1, 36.0, compliances.tangential)
     back = cattaneo_mindlin(hertz, 0.1, 27.0, compliances.tangential)
@@ -256,14 +256,14 @@ def test_closed_forms_of_the_loop(tmp_path: Path) -> None:
 def test_where_closed_forms_hold(before: str, after: str, quantity: str, known: bool, tmp_path: Path) -> None:
     text = CASE.replace("grid: {points: 12}", "grid: {points: 12, size: 1 mm}")
     assert before in text
-    found = closed_form_values(scene_of(tmp_path, text.replace(before, after)))
+    found = closed_form_values(setup_of(tmp_path, text.replace(before, after)))
     assert (Observable(quantity, 4) in found) is known
 
 
 def test_torsion_has_lubkins_form_where_directions_are_linked(tmp_path: Path) -> None:
     twisted = CASE.split("  - {Qx")[0] + "  - {Mz: 5 N*mm, increments: 1}\n"
-    assert Observable("phi_z", 2) not in closed_form_values(scene_of(tmp_path, twisted))
-    found = closed_form_values(scene_of(tmp_path, twisted.replace("none", "tangential")))
+    assert Observable("phi_z", 2) not in closed_form_values(setup_of(tmp_path, twisted))
+    found = closed_form_values(setup_of(tmp_path, twisted.replace("none", "tangential")))
     assert found[Observable("phi_z", 2)] == pytest.approx(1.450218e-3, rel=1e-5)
     assert found[Observable("stick_radius", 2)] == pytest.approx(0.208818, rel=1e-5)
 
@@ -521,7 +521,7 @@ def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn
     assert "left out, without a closed form: delta_x@4, stick_radius@4, work_total@4\n(with Poisson's ratios" in told
     assert "they are exact with coupling: none only" in told
     exact = CASE.replace("none", "tangential").replace("0.3", "0")
-    assert Observable("delta_x", 4) in closed_form_values(scene_of(tmp_path, exact))
+    assert Observable("delta_x", 4) in closed_form_values(setup_of(tmp_path, exact))
 
 
 def test_known_truth_outlives_a_failing_finest_run(tmp_path: Path, undrawn: None) -> None:

@@ -26,7 +26,7 @@ RANGE_OF_SINGLE = 1e28
 
 
 @dataclass(frozen=True)
-class Scene:
+class ProblemSetup:
     """A case made ready: the model it needs, its grid and its load path.
 
     case: with all that its accuracy has picked; picked: that in words.
@@ -53,7 +53,7 @@ class Scene:
         return map_border(self.case.surface, self.grid.x, self.grid.y)
 
 
-def prepare(case: Case) -> Scene:
+def set_up(case: Case) -> ProblemSetup:
     """Model, grid (sized by the loads where the case says `auto`) and load path of `case`, and what its accuracy picks.
 
     Raises CaseError or FileError where the surfaces cannot be had or no size holds the contact.
@@ -66,7 +66,7 @@ def prepare(case: Case) -> Scene:
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     grid = Grid.from_size(points, size, case.grid.center)
     _require_range_of_precision(case, model, grid)
-    return Scene(case, model, grid, load_path, picks(asked, points, load_path))
+    return ProblemSetup(case, model, grid, load_path, picks(asked, points, load_path))
 
 
 def _require_range_of_precision(case: Case, model: Model, grid: Grid) -> None:
@@ -91,7 +91,7 @@ def points_needed(case: Case, model: Model, load_path: LoadPath, size: tuple[flo
     except CaseError:
         holds_contact = size
     extent = holds_contact[0] / MARGIN, holds_contact[1] / MARGIN
-    sheared_width = 0.0 if model.interacting else load_path.slip_width
+    sheared_width = 0.0 if model.coupled else load_path.slip_width
     return points_for(case.solver.accuracy, size, extent, sheared_width, _pressed_width(case, model))
 
 
@@ -100,7 +100,7 @@ def _pressed_width(case: Case, model: Model) -> float:
 
     0 where nothing is asked for, where nothing slips, and under tangential loads, most of whose work is their own.
     """
-    if case.solver.accuracy is None or not model.interacting:
+    if case.solver.accuracy is None or not model.coupled:
         return 0.0
     if any(value and name in TANGENTIAL for stage in case.stages() for name, value in stage.targets):
         return 0.0
