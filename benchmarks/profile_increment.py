@@ -29,7 +29,7 @@ PARTS = {
     PRODUCTS: (),
     PRECONDITIONER: ("symbol_inverse",),
     "conjugate gradients": ("projected_cg", "cg_numpy", "cg_numba"),
-    "slip law and balance": ("tangential", "balance", "friction_numpy", "friction_numba"),
+    "slip law and balance": ("tangential", "rigid_modes", "friction_numpy", "friction_numba"),
     "normal problem": ("normal", "modes", "normal_numpy", "normal_numba"),
     "first estimates, window, alternation": ("alternation", "increment", "level", "coarse", "window", "sliding"),
     "certificate and state": ("certificate", "simulation", "edges"),

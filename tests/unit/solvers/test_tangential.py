@@ -70,7 +70,7 @@ LOADS = [
 ]
 
 
-@pytest.mark.parametrize("balance", LOADS)
+@pytest.mark.parametrize("control", LOADS)
 def test_law_of_friction(control):
     result, shear, slip, one = solve(control)
     assert_coulomb(result, shear, slip, one)
