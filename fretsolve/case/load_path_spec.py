@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
@@ -12,7 +12,7 @@ from fretsolve.case.load_components import PAIRS
 
 from ..errors import KeyPath
 from .base import Auto, CaseModel, Count, Length, refused_at
-from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused
+from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused, shown
 
 LARGEST_STAGE_COUNT = 100_000
 
@@ -130,6 +130,47 @@ def stage_count(load_path: tuple[StageSpec | CycleSpec, ...]) -> int:
         step.cycle.times * stage_count(step.cycle.stages) if isinstance(step, CycleSpec) else 1
         for step in load_path
     )
+
+
+def stage_key(load_path: Any, number: str | int) -> KeyPath:
+    """Return where stage `number` (1-based, as in results) stands in a load path as the file has it.
+
+    All repetitions of a stage in a cycle stand in one place. Raises LookupError if there is no such stage.
+    """
+    found = _stage_key(load_path, number, ("load_path",)) if isinstance(number, int) and number >= 1 else 0
+    if isinstance(found, int):
+        count = _written_count(load_path)
+        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
+    return found
+
+
+def _stage_key(steps: Any, number: int, parent: KeyPath) -> KeyPath | int:
+    """Return the place of the stage, or how many stages are left to count behind `steps`."""
+    for index, step in enumerate(steps if isinstance(steps, list) else ()):
+        cycle = step.get("cycle") if isinstance(step, dict) else None
+        if isinstance(cycle, dict):
+            stages, key = cycle.get("stages"), (*parent, index, "cycle", "stages")
+            count, times = _written_count(stages), cycle.get("times")
+            repeated = count * times if isinstance(times, int) else count
+            if number <= repeated:
+                return _stage_key(stages, (number - 1) % count + 1, key)
+            number -= repeated
+        elif number == 1:
+            return (*parent, index)
+        else:
+            number -= 1
+    return number
+
+
+def _written_count(steps: Any) -> int:
+    """Return the number of stages of a load path that has not been validated."""
+    count = 0
+    for step in steps if isinstance(steps, list) else ():
+        cycle = step.get("cycle") if isinstance(step, dict) else None
+        times = cycle.get("times") if isinstance(cycle, dict) else 1
+        inner = _written_count(cycle.get("stages")) if isinstance(cycle, dict) else 1
+        count += inner * (times if isinstance(times, int) else 1)
+    return count
 
 
 def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:

@@ -9,14 +9,18 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import CaseError
+from ..errors import CaseError, KeyPath
+from .load_path_spec import stage_key
 from .models import Case
-from .overrides import replaced, split_override
 from .problems import CaseErrors, translated
+from .quantities import shown
 from .schema import model_schema
-from .source import CaseSource, Override, YamlSyntaxError, case_error, parse, read_text
+from .source import CaseSource, Override, Parsed, Place, YamlSyntaxError, case_error, parse, read_text
 
 File = TypeVar("File", bound=BaseModel)
+
+RENAMED = {("solver", "error_estimate"): "error_bars"}
+"""Keys of earlier versions, which are still read, and their present names."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,8 @@ def read_case(path: str | Path) -> CaseText:
     except YamlSyntaxError as error:
         raise CaseError(str(error), (), path, error.line) from None
     problems = tuple(case_error(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws)
-    return CaseText(parsed.value, CaseSource(path, text, parsed.place), problems)
+    data, place = _renamed(parsed.value, parsed.place)
+    return CaseText(data, CaseSource(path, text, place), problems)
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
@@ -84,8 +89,35 @@ def _needed_keys() -> list[str]:
     return [name for name, field in Case.model_fields.items() if field.is_required() or name == "grid"]
 
 
+def _renamed(data: Any, place: Place) -> tuple[Any, Place]:
+    """Return the data of a file, and the places in it, with the keys of earlier versions renamed."""
+    for (part, old), new in RENAMED.items():
+        inner = data.get(part) if isinstance(data, dict) else None
+        if isinstance(inner, dict) and old in inner and new not in inner:
+            data = data | {part: {new if name == old else name: value for name, value in inner.items()}}
+            there = place.inside.get(part, Place(place.line))
+            places = {new if name == old else name: found for name, found in there.inside.items()}
+            place = Place(place.line, place.inside | {part: Place(there.line, places)})
+    return data, place
+
+
+def _present_key(key: KeyPath, data: Any) -> KeyPath:
+    """Return the key that an override means: `stage.N` is where stage N stands, counted from 1 as in results.
+
+    Raises `LookupError`, whose text is for the user, if the load path has no such stage.
+    """
+    if key[0] == "stage" and len(key) > 1 and isinstance(data, dict):
+        return stage_key(data.get("load_path"), key[1]) + key[2:]
+    head: Any = key[:2]
+    return (key[0], RENAMED[head], *key[2:]) if head in RENAMED else key
+
+
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
     key, parsed = split_override(text)
+    try:
+        key = _present_key(key, data)
+    except LookupError as error:
+        raise case_error(str(error.args[0]), key, Override((), text).origin) from None
     source = CaseSource(source.path, source.text, source.root, (*source.overrides, Override(key, text)))
     if parsed.flaws:
         raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
@@ -116,3 +148,41 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
         once = list({str(problem): problem for problem in in_order}.values())
         raise once[0] if len(once) == 1 else CaseErrors(once)
     return read
+
+
+def split_override(text: str) -> tuple[KeyPath, Parsed]:
+    """Read ``KEY=VALUE``. Raises `CaseError` naming the override if it is no such text."""
+    origin = Override((), text).origin
+    name, equals, value_text = text.partition("=")
+    parts = name.strip().split(".")
+    if not equals or not all(parts):
+        raise case_error("KEY=VALUE is needed, such as grid.points=64", (), origin)
+    key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)
+    try:
+        parsed = parse(value_text)
+    except YamlSyntaxError as error:
+        raise case_error(str(error), key, origin) from None
+    if parsed.value is None and not parsed.flaws:
+        raise case_error("no value is given; KEY=VALUE is needed, such as grid.points=64", key, origin)
+    return key, parsed
+
+
+def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
+    """A copy of `data` with `value` at `key`; mappings on the way are made where there are none.
+
+    Raises `LookupError`, whose text is for the user, where a list has no such entry.
+    """
+    if not key:
+        return value
+    part, rest = key[0], key[1:]
+    if isinstance(data, list):
+        if not isinstance(part, int) or part >= len(data):
+            entries = f"0 to {len(data) - 1}" if data else "none"
+            raise LookupError(f"the list has no entry {shown(part)}; its entries are {entries}")
+        return [replaced(item, rest, value) if index == part else item for index, item in enumerate(data)]
+    if isinstance(part, int):
+        raise LookupError(
+            f"there is no list with an entry {part}; give the whole list, as in grid.points=[64, 64]"
+        )
+    mapping = data if isinstance(data, dict) else {}
+    return {**mapping, part: replaced(mapping.get(part), rest, value)}

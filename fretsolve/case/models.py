@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, StrictBool, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from .accuracy_spec import Accuracy
 from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
 from .expectations import Expectation
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
@@ -112,6 +112,35 @@ class FrictionSpec(CaseModel):
         return {"anyOf": [handler.resolve_ref_schema(mapping)["properties"]["coefficient"], mapping]}
 
 
+LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
+"""What the names stand for."""
+
+SHARE = Quantity(NUMBER, least=1e-4, most=0.2)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Annotation of an optional float: in the file, a share such as ``1 %``, or the name of a level."""
+
+    def read(self, value: object) -> object:
+        """The share."""
+        if isinstance(value, str) and value in LEVELS:
+            return LEVELS[value]
+        if isinstance(value, str) and not any(map(str.isdigit, value)):
+            names = ", ".join(LEVELS)
+            raise refused(f"{shown(value)} is not allowed; {names} or a number such as 1 % is needed")
+        return value if value is None else SHARE.read(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        share = SHARE.__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [{"enum": list(LEVELS)}, *share["anyOf"]]}
+
+
 class SolverSpec(CaseModel):
     """When the solver is content, and when it gives up."""
 
@@ -129,10 +158,9 @@ class SolverSpec(CaseModel):
         default="double", description="of the elastic operator and the fields: single for less memory and smaller files"
     )
     max_iterations: Count = Field(default=2000, description="of one solve")
-    error_estimate: StrictBool = Field(
-        default=False, description="whether the history has error bars, from companion runs on half of the points"
+    error_bars: StrictBool = Field(
+        default=False, description="whether the history has error bars, from coarse runs on half of the points"
     )
-
 
     @model_validator(mode="before")
     @classmethod
@@ -245,10 +273,10 @@ class Case(CaseModel):
                 lacking = ("grid", "points") if "grid" in self.model_fields_set else ("grid",)
                 raise ValidationError.from_exception_data("case", [{"type": "missing", "loc": lacking, "input": None}])
             return self
-        implied = self.solver.accuracy is not None and "error_estimate" not in self.solver.model_fields_set
-        if (self.solver.error_estimate or implied) and min(self.grid.points) < FEWEST_POINTS:
+        implied = self.solver.accuracy is not None and "error_bars" not in self.solver.model_fields_set
+        if (self.solver.error_bars or implied) and min(self.grid.points) < FEWEST_POINTS:
             nx, ny = self.grid.points
-            message = f"{nx} x {ny} are too few for an error estimate; {FEWEST_POINTS} or more per side are needed"
+            message = f"{nx} x {ny} are too few for error bars; {FEWEST_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])
         return self
 

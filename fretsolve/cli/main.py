@@ -53,7 +53,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 @click.option(
     "--error-bars",
     is_flag=True,
-    help="Estimate the errors of the history, from coarser companion runs (solver.error_estimate).",
+    help="Estimate the errors of the history, from coarser companion runs (solver.error_bars).",
 )
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
 @overwrite_option("a result")
@@ -95,7 +95,7 @@ def run(
         from fretsolve.commands.run import Order, run_case
 
         if error_bars:
-            overrides = (*overrides, "solver.error_estimate=true")
+            overrides = (*overrides, "solver.error_bars=true")
         order = Order(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
         return run_case(order, stop)
 

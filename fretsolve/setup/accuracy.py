@@ -98,8 +98,8 @@ def settled(case: Case) -> Case:
     picked: dict[str, object] = {}
     if "tolerance" not in given:
         picked["tolerance"] = tolerance_for(accuracy)
-    if "error_estimate" not in given:
-        picked["error_estimate"] = True
+    if "error_bars" not in given:
+        picked["error_bars"] = True
     return case.model_copy(update={"solver": case.solver.model_copy(update=picked)})
 
 
@@ -124,7 +124,7 @@ def picks(case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str
         found.append(f"{most if most == least else f'{least} to {most}'} increments per stage")
     if "tolerance" not in given:
         found.append(f"tolerance {tolerance_for(case.solver.accuracy):g}")
-    if "error_estimate" not in given:
+    if "error_bars" not in given:
         found.append("error bars")
     return tuple(found)
 

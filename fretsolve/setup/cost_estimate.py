@@ -148,7 +148,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     shares = {part: Share(bytes_each * CELL_BYTES[part] * cells, seconds.get(part, 0.0)) for part in kept}
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted()
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
-    companions = COMPANIONS if setup.case.solver.error_estimate else 0.0
+    companions = COMPANIONS if setup.case.solver.error_bars else 0.0
     output = setup.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     of_cells = sum(share.memory for share in shares.values()) * (1.0 + 2.0 * companions)

@@ -108,7 +108,7 @@ def _states(
 ) -> Iterator[tuple[State, SummaryErrors | None]]:
     """What is missing, with error bars where the case asks for them."""
     so_far = writer.last_state, tuple(writer.summaries)  # the writer adds to its own while this goes on
-    if not setup.case.solver.error_estimate:
+    if not setup.case.solver.error_bars:
         yield from ((state, None) for state in run(setup, *so_far, threads))
         return
     yield from run_with_error_bars(setup, *so_far, threads, warn)
@@ -136,7 +136,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
         y=setup.grid.y,
         fields=case.output.fields,
         every=case.output.every,
-        errors=case.solver.error_estimate,
+        errors=case.solver.error_bars,
     )
 
 

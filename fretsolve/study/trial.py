@@ -19,7 +19,7 @@ from fretsolve.study.variation import Combination
 if TYPE_CHECKING:
     from fretsolve.result import RunHeader
 
-WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_estimate=false")
+WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_bars=false")
 """A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself."""
 
 IRRELEVANT = ("title", "expect")

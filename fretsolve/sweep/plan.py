@@ -84,7 +84,7 @@ def make_plan(path: Path, folder: Path) -> Plan:
 
 
 def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Base:
-    extra = ["solver.error_estimate=true"] if spec.error_bars else []
+    extra = ["solver.error_bars=true"] if spec.error_bars else []
     texts: list[tuple[str, Value]] = []
     try:
         for of_every_stage in (False, True):  # which the others may change

@@ -95,7 +95,7 @@ def test_result_has_fields_in_single_precision(tmp_path):
 
 
 def test_error_bars(tmp_path):
-    states = list(run(load_case(written(tmp_path), ["solver.error_estimate=true"])))
+    states = list(run(load_case(written(tmp_path), ["solver.error_bars=true"])))
     assert len(states) == 4
     done = invoke("run", tmp_path / "case.yaml", "--error-bars")
     assert done.exit_code == 0, done.stderr

@@ -248,7 +248,7 @@ def test_effective_case_has_every_default(tmp_path: Path) -> None:
         "friction": {"coefficient": 0.0},
         "coupling": "auto",
         "load_path": [{"P": 1.0, "increments": "auto"}],
-        "solver": {"tolerance": 1e-6, "precision": "double", "max_iterations": 2000, "error_estimate": False},
+        "solver": {"tolerance": 1e-6, "precision": "double", "max_iterations": 2000, "error_bars": False},
         "output": {"fields": ["pressure", "shear", "slip", "zone"], "every": 1},
         "expect": [],
     }

@@ -129,3 +129,49 @@ def test_unprintable_override_stays_on_one_line(path: Path) -> None:
     with pytest.raises(CaseError) as caught:
         load_case(path, ["coupling=a\nb: c"])
     assert "\n" not in str(caught.value)
+
+
+CYCLES = """\
+  - {P: 1}
+  - cycle: {times: 2, stages: [{Qx: 0.05}, {cycle: {times: 3, stages: [{Qy: 0.01}, {Qy: 0}]}}]}
+  - {Qx: 0}
+"""
+
+
+@pytest.mark.parametrize(
+    ("stage", "key"),
+    [
+        (1, ("load_path", 0)),
+        (2, ("load_path", 1, "cycle", "stages", 0)),
+        (3, ("load_path", 1, "cycle", "stages", 1, "cycle", "stages", 0)),
+        (8, ("load_path", 1, "cycle", "stages", 1, "cycle", "stages", 1)),
+        (9, ("load_path", 1, "cycle", "stages", 0)),
+        (16, ("load_path", 2)),
+    ],
+)
+def test_stages_are_counted_as_in_results(path: Path, stage: int, key: tuple[str | int, ...]) -> None:
+    path.write_text(CASE.replace("load_path: [{P: 1}, {Qx: 2, increments: 3}]", f"load_path:\n{CYCLES}"))
+    stages = load_case(path, [f"stage.{stage}.increments=7"]).stages()
+    assert len(stages) == 16
+    assert stages[stage - 1].key == key
+    assert [found.increments == 7 for found in stages] == [found.key == key for found in stages]
+
+
+@pytest.mark.parametrize("number", ["0", "3", "-1", "last"])
+def test_a_stage_that_is_not_there(path: Path, number: str) -> None:
+    with pytest.raises(CaseError, match=r"^--set stage.*: the load path has no stage .*; its stages are 1 to 2$"):
+        load_case(path, [f"stage.{number}.increments=7"])
+
+
+@pytest.mark.parametrize("given", [["solver.error_estimate=true"], ["solver.error_bars=true"]])
+def test_the_earlier_name_of_error_bars(path: Path, given: list[str]) -> None:
+    wide = CASE.replace("points: 8", "points: 16")
+    path.write_text(wide + "solver: {tolerance: 1e-5, error_estimate: false}\n")
+    assert not load_case(path).solver.error_bars
+    assert load_case(path, given).solver.error_bars
+    path.write_text(wide + "solver:\n  error_estimate: maybe\n")
+    with pytest.raises(CaseError, match=r"case.yaml:7: solver.error_bars: 'maybe' is not allowed"):
+        load_case(path)
+    path.write_text(wide + "solver: {error_estimate: true, error_bars: true}\n")
+    with pytest.raises(CaseError, match=r"unknown key 'error_estimate'"):
+        load_case(path)

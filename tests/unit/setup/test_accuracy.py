@@ -42,7 +42,7 @@ def test_it_picks_what_is_not_given() -> None:
     assert setup.grid.nx == setup.grid.ny == case.grid.points[0]
     assert setup.grid.nx % 4 == 0
     assert case.solver.tolerance == 1e-6
-    assert case.solver.error_estimate
+    assert case.solver.error_bars
     nx = setup.grid.nx
     assert setup.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
 
@@ -56,11 +56,11 @@ def test_it_says_how_many_increments_it_picks() -> None:
 
 def test_settings_that_are_given_win() -> None:
     path = [{"P": 400.0, "increments": 3}]
-    given = solver(tolerance=1e-7, error_estimate=False)
+    given = solver(tolerance=1e-7, error_bars=False)
     setup = set_up(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
     assert setup.grid.shape == (40, 44)
     assert setup.load_path.counts == (3,)
-    assert (setup.case.solver.tolerance, setup.case.solver.error_estimate) == (1e-7, False)
+    assert (setup.case.solver.tolerance, setup.case.solver.error_bars) == (1e-7, False)
     assert setup.picked == ()
 
 

@@ -225,19 +225,19 @@ def test_companion_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.Mo
 
 
 def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE.replace("16", "[32, 15]") + "solver: {error_estimate: true}\n")
+    case = write_case(tmp_path, CASE.replace("16", "[32, 15]") + "solver: {error_bars: true}\n")
     with pytest.raises(CaseError) as caught:
         load_case(case)
     what = "32 x 15 are too few for an error estimate; 16 or more per side are needed"
     assert str(caught.value) == f"{case}:6: grid.points: {what}"
-    assert load_case(case, ["grid.points=16"]).solver.error_estimate
-    with pytest.raises(CaseError, match=r"solver.error_estimate: 'maybe' is not allowed"):
-        load_case(case, ["solver.error_estimate=maybe"])
+    assert load_case(case, ["grid.points=16"]).solver.error_bars
+    with pytest.raises(CaseError, match=r"solver.error_bars: 'maybe' is not allowed"):
+        load_case(case, ["solver.error_bars=maybe"])
 
 
 def test_memory_and_time_count_the_companions() -> None:
     plain, barred = (
-        estimate(setup_of(2048, solver={"error_estimate": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
+        estimate(setup_of(2048, solver={"error_bars": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
         for asked in (False, True)
     )
     assert 1.2 * plain.memory < barred.memory < 1.6 * plain.memory
@@ -296,14 +296,14 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
         assert column.dims[0][0].name == "/history/step"
     with open_result(out) as result:
         value, error = (float(result.history[name][-1]) for name in ("delta_x", "delta_x_error"))
-        assert result.effective_case["solver"]["error_estimate"] is True
+        assert result.effective_case["solver"]["error_bars"] is True
     assert 0.0 < error < 0.05 * value
     shown = [line.split() for line in invoke("show", out).stdout.splitlines()]
     assert ["delta_x", f"{value:.6g}", "±", f"{error:.1e}", "mm"] in shown
     assert invoke("run", case, "--error-bars", "--resume").output == f"{out}: already complete, 5 increments\n"
     other = invoke("run", case, "--resume")
     assert other.exit_code == 4
-    assert "solver.error_estimate is true there, false now" in other.output
+    assert "solver.error_bars is true there, false now" in other.output
 
 
 def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
@@ -317,7 +317,7 @@ def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
     whole, halves = (tmp_path / name for name in ("whole.h5", "halves.h5"))
     case = write_case(tmp_path, COUPLED)
     assert invoke("run", case, "-q", "--error-bars", "-o", whole).exit_code == 0
-    order = Order(case, halves, ("solver.error_estimate=true",), False, False, 1, True)
+    order = Order(case, halves, ("solver.error_bars=true",), False, False, 1, True)
     assert run_case(order, StopAfter(3)) == EXIT_STOPPED
     with open_result(halves) as result:
         assert (result.status, result.increments) == ("stopped", 3)
@@ -333,7 +333,7 @@ def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
 
 
 def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
-    case = write_case(tmp_path, COUPLED + "solver: {error_estimate: true}\n")
+    case = write_case(tmp_path, COUPLED + "solver: {error_bars: true}\n")
     ran = invoke("study", case, "--vary", "grid.points=16,20", "-o", tmp_path / "study", "-q")
     assert ran.exit_code == 0, ran.stderr
     files = [path for path in (tmp_path / "study").rglob("*.h5") if path.name != "study.h5"]
