@@ -2,7 +2,7 @@
 
     python benchmarks/accuracy.py               # all cases, about forty minutes on one core
     python benchmarks/accuracy.py Mindlin II    # those whose names begin so
-    python benchmarks/accuracy.py --into docs/accuracy.md
+    python benchmarks/accuracy.py --into docs/accuracy.md    # also writes data/accuracy.csv beside it
 
 The cases are those of the error bars (`calibration_cases`), without their points and increments, which the accuracy
 picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from calibrate_error_bars import put_into
 from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
+from marked import data_file, write_csv
 
 import fretsolve
 from fretsolve.case import Case
@@ -75,16 +76,24 @@ class Row:
         """Whether it is known not to be."""
         return self.error > self.verdict.accuracy
 
-    def line(self) -> str:
-        """As a row of the table."""
-        said = f"{percent(self.verdict.worst)} ({self.verdict.quantity})"
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of the CSV file; what is not known is left empty."""
         nx, ny = self.points
-        known = f"{percent(self.error)} ({self.worst}) | {'yes' if self.true else 'NO'}"
-        truth = "- | -" if math.isnan(self.error) else known
-        return (
-            f"| {self.case} | {self.level} | {nx} x {ny} | {self.increments} | {said} |"
-            f" {'yes' if self.verdict.met else 'no'} | {truth} | {self.cost:.2g} |"
-        )
+        bar = (_number(self.verdict.worst), self.verdict.quantity, "yes" if self.verdict.met else "no")
+        error = (_number(self.error), self.worst, "yes" if self.true else "no")
+        truth = ("", "", "") if math.isnan(self.error) else error
+        return (self.case, self.level, f"{nx} x {ny}", str(self.increments), *bar, *truth, f"{self.cost:.2g}")
+
+    def line(self) -> str:
+        """Return the row of the page's table."""
+        bar, error = f"{percent(self.verdict.worst)} ({self.verdict.quantity})", f"{percent(self.error)} ({self.worst})"
+        return f"| {self.case} | {self.level} | {bar} | {error} |"
+
+
+def _number(part: float) -> str:
+    """Return an error in per cent, without the sign."""
+    return percent(part).removesuffix(" %")
 
 
 def case_of(case: CalibrationCase, **parts: Any) -> Case:
@@ -157,7 +166,7 @@ def rows_of(names: Sequence[str]) -> Iterator[Row]:
 
 
 def report(rows: Sequence[Row]) -> Iterator[str]:
-    """Shares, then a row per run."""
+    """Yield the lines of the page: shares by accuracy, then the runs that missed it in truth."""
     yield "| | " + " | ".join(LEVELS) + " |"
     yield "| --- " * (1 + len(LEVELS)) + "|"
     groups = [[row for row in rows if row.level == level] for level in LEVELS]
@@ -173,10 +182,18 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
         "median of the cost against a hand's settings": lambda part: f"{statistics.median(r.cost for r in part):.2g}",
     }.items():
         yield f"| {label} | " + " | ".join(share(part) for part in groups) + " |"
-    yield ""
-    yield "| case | accuracy | points | increments | worst error bar | met | worst true error | met in truth | cost |"
-    yield "| --- " * 9 + "|"
-    yield from (row.line() for row in rows)
+    yield from ("", "Not met in truth:", "")
+    yield "| case | accuracy | worst error bar | worst true error |"
+    yield "| --- | --- | --- | --- |"
+    yield from (row.line() for row in rows if row.false)
+
+
+def write_runs(file: Path, rows: Sequence[Row]) -> None:
+    """Write a row per run; errors are in per cent of their scale."""
+    bar = ("worst_bar_percent", "bar_quantity", "met_by_bars")
+    error = ("worst_true_error_percent", "error_quantity", "met_in_truth")
+    headings = ("case", "accuracy", "points", "increments", *bar, *error, "cost")
+    write_csv(file, headings, (row.cells for row in rows))
 
 
 def of(part: int, whole: int) -> str:
@@ -190,11 +207,13 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
     parser.add_argument("--into", type=Path, help="a Markdown file with marks")
     options = parser.parse_args()
-    lines = list(report(list(rows_of(options.names))))
+    rows = list(rows_of(options.names))
+    lines = list(report(rows))
     if options.into is None:
         print("\n".join(lines))
     else:
         put_into(options.into, lines, "accuracy")
+        write_runs(data_file(options.into, "accuracy"), rows)
 
 
 if __name__ == "__main__":

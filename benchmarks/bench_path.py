@@ -55,10 +55,10 @@ class Cost:
 
 
 JOBS = (
-    Job("normal (Hertz, from nothing)", "mode1_similar", (), 0),
-    Job("mode I.2, one increment 0 to 0.9 mu P", "mode1_similar", (), 1),
-    Job("mode I.1, one increment", "mode1_similar_uncoupled", ("load_path.1.increments=1",), 1),
-    Job("mode I.3, mean per increment of the whole path", "mode1_dissimilar", (), None),
+    Job("normal (Hertz)", "mode1_similar", (), 0),
+    Job("mode I.2", "mode1_similar", (), 1),
+    Job("mode I.1", "mode1_similar_uncoupled", ("load_path.1.increments=1",), 1),
+    Job("mode I.3, mean of path", "mode1_dissimilar", (), None),
 )
 
 
@@ -187,8 +187,8 @@ def _rounded(value: float) -> str:
 
 def print_table(grids: list[int]) -> None:
     """All jobs on some grids, and the memory."""
-    print("| job | points | WU, ms | iterations | applications | first, WU | again, WU | seconds |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| job | points | WU, ms | applications | first, WU | again, WU | again, s |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
     for job in JOBS:
         for points in grids:
             if job.increment is None and points > LARGEST_OF_PATHS:
@@ -197,7 +197,7 @@ def print_table(grids: list[int]) -> None:
             bench.setup(points, job.name)
             found = bench.cost
             print(
-                f"| {job.name} | {points} | {1e3 * bench.work_unit:.2f} | {found.iterations:.0f}"
+                f"| {job.name} | {points} | {1e3 * bench.work_unit:.2f}"
                 f" | {found.applications:.0f} | {_rounded(found.first / bench.work_unit)}"
                 f" | {found.again / bench.work_unit:.0f} | {found.again:.3g} |",
                 flush=True,

@@ -5,9 +5,10 @@
     python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
-file. Compared are the values that the load path does not impose and that are more than round-off, at the ends of stages
-and, where there is a fine run, at all increments; where an increment leaves a value as it is, as one of shear leaves
-the pressure, it is compared once.
+file and writes every comparison at the end of a stage to ``data/error_bars.csv`` beside it. Compared are the values
+that the load path does not impose and that are more than round-off, at the ends of stages and, where there is a fine
+run, at all increments; where an increment leaves a value as it is, as one of shear leaves the pressure, it is compared
+once.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibration_cases import CASES, HELD_OUT, CalibrationCase
+from marked import data_file, write_csv
 
 import fretsolve
 from fretsolve.result.state import Summary, SummaryErrors
@@ -69,12 +71,18 @@ class Row:
         """Within a factor of ten."""
         return 0.1 < self.ratio < 10.0
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of the CSV file, without its group."""
+        numbers = (f"{self.value:.5g}", f"{self.error:.1e}", f"{self.bar:.1e}", f"{self.ratio:.2g}")
+        return (self.case, str(self.stage), self.quantity, QUANTITIES[self.quantity], *numbers)
+
     def line(self) -> str:
-        """As a row of the table."""
+        """Return the row of the page's table."""
         units = QUANTITIES[self.quantity]
         return (
             f"| {self.case} | {self.stage} | {self.quantity}, {units} | {self.value:.5g} | {self.error:.1e} |"
-            f" {self.bar:.1e} | {self.ratio:.2g} | {'yes' if self.inside else 'NO'} |"
+            f" {self.bar:.1e} |"
         )
 
 
@@ -162,8 +170,8 @@ def share(rows: Sequence[bool]) -> str:
     return f"{sum(rows)} of {len(rows)} ({100.0 * sum(rows) / len(rows):.0f} %)"
 
 
-def report(names: Sequence[str]) -> Iterator[str]:
-    """Shares and tables, of the cases that the constants were chosen by and of those that they were not."""
+def measured(names: Sequence[str]) -> tuple[dict[str, list[Row]], list[Cost]]:
+    """Compare the cases whose names begin so: those that the constants were chosen by, and those held out."""
     rows: dict[str, list[Row]] = {}
     costs: list[Cost] = []
     groups = {"calibrated on": CASES, "held out": HELD_OUT}
@@ -173,6 +181,11 @@ def report(names: Sequence[str]) -> Iterator[str]:
                 found, spent = compare(case)
                 rows.setdefault(group, []).extend(found)
                 costs.append(spent)
+    return rows, costs
+
+
+def report(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost]) -> Iterator[str]:
+    """Yield the lines of the page: shares by group, a table by quantity, and the values outside of their bars."""
     yield "| | " + " | ".join(rows) + " |"
     yield "| --- " * (1 + len(rows)) + "|"
     ends = {group: [row for row in part if row.end] for group, part in rows.items()}
@@ -181,10 +194,10 @@ def report(names: Sequence[str]) -> Iterator[str]:
     for label, value in list(SHARES.items())[:2]:
         yield f"| {label}, all increments | " + " | ".join(value(part) for part in rows.values()) + " |"
     work = [one.applications for one in costs]
-    yield from ("", "Share of the companion runs in all operator applications:")
-    yield f"{percent(statistics.median(work))} in the median case, {percent(max(work))} at most."
+    share_of_all = f"{percent(statistics.median(work))} in the median case, {percent(max(work))} at most."
+    yield from ("", f"Share of the coarse runs in all operator applications: {share_of_all}")
     together = [row for part in ends.values() for row in part]
-    yield from ("", *by_quantity(together), "", *by_case(together))
+    yield from ("", *by_quantity(together), "", "Values outside of their bars:", "", *outside(together))
 
 
 def percent(part: float) -> str:
@@ -218,11 +231,17 @@ def by_quantity(rows: Sequence[Row]) -> Iterator[str]:
             yield f"| {name} | {len(its)} | {percent(inside)} | {percent(near)} | {ratio:.2g} |"
 
 
-def by_case(rows: Sequence[Row]) -> Iterator[str]:
-    """A table with a row per comparison."""
-    yield "| case | stage | quantity | found | true error | bar | bar over error | inside |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
-    yield from (row.line() for row in rows)
+def outside(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a table of the values whose true error is larger than their bar."""
+    yield "| case | stage | quantity | found | true error | bar |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    yield from (row.line() for row in rows if not row.inside)
+
+
+def write_comparisons(file: Path, rows: Mapping[str, Sequence[Row]]) -> None:
+    """Write every comparison at the end of a stage."""
+    headings = ("group", "case", "stage", "quantity", "unit", "found", "true_error", "bar", "bar_over_error")
+    write_csv(file, headings, ((group, *row.cells) for group, part in rows.items() for row in part if row.end))
 
 
 def put_into(file: Path, lines: Sequence[str], name: str = "calibration") -> None:
@@ -238,11 +257,13 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
     parser.add_argument("--into", type=Path, help="a Markdown file with marks")
     options = parser.parse_args()
-    lines = list(report(options.names))
+    rows, costs = measured(options.names)
+    lines = list(report(rows, costs))
     if options.into is None:
         print("\n".join(lines))
     else:
         put_into(options.into, lines)
+        write_comparisons(data_file(options.into, "error_bars"), rows)
 
 
 if __name__ == "__main__":

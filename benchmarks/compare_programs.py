@@ -13,11 +13,11 @@ one increment, with shear in x acting on displacement in x alone, as slippy has 
 has friction on periodic bodies only, ContactMechanics none. All discretise alike: uniform tractions on the cells of
 a free half-space by zero-padded convolution (Tamaas: `registerNonPeriodic`; ContactMechanics: FreeFFTElasticHalfSpace;
 slippy: spatial influence coefficients). So the errors against the closed forms are the grid's: where they agree, the
-same problem was solved. Radii count whole cells.
+same problem was solved.
 
 Seconds are of the solve alone, the median of `--repeats`, without imports, influence coefficients and FFT plans;
 slippy's are of its solver functions, without what its steps add, fretsolve's those of the increment as its history
-gives them, with its certificate. x is the multiple of fretsolve's, WU that of a padded transform pair (work_unit.py).
+gives them, with its certificate. x is the multiple of fretsolve's.
 An application is one convolution; "-" is what a program does not tell. `residual` is by each program's own convolution:
 of `normal` the largest |gap| in contact or penetration outside over delta_z, of `mode1` the largest |slip| in the stick
 zone over delta_x.
@@ -38,7 +38,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
@@ -246,35 +246,28 @@ def compare(
 
 
 HEADINGS = (
-    *("program", "version", "job", "grid", "seconds", "x", "WU", "iterations", "applications"),
-    *("delta_z (Qx)", "max p (max q)", "radius a (c)", "residual"),
+    *("program", "job", "grid", "seconds", "x", "applications"),
+    *("delta_z (Qx)", "max p (max q)", "residual"),
 )
 
 
-def table(
-    rows: Sequence[Row], references: Mapping[str, Reference], work_unit: Callable[[int], float]
-) -> Iterator[str]:
-    """The rows in Markdown, line by line. work_unit: seconds of one WU on a grid, measured once for each."""
+def table(rows: Sequence[Row], references: Mapping[str, Reference]) -> Iterator[str]:
+    """Yield the rows in Markdown, line by line."""
     own = {(row.job, row.points): row.answer.seconds for row in rows if row.program == FRETSOLVE.name}
-    units = {points: work_unit(points) for points in dict.fromkeys(row.points for row in rows)}
     yield "| " + " | ".join(HEADINGS) + " |"
     yield "| " + " | ".join("---" for _ in HEADINGS) + " |"
     for row in rows:
         found, reference = row.answer, references[row.job]
         base = own.get((row.job, row.points))
         cells = (
-            row.program,
-            found.version,
+            f"{row.program} {found.version}",
             row.job,
             str(row.points),
             f"{found.seconds:.3g}",
             f"{found.seconds / base:.2f}" if base else "-",
-            f"{found.seconds / units[row.points]:.0f}",
-            _count(found.iterations),
             _count(found.applications),
             _deviation(found.rigid, reference.rigid),
             _deviation(found.peak, reference.peak),
-            _deviation(found.radius, reference.radius),
             f"{found.residual:.1e}",
         )
         yield "| " + " | ".join(cells) + " |"
@@ -302,9 +295,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not rows:
         tell("no program could be run")
         return 1
-    from work_unit import work_unit
-
-    for line in table(rows, references, work_unit):
+    for line in table(rows, references):
         print(line)
     return 0
 

@@ -1,18 +1,22 @@
-"""Figures printed by scripts, put between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->``."""
+"""Put what a script prints between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a page.
+
+Tables that are too long for a page go to CSV files in ``data`` beside it.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import csv
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 
 @cache
 def printed(part: Callable[[], None]) -> str:
-    """What a part prints; measured once for all files."""
+    """Return what a part prints; it is measured once for all files."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         part()
@@ -28,3 +32,17 @@ def put_parts_into(file: Path, parts: Mapping[str, Callable[[], None]]) -> None:
             figures = printed(part).strip()
             content = pattern.sub(lambda marks, text=figures: f"{marks[1]}\n{text}\n\n{marks[2]}", content)
     file.write_text(content)
+
+
+def data_file(page: Path, name: str) -> Path:
+    """Return the CSV file of that name beside `page`."""
+    return page.parent / "data" / f"{name}.csv"
+
+
+def write_csv(file: Path, headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table to `file`; its folder is made."""
+    file.parent.mkdir(exist_ok=True)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(headings)
+        writer.writerows(rows)

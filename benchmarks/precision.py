@@ -57,7 +57,7 @@ PROBES = (
     Probe("mode I.3, 40 increments of Q", "mode1_dissimilar", ("load_path=[{P: 400}, {Qx: 36, increments: 40}]",)),
     Probe("mode II", "mode2_dissimilar"),
     Probe("mode III", "mode3_dissimilar"),
-    Probe("gross sliding", "gross_slip"),
+    Probe("gross slip", "gross_slip"),
     Probe("mode I.3, friction 1e-3", "mode1_dissimilar", ("friction=1e-3", PATHS["slippery"])),
     Probe("mode I.3, friction 1", "mode1_dissimilar", ("friction=1", PATHS["rough"])),
     Probe("mode I.2 up to 0.999 mu P", "mode1_similar", (PATHS["sliding"],)),

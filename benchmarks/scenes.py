@@ -39,14 +39,14 @@ CYCLED = (
 SCENES: dict[str, tuple[str, ...]] = {
     "frictionless": ("friction=0", PRESSED),
     "pressed, equal bodies": (PRESSED,),
-    "frictionless, unlike bodies, slip stored": ("friction=0", PAPER, "output.fields=[slip]", PRESSED),
+    "frictionless, dissimilar bodies, slip stored": ("friction=0", PAPER, "output.fields=[slip]", PRESSED),
     "force, Poisson's ratio 0": (NO_POISSON, PULLED),
     "force, equal bodies": (PULLED,),
     "torque, equal bodies": (TWISTED,),
     "cycles at constant P, equal bodies": (CYCLED,),
-    "pressed, unlike bodies": (PAPER, PRESSED),
-    "force, unlike bodies": (PAPER, PULLED),
-    "contact an eighth of the grid, unlike bodies": (PAPER, PULLED, "grid.size=4.8 mm"),
+    "pressed, dissimilar bodies": (PAPER, PRESSED),
+    "force, dissimilar bodies": (PAPER, PULLED),
+    "contact an eighth of the grid, dissimilar bodies": (PAPER, PULLED, "grid.size=4.8 mm"),
 }
 FULL = ("coupling=full", "friction=0.1")
 POINTS, SMALL, LARGE = 256, 32, 768

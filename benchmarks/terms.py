@@ -2,7 +2,7 @@
 
     python benchmarks/terms.py                                  # tables, some five minutes on one core
     python benchmarks/terms.py --points 128                     # on a finer grid
-    python benchmarks/terms.py --into docs/terms.md --picture docs/pictures/terms.png
+    python benchmarks/terms.py --into docs/terms.md --picture docs/pictures/terms.png     # and data/terms.csv
 
 A sphere on a flat between pairs of bodies with Dundurs' constants from 0 to 1/2, friction 0.1 to 0.6, in mode I (a
 force of nine tenths of sliding, and a cycle), II (pressing) and III (a torque of nine tenths of sliding). The same grid
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from marked import put_parts_into
+from marked import data_file, put_parts_into, write_csv
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
@@ -197,19 +197,46 @@ def percent(share: float) -> str:
 
 
 def print_coupling(points: int) -> None:
-    """Errors without the coefficients between pressure and shear, and what they cost."""
-    for mode in MODES:
-        chosen = [one for one in comparisons(points) if one.mode == mode]
-        names = list(chosen[0].errors)
-        print(f"\nMode {mode}, {points} x {points} cells, errors in %, measured (expected):\n")
-        print("| bodies | Dundurs | friction |", " | ".join(names), "| applications | seconds |")
-        print("| --- " * (5 + len(names)) + "|")
-        for one in chosen:
-            cells = [f"{percent(found)} ({percent(expected)})" for found, expected in one.errors.values()]
-            cost = f"{one.full.applications / one.less.applications:.1f} x"
-            seconds = f"{one.full.seconds / one.less.seconds:.1f} x"
-            dundurs = f"{one.full.material.dundurs_constant:.3g}"
-            print(f"| {one.pair} | {dundurs} | {one.friction:g} |", " | ".join(cells), f"| {cost} | {seconds} |")
+    """Print the measured errors without the coefficients between pressure and shear, and what these cost."""
+    print("| bodies | Dundurs | friction |", " | ".join(COLUMNS), "| applications (I, II, III) |")
+    print("| --- " * (4 + len(COLUMNS)) + "|")
+    found = {(one.pair, one.friction, one.mode): one for one in comparisons(points) if one.dundurs > 0.0}
+    for pair, friction in dict.fromkeys(key[:2] for key in found):
+        by_mode = {mode: found.get((pair, friction, mode)) for mode in MODES}
+        cells = [
+            ", ".join(percent(one.errors[name][0]) if one else "-" for one in map(by_mode.get, modes))
+            for name, modes in COLUMNS.values()
+        ]
+        known = [one for one in by_mode.values() if one]
+        costs = " x, ".join(f"{one.full.applications / one.less.applications:.1f}" for one in known)
+        dundurs = f"{known[0].full.material.dundurs_constant:.3g}"
+        print(f"| {pair} | {dundurs} | {friction:g} |", " | ".join(cells), f"| {costs} x |")
+
+
+COLUMNS = {
+    "pressure (II)": ("max_pressure", ("II",)),
+    "delta_x (I)": ("delta_x", ("I",)),
+    "phi_z (III)": ("phi_z", ("III",)),
+    "stick radius (I, II, III)": ("stick_radius", ("I", "II", "III")),
+    "energy (I, III)": ("work_total", ("I", "III")),
+}
+"""Columns of the page: a quantity, and the modes in which it is shown."""
+
+QUANTITIES = ("delta_z", "contact_radius", "max_pressure", "delta_x", "phi_z", "stick_radius", "work_total")
+
+
+def write_coupling(file: Path, points: int) -> None:
+    """Write the errors of all quantities, measured and expected, in per cent; and what the coupling costs."""
+    both = [name for quantity in QUANTITIES for name in (quantity, f"{quantity}_expected")]
+    rows = []
+    for one in comparisons(points):
+        errors = [one.errors.get(quantity) for quantity in QUANTITIES]
+        cells = [cell for pair in errors for cell in (map(percent, pair) if pair else ("", ""))]
+        costs = (one.full.applications / one.less.applications, one.full.seconds / one.less.seconds)
+        dundurs = f"{one.full.material.dundurs_constant:.3g}"
+        rows.append([one.mode, one.pair, dundurs, one.friction, *cells, *(f"{cost:.1f}" for cost in costs)])
+    headings = ["mode", "bodies", "dundurs", "friction", *both, "applications_ratio", "seconds_ratio"]
+    write_csv(file, headings, rows)
 
 
 def print_law(points: int) -> None:
@@ -365,6 +392,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parts = {name: lambda part=part: part(asked.points) for name, part in PARTS.items()}
     if asked.into:
         put_parts_into(asked.into, parts)
+        write_coupling(data_file(asked.into, "terms"), asked.points)
     else:
         for name, part in parts.items():
             print(f"\n### {name}\n")

@@ -5,6 +5,8 @@
     python benchmarks/trade.py --points 32 64 128 256 512     # finer grids with all increments (half an hour more)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
 
+The page shows the worst error of a run; ``--into`` also writes those of all quantities to ``data/trade_*.csv``.
+
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. Truth: the finest run of
 each study, of which nothing is known but that it is finer than the others. Cost: operator applications times cells, in
 millions, which no machine changes, and seconds of the processor, of one thread.
@@ -20,14 +22,14 @@ from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
 
-from marked import put_parts_into
+from marked import data_file, put_parts_into, write_csv
 
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import Assessment, Row, assess, front
 from fretsolve.study.plan import make_plan
 from fretsolve.study.run_trials import make_runs
-from fretsolve.study.wording import advice, percent, two_digits
+from fretsolve.study.wording import percent, two_digits
 from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -52,6 +54,10 @@ SINGLE_TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5")
 """As far as single precision goes; the finest run, which comes last, is in double precision."""
 
 STUDIES = ("grids and increments", "finer grids", "tolerance", "precision")
+FRONT_ALONE = STUDIES[0]
+"""The study of which the page shows the best runs alone."""
+
+QUANTITIES = ("delta_z", "delta_x", "phi_z", "contact_radius", "stick_radius", "max_pressure", "work_total")
 
 
 @dataclass(frozen=True)
@@ -110,30 +116,45 @@ def by_work(study: Assessment) -> Assessment:
 
 
 def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
-    """A table for each mode: error of each quantity against cost, the runs that none beats in bold."""
+    """Print cost and worst error of the runs of all modes."""
+    for number, mode in enumerate(modes):
+        found = by_work(studied(mode, study, asked))
+        if number == 0:
+            keys = [variation.key.rpartition(".")[2] for variation in found.variations]
+            print("|", " | ".join(["mode", *keys, "million applications x cells", "seconds", "worst error, %"]), "|")
+            print("| --- " * (len(keys) + 4) + "|")
+        for row in found.rows:
+            if row.best or study != FRONT_ALONE or not row.compared:
+                print("|", " | ".join([mode, *_costs(row), _worst(found, row)]), "|")
+
+
+def _costs(row: Row) -> list[str]:
+    """Return the settings of a run, its work and its seconds."""
+    settings = [setting.value for setting in row.outcome.trial.combination.settings]
+    return [*settings, two_digits(work(row)), two_digits(row.outcome.seconds)]
+
+
+def _worst(study: Assessment, row: Row) -> str:
+    if row.outcome.failure:
+        return "no solution"
+    if row.is_truth:
+        return "reference"
+    return f"{percent(row.worst)} ({max(study.names, key=lambda name: study.error_of(row, name))})"
+
+
+def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> None:
+    """Write the errors of all quantities of all runs, in per cent; those of the reference are left empty."""
+    rows = []
     for mode in modes:
         found = by_work(studied(mode, study, asked))
         keys = [variation.key.rpartition(".")[2] for variation in found.variations]
-        print(f"\n**Mode {mode}**, errors in % of {found.truth_words}:\n")
-        print("|", " | ".join([*keys, "work", "seconds", "worst", *found.names]), "|")
-        print("| --- " * (len(keys) + 3 + len(found.names)) + "|")
         for row in found.rows:
-            print("|", " | ".join(_cells(found, row)), "|")
-        for sentence in advice(found):
-            print(f"\n{sentence[0].upper()}{sentence[1:]}.")
-
-
-def _cells(study: Assessment, row: Row) -> list[str]:
-    settings = [setting.value for setting in row.outcome.trial.combination.settings]
-    costs = [two_digits(work(row)), two_digits(row.outcome.seconds)]
-    if row.outcome.failure:
-        errors = ["no solution"] + ["-"] * len(study.names)
-    elif row.is_truth:
-        errors = ["truth"] + ["-"] * len(study.names)
-    else:
-        errors = [percent(row.worst), *(percent(study.error_of(row, name)) for name in study.names)]
-    cells = [*settings, *costs, *errors]
-    return [f"**{cell}**" for cell in cells] if row.best else cells
+            errors = [
+                percent(found.error_of(row, name)) if row.compared and name in found.names else ""
+                for name in QUANTITIES
+            ]
+            rows.append([mode, *_costs(row), "yes" if row.best else "no", *errors])
+    write_csv(file, ["mode", *keys, "million_applications_cells", "seconds", "best", *QUANTITIES], rows)
 
 
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
@@ -166,6 +187,9 @@ def main() -> None:
     parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
     if words.into:
         put_parts_into(words.into, parts)
+        for study in STUDIES:
+            name = f"trade_{study.replace(' ', '_')}"
+            write_trade(data_file(words.into, name), study, words.modes, asked)
     else:
         for study, part in parts.items():
             print(f"\n### {study}")
