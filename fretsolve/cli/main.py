@@ -92,12 +92,13 @@ def run(
         raise click.UsageError("of -q, -v and --log-json only one is possible.")
     threads = available(threads)
     with StopRequest() as stop:
-        from fretsolve.commands.run import Order, run_case
+        from fretsolve.commands.messages import RunOptions
+        from fretsolve.commands.run import run_case
 
         if error_bars:
             overrides = (*overrides, "solver.error_bars=true")
-        order = Order(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
-        return run_case(order, stop)
+        options = RunOptions(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
+        return run_case(options, stop)
 
 
 @main.command()
@@ -301,7 +302,7 @@ def schema(target: Path | None, overwrite: bool) -> int:
     With the first line `# yaml-language-server: $schema=FILE` in a case, editors that have the YAML language server
     complete its keys, show what they mean and mark mistakes.
     """
-    from fretsolve.commands.schema import schema_text, write_schema
+    from fretsolve.commands.new import schema_text, write_schema
 
     if target is not None:
         return write_schema(target, overwrite=overwrite)

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 from fretsolve.case import HISTORY_DIMENSIONS, load_case
 from fretsolve.commands.case_summary import warn
-from fretsolve.commands.junit import write_junit
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import doubts
 from fretsolve.simulation.simulation import run
-from fretsolve.system.files import require_ending
+from fretsolve.system.files import require_ending, writing
 
 if TYPE_CHECKING:
     from fretsolve.case import Expectation
@@ -153,3 +153,56 @@ def _report(outcome: Outcome) -> None:
     sys.stdout.flush()
     if outcome.error is not None:
         print(outcome.error, file=sys.stderr)
+
+
+def write_junit(path: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write the file `path`. Raises FileError where that is impossible."""
+    suites = ElementTree.Element("testsuites", name="fretsolve check")
+    for outcome in outcomes:
+        suites.append(_suite(outcome))
+    ElementTree.indent(suites)
+    text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
+    with writing(path):
+        path.write_text(text + "\n", encoding="utf-8")
+
+
+def _suite(outcome: Outcome) -> ElementTree.Element:
+    name = _printable(str(outcome.case))
+    tests = [_test(name, comparison, outcome) for comparison in outcome.comparisons]
+    if not tests:
+        tests = [ElementTree.Element("testcase", classname=name, name="case")]
+        _note(tests[0], "error", str(outcome.error), type(outcome.error).__name__)
+    counts = {
+        "tests": len(tests),
+        "failures": sum(test.find("failure") is not None for test in tests),
+        "errors": sum(test.find("error") is not None for test in tests),
+    }
+    suite = ElementTree.Element("testsuite", name=name, time=f"{outcome.seconds:.3f}")
+    suite.attrib |= {key: str(count) for key, count in counts.items()}
+    suite.extend(tests)
+    return suite
+
+
+def _test(case: str, comparison: Comparison, outcome: Outcome) -> ElementTree.Element:
+    name = f"{comparison.expected.quantity} at stage {comparison.stage}"
+    test = ElementTree.Element("testcase", classname=case, name=name)
+    _, _, expected, found, deviation, allowed, _ = comparison.cells()
+    if comparison.found is None:
+        _note(test, "error", str(outcome.error), type(outcome.error).__name__)
+    elif not comparison.ok:
+        _note(
+            test,
+            "failure",
+            f"{expected} expected, {found} found: {deviation} off, {allowed} allowed",
+            "deviation",
+        )
+    return test
+
+
+def _note(test: ElementTree.Element, tag: str, message: str, kind: str) -> None:
+    ElementTree.SubElement(test, tag, message=_printable(message), type=kind)
+
+
+def _printable(text: str) -> str:
+    """Without the control characters that XML cannot hold."""
+    return "".join(character if character.isprintable() or character == "\n" else "?" for character in text)

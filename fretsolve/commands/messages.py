@@ -1,19 +1,19 @@
-"""What a run tells: words for people, JSON for programs, or nothing. Errors are told elsewhere, and always."""
+"""What `fretsolve run` prints: text, JSON, or warnings alone. Errors are printed by the command line, always."""
 
 from __future__ import annotations
 
 import math
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretsolve import __version__
-from fretsolve import kernels as pointwise
+from fretsolve import __version__, kernels
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines, warn
-from fretsolve.commands.progress import Bar, Details, JsonLines, Lines, Silence, event
+from fretsolve.commands.progress import json_line, key_value_line, progress_bar
 from fretsolve.errors import dotted
 from fretsolve.export.text_report import print_report
 from fretsolve.result import open_result
@@ -24,149 +24,198 @@ from fretsolve.setup.resolution import doubt_of_result
 from fretsolve.setup.warnings import doubts
 
 if TYPE_CHECKING:
-    from fretsolve.commands.run import Order
     from fretsolve.result import HistoryWriter, Result
+    from fretsolve.result.state import Summary, SummaryErrors
     from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_SHOWN = 30
-"""A longer load path is not printed as a table at the end: `show` prints it when asked to."""
+"""The table of a run with more stages is left to `fretsolve show`."""
 
 
-class Quiet:
-    """Tells nothing of a run but what makes its result doubtful, before it, on the way and at its end."""
+@dataclass(frozen=True)
+class RunOptions:
+    """What the command line asks of `fretsolve run`. out: None for the case's name with .h5."""
 
-    def __init__(self, setup: ProblemSetup, order: Order):
-        self.setup, self.order = setup, order
+    case: Path
+    out: Path | None
+    overrides: tuple[str, ...]
+    resume: bool
+    overwrite: bool
+    threads: int
+    quiet: bool
+    verbose: bool = False
+    log_json: bool = False
 
     @property
-    def counts(self) -> tuple[int, int]:
-        """Increments and stages of the whole path."""
-        return self.setup.load_path.increments, len(self.setup.load_path.last_steps)
+    def output(self) -> Path:
+        """Where the result goes."""
+        return self.out or self.case.with_suffix(".h5")
 
-    def begin(self, writer: HistoryWriter) -> None:
-        """Tell what is about to be solved, and what a person should hear of it."""
-        for text in self.doubts():
+    @property
+    def resuming(self) -> str:
+        """The command that resumes the run."""
+        out = ["-o", str(self.out)] if self.out else []
+        sets = [word for override in self.overrides for word in ("--set", override)]
+        return shlex.join(["fretsolve", "run", str(self.case), *out, *sets, "--resume"])
+
+
+class QuietMessages:
+    """Print what makes the result doubtful, and nothing else."""
+
+    def __init__(self, setup: ProblemSetup, options: RunOptions):
+        self.setup, self.options = setup, options
+        self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
+
+    def start(self, writer: HistoryWriter) -> None:
+        """Print what is about to be solved, and the warnings of the case."""
+        for text in self._warnings():
             self.warn(text)
 
-    def doubts(self) -> Iterator[str]:
-        """What a person should hear before the run."""
+    def _warnings(self) -> Iterator[str]:
         yield from doubts(self.setup)
-        too_large = None if self.order.resume else disk_problem(self.setup, self.order.output)
+        too_large = None if self.options.resume else disk_problem(self.setup, self.options.output)
         if too_large is not None:
             yield f"{dotted(too_large.key)}: {too_large.message}"
 
-    def progress(self, done: int) -> Silence:
-        """What tells of each increment; `done` of them are there already."""
-        return Silence(*self.counts, done)
+    @contextmanager
+    def progress(self, done: int) -> Iterator[None]:
+        """Show progress within the block; done: increments that are saved already."""
+        yield
+
+    def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        """Print an increment that is saved, and its error bars if there are any."""
 
     def warn(self, text: str) -> None:
-        """Tell of something met on the way."""
+        """Print a warning."""
         warn(self.setup, text)
 
-    def already(self, increments: int) -> None:
-        """Tell that there is nothing to do."""
+    def already_complete(self, increments: int) -> None:
+        """Print that nothing is left to solve."""
 
     def stopped(self, increments: int) -> None:
-        """Tell that a signal has ended the run, and how it goes on."""
+        """Print that a signal has stopped the run, and how to resume it."""
 
     def end(self) -> None:
-        """Tell what came out and where it lies."""
-        with open_result(self.order.output) as result:
-            self.tell_of_resolution(result)
-            self.tell_of_accuracy(result)
+        """Print the outcome and where it is saved."""
+        with open_result(self.options.output) as result:
+            self._report(result)
 
-    def tell_of_resolution(self, result: Result) -> None:
-        """Tell of a contact of few cells."""
-        doubt = doubt_of_result(self.setup, hertz_contact(self.setup), result)
-        if doubt is not None:
-            self.warn(doubt)
-
-    def tell_of_accuracy(self, result: Result) -> None:
-        """Tell whether an accuracy that was asked for is not met."""
+    def _report(self, result: Result) -> None:
+        few_cells = doubt_of_result(self.setup, hertz_contact(self.setup), result)
+        if few_cells is not None:
+            self.warn(few_cells)
         reached = verdict(result.effective_case.get("solver", {}), result.history)
         if reached is not None and not reached.met:
             self.warn(str(reached))
 
 
-class Words(Quiet):
-    """Lines and a table, with a bar on a terminal."""
+class TextMessages(QuietMessages):
+    """Print lines and a table, and a bar on a terminal."""
 
-    def begin(self, writer: HistoryWriter) -> None:
-        """Tell the model and the reasons for it, the grid, and what a person should hear."""
-        setup, order = self.setup, self.order
-        if pointwise.WHY_NOT:
-            print(f"numba cannot be used, so the run is slower: {pointwise.WHY_NOT}", file=sys.stderr)
-        print(setup.case.title or order.case.name)
-        print(f"result: {order.output}")
-        for line in model_lines(setup.model):
-            print(line)
-        print(f"grid: {grid_line(setup)}")
-        for line in accuracy_lines(setup):
+    def start(self, writer: HistoryWriter) -> None:
+        setup, options = self.setup, self.options
+        if kernels.WHY_NOT:
+            print(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}", file=sys.stderr)
+        print(setup.case.title or options.case.name)
+        print(f"result: {options.output}")
+        for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-        count = setup.load_path.increments
-        print(f"{count} increment{'s' if count > 1 else ''}{done}", flush=True)
-        super().begin(writer)
+        print(f"{self.increments} increment{'s' if self.increments > 1 else ''}{done}", flush=True)
+        super().start(writer)
         for note in writer.notes:
             print(f"warning: {note}", file=sys.stderr)
 
-    def progress(self, done: int) -> Silence:
-        return (Bar if sys.stdout.isatty() else Lines)(*self.counts, done)
+    @contextmanager
+    def progress(self, done: int) -> Iterator[None]:
+        if not self._has_bar:
+            yield
+            return
+        texts = (f"stage {{task.fields[stage]}}/{self.stages}", "{task.fields[detail]}")
+        with progress_bar(*texts, counted=True) as self._bar:
+            self._bar.add_task("", total=self.increments, completed=done, stage=1, detail="")
+            yield
 
-    def already(self, increments: int) -> None:
-        print(f"{self.order.output}: already complete, {increments} increments")
+    @property
+    def _has_bar(self) -> bool:
+        return sys.stdout.isatty()
+
+    def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        if self._has_bar:
+            iterations = summary.iterations_normal + summary.iterations_tangential
+            detail = f"{iterations} iterations, residual {summary.worst_residual:.1e}"
+            self._bar.update(self._bar.task_ids[0], completed=summary.step + 1, stage=summary.stage, detail=detail)
+        else:
+            key_value_line(**self._values(summary, errors))
+
+    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+        return {
+            "step": summary.step,
+            "increments": self.increments,
+            "stage": summary.stage,
+            "stages": self.stages,
+            "iterations_normal": summary.iterations_normal,
+            "iterations_tangential": summary.iterations_tangential,
+            "residual": f"{summary.worst_residual:.1e}",
+            "work_total": f"{summary.work_total:.6g}",
+            "wall_time": f"{summary.wall_time:.3g}",
+        }
+
+    def already_complete(self, increments: int) -> None:
+        print(f"{self.options.output}: already complete, {increments} increments")
 
     def stopped(self, increments: int) -> None:
-        done = f"stopped with {increments} of {self.setup.load_path.increments} increments saved"
-        print(f"{done}; to go on: {resuming(self.order)}", file=sys.stderr)
+        print(
+            f"stopped with {increments} of {self.increments} increments saved; to go on: {self.options.resuming}",
+            file=sys.stderr,
+        )
 
-    def end(self) -> None:
-        with open_result(self.order.output) as result:
-            if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
-                print_report(result, heading=False)
-            self.tell_of_resolution(result)
-            self.tell_of_accuracy(result)
-            compiling = pointwise.compile_seconds()
-            if compiling:
-                print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
-            print(f"{result.status}: {self.order.output}, {result.increments} increments", flush=True)
+    def _report(self, result: Result) -> None:
+        if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
+            print_report(result, heading=False)
+        super()._report(result)
+        if compiling := kernels.compile_seconds():
+            print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
+        print(f"{result.status}: {self.options.output}, {result.increments} increments", flush=True)
 
 
-class Everything(Words):
-    """Words, and with them the stages, how it is computed, and all of the history of each increment."""
+class VerboseMessages(TextMessages):
+    """Print text, the stages, how the case is computed, and all of the history of each increment."""
 
-    def begin(self, writer: HistoryWriter) -> None:
-        """The same, with the stages and how they are computed."""
-        super().begin(writer)
+    def start(self, writer: HistoryWriter) -> None:
+        super().start(writer)
         for line in stage_lines(self.setup):
             print(line)
-        case = self.setup.case
-        kernels = "compiled by numba" if pointwise.COMPILED else "NumPy"
+        solver = self.setup.case.solver
+        compiled = "compiled by numba" if kernels.COMPILED else "NumPy"
         print(
-            f"fretsolve {__version__}, kernels: {kernels}, threads: {self.order.threads},"
-            f" tolerance: {case.solver.tolerance:g}, at most {case.solver.max_iterations} iterations",
+            f"fretsolve {__version__}, kernels: {compiled}, threads: {self.options.threads},"
+            f" tolerance: {solver.tolerance:g}, at most {solver.max_iterations} iterations",
             flush=True,
         )
 
-    def progress(self, done: int) -> Silence:
-        return Details(*self.counts, done)
+    @property
+    def _has_bar(self) -> bool:
+        return False
+
+    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+        values = super()._values(summary, errors)
+        return values | {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
 
 
-class Events(Quiet):
-    """One JSON object per line, each with the key `event`: start, warning, increment, end."""
+class JsonMessages(QuietMessages):
+    """Print a JSON object per line; its key `event` is start, warning, increment or end."""
 
-    def begin(self, writer: HistoryWriter) -> None:
-        """Print the event `start`, and a `warning` for each thing that a person should hear."""
+    def start(self, writer: HistoryWriter) -> None:
         setup, grid = self.setup, self.setup.grid
-        increments, stages = self.counts
-        event(
+        json_line(
             "start",
             fretsolve_version=__version__,
-            case=str(self.order.case),
+            case=str(self.options.case),
             title=setup.case.title,
-            result=str(self.order.output),
-            increments=increments,
-            stages=stages,
+            result=str(self.options.output),
+            increments=self.increments,
+            stages=self.stages,
             done=len(writer.summaries),
             points=list(grid.shape),
             size=list(grid.size),
@@ -174,51 +223,45 @@ class Events(Quiet):
             **({} if setup.case.solver.accuracy is None else {"accuracy_picks": list(setup.picked)}),
             model=[asdict(decision) for decision in setup.model.decisions],
         )
-        for text in (*([pointwise.WHY_NOT] if pointwise.WHY_NOT else []), *self.doubts(), *writer.notes):
+        for text in (*([kernels.WHY_NOT] if kernels.WHY_NOT else []), *self._warnings(), *writer.notes):
             self.warn(text)
 
-    def progress(self, done: int) -> Silence:
-        return JsonLines(*self.counts, done)
+    def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        json_line("increment", increments=self.increments, stages=self.stages, **_history(summary, errors))
 
     def warn(self, text: str) -> None:
-        event("warning", message=text)
+        json_line("warning", message=text)
 
-    def already(self, increments: int) -> None:
-        event("end", status="complete", result=str(self.order.output), increments=increments)
+    def already_complete(self, increments: int) -> None:
+        json_line("end", status="complete", result=str(self.options.output), increments=increments)
 
     def stopped(self, increments: int) -> None:
-        event(
-            "end",
-            status="stopped",
-            result=str(self.order.output),
-            increments=increments,
-            resume=resuming(self.order),
-        )
+        outcome = {"status": "stopped", "result": str(self.options.output), "increments": increments}
+        json_line("end", **outcome, resume=self.options.resuming)
 
-    def end(self) -> None:
-        with open_result(self.order.output) as result:
-            self.tell_of_resolution(result)
-            event("end", **_outcome(result, self.order.output))
-
-
-def _outcome(result: Result, out: Path) -> Mapping[str, Any]:
-    known: dict[str, Any] = {"status": result.status, "result": str(out), "increments": result.increments}
-    reached = verdict(result.effective_case.get("solver", {}), result.history)
-    if reached is not None:
-        worst = None if math.isnan(reached.worst) else reached.worst
-        known["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
-    failure = {"message": str(result.attributes["failure"])} if "failure" in result.attributes else {}
-    return {**known, **failure, "compile_time": pointwise.compile_seconds()}
+    def _report(self, result: Result) -> None:
+        few_cells = doubt_of_result(self.setup, hertz_contact(self.setup), result)
+        if few_cells is not None:
+            self.warn(few_cells)
+        outcome = {"status": result.status, "result": str(self.options.output), "increments": result.increments}
+        reached = verdict(result.effective_case.get("solver", {}), result.history)
+        if reached is not None:
+            worst = None if math.isnan(reached.worst) else reached.worst
+            outcome["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
+        if "failure" in result.attributes:
+            outcome["message"] = str(result.attributes["failure"])
+        json_line("end", **outcome, compile_time=kernels.compile_seconds())
 
 
-def teller(setup: ProblemSetup, order: Order) -> Quiet:
-    """What suits what the command line asks for."""
-    kind = Events if order.log_json else Quiet if order.quiet else Everything if order.verbose else Words
-    return kind(setup, order)
+def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+    """Return all that the history keeps of an increment."""
+    return vars(summary) | (vars(errors) if errors is not None else {})
 
 
-def resuming(order: Order) -> str:
-    """The command that goes on with a run."""
-    out = ["-o", str(order.out)] if order.out else []
-    sets = [word for override in order.overrides for word in ("--set", override)]
-    return shlex.join(["fretsolve", "run", str(order.case), *out, *sets, "--resume"])
+def run_messages(setup: ProblemSetup, options: RunOptions) -> QuietMessages:
+    """Return the messages that the command line asks for."""
+    if options.log_json:
+        return JsonMessages(setup, options)
+    if options.quiet:
+        return QuietMessages(setup, options)
+    return (VerboseMessages if options.verbose else TextMessages)(setup, options)

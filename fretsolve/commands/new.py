@@ -1,4 +1,4 @@
-"""``fretsolve new``: a commented case to start from."""
+"""``fretsolve new`` and ``fretsolve schema``: what one needs to write a case."""
 
 from __future__ import annotations
 
@@ -45,3 +45,20 @@ def _heights() -> str:
     heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(POINTS, POINTS))
     heights *= 1e3 * RMS / heights.std()
     return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
+
+
+def schema_text() -> str:
+    """Return the JSON Schema of the case file as indented text."""
+    from fretsolve.case import case_schema  # loads pydantic, which `new` does without
+
+    return json.dumps(case_schema(), indent=2, ensure_ascii=False)
+
+
+def write_schema(path: Path, *, overwrite: bool) -> int:
+    """Write the schema and tell where it lies; the exit code. Raises CaseError, FileError."""
+    require_ending(path, "a JSON Schema", ".json")
+    require_free(path, overwrite=overwrite)
+    with writing(path):
+        path.write_text(schema_text() + "\n", encoding="utf-8")
+    print(path)
+    return 0

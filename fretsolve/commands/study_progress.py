@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from contextlib import AbstractContextManager
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
 
-from fretsolve.commands.progress import REFRESHES_PER_SECOND, Display
+from fretsolve.commands.progress import key_value_line, progress_bar
 from fretsolve.study.run_trials import is_done
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from fretsolve.result.state import Summary
     from fretsolve.study.run_trials import Outcome
     from fretsolve.study.trial import Trial
 
 
-class Silence(Display):
+class Silence(AbstractContextManager["Silence"]):
     """Shows nothing of `trials`, which are run in that order."""
 
     def __init__(self, trials: Sequence[Trial]):
         self.runs = len(trials)
         self.done = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
 
     def increment(self, trial: Trial, summary: Summary) -> None:
         """Tell of an increment that is saved."""
@@ -47,28 +54,25 @@ class Lines(Silence):
             "operator_applications": outcome.applications,
             "wall_time": f"{outcome.seconds:.3g}",
         }
-        print(" ".join(f"{name}={_word(value)}" for name, value in values.items()), flush=True)
+        key_value_line(**values)
 
 
 class Bar(Silence):
     """A bar over the estimated time of all runs, with the run, its increment and the remaining time."""
 
-    bar: Progress
-
     def __init__(self, trials: Sequence[Trial]):
         super().__init__(trials)
-        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = (
-            TextColumn(f"run {{task.fields[run]}}/{self.runs}"),
-            BarColumn(),
-            TextColumn("{task.fields[detail]}"),
-            TimeRemainingColumn(),
-        )
-        self.bar = Progress(*columns, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+        self.bar = progress_bar(f"run {{task.fields[run]}}/{self.runs}", "{task.fields[detail]}")
         self._before = 0.0
         self._shares = {trial.out: 0.0 if is_done(trial) else trial.seconds for trial in trials}
         self._task = self.bar.add_task("", total=sum(self._shares.values()), run=1, detail="")
+
+    def __enter__(self) -> Self:
+        self.bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bar.stop()
 
     def increment(self, trial: Trial, summary: Summary) -> None:
         increments = trial.setup.load_path.increments
@@ -90,7 +94,3 @@ def study_progress(trials: Sequence[Trial], *, quiet: bool) -> Silence:
         return Silence(trials)
     return (Bar if sys.stdout.isatty() else Lines)(trials)
 
-
-def _word(value: object) -> str:
-    text = str(value)
-    return json.dumps(text, ensure_ascii=False) if any(map(str.isspace, text)) or not text else text
