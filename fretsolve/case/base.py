@@ -1,4 +1,4 @@
-"""What the models of the case file share: their base, and annotations for the shorthands of the file."""
+"""The base of all models of the case file, and annotations for its shorthands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from .quantities import LENGTH, Quantity, refused, shown
+from .quantities import LENGTH, InUnits, refused, shown
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -27,12 +27,12 @@ class CaseModel(BaseModel):
 
 @dataclass(frozen=True)
 class Repeated:
-    """Annotation of a tuple: in the file, a value that is no list stands for `count` of it."""
+    """Annotation of a tuple: in the file, a single value stands for `count` of it."""
 
     count: int
 
     def expand(self, value: object) -> object:
-        """The value as a list; None, which `Auto` gives, stays."""
+        """Return the value as a list; None, which `Auto` gives, stays None."""
         return value if value is None or isinstance(value, list | tuple) else (value,) * self.count
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -54,13 +54,13 @@ class Auto:
     example: str
 
     def read(self, value: object) -> object:
-        """None for ``auto``."""
+        """Return None for ``auto`` and any other value as it is."""
         if isinstance(value, str) and value != "auto" and not any(map(str.isdigit, value)):
             raise refused(f"{shown(value)} is not allowed; auto or a value such as {self.example} is needed")
         return None if value == "auto" else value
 
     def write(self, value: object) -> object:
-        """``auto`` for None."""
+        """Return ``auto`` for None and any other value as it is."""
         return "auto" if value is None else value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -77,14 +77,14 @@ class Auto:
 
 
 def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:
-    """Raise a validation error of all `problems` (key within the validated value, message), if any."""
+    """Raise a validation error that lists `problems` (key within the validated value, message), if there are any."""
     lines = [{"type": refused(message), "loc": key, "input": None} for key, message in problems]
     if lines:
         raise ValidationError.from_exception_data("case", lines)  # type: ignore[arg-type]
 
 
 Count = Annotated[int, Field(strict=True, ge=1)]
-Length = Annotated[float, Quantity(LENGTH)]
-PositiveLength = Annotated[float, Quantity(LENGTH, above=0)]
-Radius = Annotated[float, Quantity(LENGTH, nonzero=True)]
+Length = Annotated[float, InUnits(LENGTH)]
+PositiveLength = Annotated[float, InUnits(LENGTH, above=0)]
+Radius = Annotated[float, InUnits(LENGTH, nonzero=True)]
 Position = tuple[Length, Length]

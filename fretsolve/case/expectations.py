@@ -1,4 +1,4 @@
-"""What a `check` compares at the end of a stage."""
+"""The values that `fretsolve check` compares at the ends of stages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .quantities import (
     TEXT_PATTERN,
     TIME,
     Dimension,
-    Quantity,
+    InUnits,
     refused,
     shown,
 )
@@ -74,7 +74,7 @@ class Expectation(CaseModel):
         str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
     ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
     value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
-    rel: Annotated[float, Quantity(NUMBER, least=0)] | None = Field(
+    rel: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
         default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
     )
     abs: Annotated[float, _ANY_QUANTITY] | None = Field(
@@ -91,7 +91,7 @@ class Expectation(CaseModel):
         if dimension is None:
             return 0.0  # the quantity itself is refused
         least = 0.0 if info.field_name == "abs" else None
-        return Quantity(dimension, least=least).read(value)
+        return InUnits(dimension, least=least).read(value)
 
     @model_validator(mode="after")
     def _one_tolerance(self) -> Self:

@@ -12,13 +12,13 @@ from fretsolve.case.load_components import PAIRS
 
 from ..errors import KeyPath
 from .base import Auto, CaseModel, Count, Length, refused_at
-from .quantities import ANGLE, FORCE, MOMENT, Quantity, refused, shown
+from .quantities import ANGLE, FORCE, MOMENT, InUnits, refused, shown
 
 LARGEST_STAGE_COUNT = 100_000
 
-Force = Annotated[float, Quantity(FORCE)]
-Moment = Annotated[float, Quantity(MOMENT)]
-Angle = Annotated[float, Quantity(ANGLE)]
+Force = Annotated[float, InUnits(FORCE)]
+Moment = Annotated[float, InUnits(MOMENT)]
+Angle = Annotated[float, InUnits(ANGLE)]
 
 
 class StageSpec(CaseModel):
@@ -31,7 +31,7 @@ class StageSpec(CaseModel):
         }
     )
 
-    P: Annotated[float, Quantity(FORCE, least=0)] | None = Field(
+    P: Annotated[float, InUnits(FORCE, least=0)] | None = Field(
         default=None, description="normal force, compressive"
     )
     delta_z: Length | None = Field(default=None, description="approach of the bodies", examples=["9 um"])
@@ -50,8 +50,8 @@ class StageSpec(CaseModel):
     )
     spacing: Literal["equal", "graded"] | None = Field(
         default=None,
-        description="of the increments: equal steps, or graded, closer where the edges of contact and stick zone move"
-        " fast; by default equal where their number is given, graded where it is auto",
+        description="grading of the increments: equal, or graded, which are closer where the edges of contact and stick"
+        " zone move fast; by default equal if their number is given, graded if it is auto",
     )
 
     @property
@@ -68,14 +68,14 @@ class StageSpec(CaseModel):
             raise refused(f"the stage moves nothing; at least one of {components} is needed")
         both = [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]
         if both:
-            raise refused(f"{', '.join(both)} can't be imposed at once; keep one of the two")
+            raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
 
 
 class Cycle(CaseModel):
-    """Stages that are run through several times."""
+    """Stages that are repeated."""
 
-    times: Count = Field(description="how often the stages are run through, such as 3", examples=[3])
+    times: Count = Field(description="number of repetitions, such as 3", examples=[3])
     stages: tuple[LoadStep, ...] = Field(
         min_length=1,
         description="the stages of one cycle, a list",
@@ -117,7 +117,7 @@ class Stage:
 
 
 def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
-    """The stages in the order in which they are run."""
+    """Return the stages in the order in which they are run."""
     return tuple(
         Stage(number, key, stage.targets, stage.increments, stage.spacing)
         for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
@@ -125,7 +125,7 @@ def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
 
 
 def stage_count(load_path: tuple[StageSpec | CycleSpec, ...]) -> int:
-    """How many stages `unrolled` gives."""
+    """Return how many stages `unrolled` gives."""
     return sum(
         step.cycle.times * stage_count(step.cycle.stages) if isinstance(step, CycleSpec) else 1
         for step in load_path
@@ -133,7 +133,7 @@ def stage_count(load_path: tuple[StageSpec | CycleSpec, ...]) -> int:
 
 
 def stage_key(load_path: Any, number: str | int) -> KeyPath:
-    """Return where stage `number` (1-based, as in results) stands in a load path as the file has it.
+    """Return where stage `number` stands in a load path as written in the file; stages count from 1.
 
     All repetitions of a stage in a cycle stand in one place. Raises LookupError if there is no such stage.
     """

@@ -1,4 +1,4 @@
-"""Reading a case: file and overrides to a validated `Case`, or to its problems with their lines."""
+"""Read a case: from the file and its overrides to a validated `Case`, or to the problems with their lines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RENAMED = {("solver", "error_estimate"): "error_bars"}
 class CaseText:
     """A case file, read and parsed once for any number of cases that differ in overrides.
 
-    data: plain values as written; problems: what of the YAML cannot be used.
+    data: plain values as written; problems: parts of the YAML that cannot be used.
     """
 
     data: Any
@@ -35,15 +35,15 @@ class CaseText:
     problems: tuple[CaseError, ...] = ()
 
     def require_mapping(self, needed: Sequence[str]) -> None:
-        """Raise `CaseError` where the file holds something else, and nothing else is wrong. needed: keys."""
+        """Raise `CaseError` if the file holds anything but a mapping and has no other problem. needed: keys."""
         if not self.problems and not isinstance(self.data, dict):
             what = "the file is empty" if self.data is None else "the file does not hold a mapping"
             raise self.source.problem(f"{what}; one with the keys {', '.join(needed)} is needed")
 
     def overridden(self, overrides: Sequence[str]) -> CaseText:
-        """The same text with `overrides`, see `load_case`; what is wrong with them is among its problems.
+        """Return the text with `overrides` (see `load_case`); faults of an override join its problems.
 
-        A text that is no mapping stays as it is.
+        A text that does not hold a mapping stays as it is.
         """
         if not isinstance(self.data, dict):
             return self
@@ -56,14 +56,14 @@ class CaseText:
         return CaseText(data, source, tuple(problems))
 
     def case(self, overrides: Sequence[str] = ()) -> Case:
-        """The case with `overrides`, see `load_case`. Raises `CaseError`."""
+        """Return the case with `overrides` (see `load_case`). Raises `CaseError`."""
         self.require_mapping(_needed_keys())
         text = self.overridden(overrides)
         return _validated(text.data, text.source, text.problems)
 
 
 def read_case(path: str | Path) -> CaseText:
-    """Read and parse a case file. Raises `CaseError` if it is no YAML, `FileError` if it can't be read."""
+    """Read and parse a case file. Raises `CaseError` if it is not YAML, `FileError` if it cannot be read."""
     path = Path(path)
     text = read_text(path)
     try:
@@ -134,7 +134,7 @@ def _validated(data: Any, source: CaseSource, problems: Sequence[CaseError]) -> 
 
 
 def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:
-    """`data` from `source` as `model` reads it. Raises `CaseError` for `problems` and for what the model refuses."""
+    """Validate `data` from `source` by `model`. Raises `CaseError` for `problems` and for what the model refuses."""
     problems = list(problems)
     flawed = {problem.key for problem in problems}
     read = None
@@ -151,7 +151,7 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
 
 
 def split_override(text: str) -> tuple[KeyPath, Parsed]:
-    """Read ``KEY=VALUE``. Raises `CaseError` naming the override if it is no such text."""
+    """Split ``KEY=VALUE`` and parse the value. Raises `CaseError`, which names the override, if it has another form."""
     origin = Override((), text).origin
     name, equals, value_text = text.partition("=")
     parts = name.strip().split(".")
@@ -168,7 +168,7 @@ def split_override(text: str) -> tuple[KeyPath, Parsed]:
 
 
 def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
-    """A copy of `data` with `value` at `key`; mappings on the way are made where there are none.
+    """Return a copy of `data` with `value` at `key`. Missing mappings on the way are created.
 
     Raises `LookupError`, whose text is for the user, where a list has no such entry.
     """
@@ -182,7 +182,7 @@ def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
         return [replaced(item, rest, value) if index == part else item for index, item in enumerate(data)]
     if isinstance(part, int):
         raise LookupError(
-            f"there is no list with an entry {part}; give the whole list, as in grid.points=[64, 64]"
+            f"this is not a list with an entry {part}; give the whole list, as in grid.points=[64, 64]"
         )
     mapping = data if isinstance(data, dict) else {}
     return {**mapping, part: replaced(mapping.get(part), rest, value)}

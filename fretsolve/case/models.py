@@ -1,4 +1,4 @@
-"""The case: models of all that the case file states, in mm, N, MPa, rad."""
+"""The models of a case file: all that it states, in mm, N, MPa, rad."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, core_schema
 from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
 from .expectations import Expectation
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
-from .quantities import NUMBER, PRESSURE, Quantity, refused, shown
+from .quantities import NUMBER, PRESSURE, InUnits, refused, shown
 from .source import CaseSource, Place
 from .surface_specs import Surfaces
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
 
 FEWEST_POINTS = 16
-"""Per side, of a run with error bars: on fewer, half of them tell nothing."""
+"""Per side, with error bars: the coarse runs have half of them."""
 
 SINGLE_TOLERANCE = 1e-4
 """The default in single precision."""
 
 LEAST_SINGLE_TOLERANCE = 1e-5
-"""What single precision certifies in most cases (docs/performance.md)."""
+"""The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
 FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"]
 
@@ -35,10 +35,10 @@ FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "z
 class ElasticBody(CaseModel):
     """A linear elastic, isotropic half-space."""
 
-    young_modulus: Annotated[float, Quantity(PRESSURE, above=0)] = Field(
+    young_modulus: Annotated[float, InUnits(PRESSURE, above=0)] = Field(
         description="Young's modulus, such as 200 GPa"
     )
-    poisson_ratio: Annotated[float, Quantity(NUMBER, above=-1, most=0.5)] = Field(
+    poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] = Field(
         description="Poisson's ratio, such as 0.3", examples=[0.3]
     )
 
@@ -95,7 +95,7 @@ class GridSpec(CaseModel):
 class FrictionSpec(CaseModel):
     """Coulomb friction."""
 
-    coefficient: Annotated[float, Quantity(NUMBER, least=0)] = Field(
+    coefficient: Annotated[float, InUnits(NUMBER, least=0)] = Field(
         description="coefficient of friction, such as 0.1"
     )
 
@@ -113,9 +113,9 @@ class FrictionSpec(CaseModel):
 
 
 LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
-"""What the names stand for."""
+"""The accuracy that each name stands for."""
 
-SHARE = Quantity(NUMBER, least=1e-4, most=0.2)
+SHARE = InUnits(NUMBER, least=1e-4, most=0.2)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Accuracy:
     """Annotation of an optional float: in the file, a share such as ``1 %``, or the name of a level."""
 
     def read(self, value: object) -> object:
-        """The share."""
+        """Return the share that a number or a level stands for."""
         if isinstance(value, str) and value in LEVELS:
             return LEVELS[value]
         if isinstance(value, str) and not any(map(str.isdigit, value)):
@@ -142,22 +142,24 @@ class Accuracy:
 
 
 class SolverSpec(CaseModel):
-    """When the solver is content, and when it gives up."""
+    """Accuracy, tolerance and limits of the solver."""
 
     accuracy: Annotated[float | None, Accuracy()] = Field(
         default=None,
-        description="of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %): picks points,"
-        " automatic increments, tolerance, as far as they are not given, and error bars, which tell whether it is met",
+        description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
+        " points, automatic increments and tolerance unless they are given, and error bars, which tell whether it is met",
         examples=["1 %"],
     )
 
-    tolerance: Annotated[float, Quantity(NUMBER, above=1e-15, below=1)] = Field(
+    tolerance: Annotated[float, InUnits(NUMBER, above=1e-15, below=1)] = Field(
         default=1e-6, description="bound on the residuals of the contact conditions", examples=[1e-6]
     )
     precision: Literal["double", "single"] = Field(
-        default="double", description="of the elastic operator and the fields: single for less memory and smaller files"
+        default="double",
+        description="precision of the elastic operator and the fields; single takes less memory on large grids, and"
+        " smaller files",
     )
-    max_iterations: Count = Field(default=2000, description="of one solve")
+    max_iterations: Count = Field(default=2000, description="most iterations of one solve")
     error_bars: StrictBool = Field(
         default=False, description="whether the history has error bars, from coarse runs on half of the points"
     )
@@ -199,7 +201,7 @@ class OutputSpec(CaseModel):
 class Case(CaseModel):
     """Case file of fretsolve. A bare number is in mm, N, MPa, rad."""
 
-    title: str | None = Field(default=None, description="for people", examples=["Fretting mode I"])
+    title: str | None = Field(default=None, description="title of the case", examples=["Fretting mode I"])
     bodies: tuple[Body, Body] = Field(
         description="body 1, which is loaded, and body 2, which is held",
         examples=[["rigid", {"young_modulus": "200 GPa", "poisson_ratio": 0.3}]],
@@ -217,14 +219,14 @@ class Case(CaseModel):
     coupling: Literal["auto", "none", "tangential", "full"] = Field(
         default="auto",
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
-        " tangential (and ux from qy, uy from qx), full (and between p and q), auto (what the case needs)",
+        " tangential (also ux from qy, uy from qx), full (also between p and q), auto (those that the case needs)",
     )
     load_path: tuple[LoadStep, ...] = Field(
         min_length=1,
         description="the stages, a list: each moves what it names to a new total",
         examples=[[{"P": "400 N"}, {"Qx": "36 N", "increments": 10}]],
     )
-    solver: SolverSpec = Field(SolverSpec(), description="limits of the solver")
+    solver: SolverSpec = Field(SolverSpec(), description="accuracy and limits of the solver")
     output: OutputSpec = Field(OutputSpec(), description="what the result holds")
     expect: tuple[Expectation, ...] = Field(
         default=(),
@@ -236,15 +238,15 @@ class Case(CaseModel):
 
     @property
     def source(self) -> CaseSource:
-        """The file that the case was read from; of no part in comparisons."""
+        """The file that the case was read from. Comparisons leave it out."""
         return self._source
 
     def stages(self) -> tuple[Stage, ...]:
-        """The load path with its cycles unrolled."""
+        """Return the load path with its cycles unrolled."""
         return unrolled(self.load_path)
 
     def effective(self) -> dict[str, Any]:
-        """The case with every default filled in, in the form of a case file, of values that JSON can hold."""
+        """Return the case with every default filled in, as a case file has it, in values that JSON can hold."""
         written: dict[str, Any] = _without_none(self.model_dump(mode="json"))
         return written
 

@@ -1,4 +1,4 @@
-"""Pydantic's validation errors in the terms of the case file, each on one line."""
+"""Translate pydantic's validation errors into the terms of the case file, one line each."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class CaseErrors(CaseError):  # noqa: N818 - a plural
 
 
 def nearest(name: str, allowed: Collection[str]) -> str:
-    """Hint for a name that is not among the `allowed`: the one probably meant, or all of them."""
+    """Return a hint for a name that is not among the `allowed`: the likely one, or all of them."""
     meant = _meant(name, allowed)
     return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
 
@@ -48,7 +48,7 @@ def _meant(name: str, allowed: Iterable[str]) -> str | None:
 def translated(
     error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource
 ) -> list[CaseError]:
-    """The problems in `error`, which arose in `data` from `source`; `schema` is that of the case file."""
+    """Return the problems in `error`, found in `data` from `source`; `schema` is that of the case file."""
     reader = _Reader(data, schema)
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
@@ -80,7 +80,7 @@ class _Reader:
         self._schema = schema
 
     def key(self, details: ErrorDetails) -> KeyPath:
-        """Where the error is: pydantic's location, less what the file does not have (tags of unions)."""
+        """Return where the error is, without the parts of pydantic's location that the file does not have."""
         value, key = self._data, []
         for part in details["loc"]:
             inside = isinstance(value, dict) and part in value
@@ -93,7 +93,7 @@ class _Reader:
         return tuple(key)
 
     def message(self, key: KeyPath, details: ErrorDetails) -> str:
-        """What is wrong, the value, what would be right."""
+        """Return the text of the error: what is wrong, the value, what would be right."""
         kind, limits, value = details["type"], details.get("ctx", {}), shown(self._value(key))
         if kind == "refused":
             return str(limits["message"])
@@ -119,7 +119,7 @@ class _Reader:
         return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
 
     def meant(self, key: KeyPath) -> str | None:
-        """The key that an unknown `key` was probably meant to be."""
+        """Return the key that the unknown `key` was probably meant to be."""
         return _meant(str(key[-1]), self._keys(key[:-1]))
 
     def _value(self, key: KeyPath) -> Any:
@@ -135,7 +135,7 @@ class _Reader:
 
     def _unknown(self, name: str, allowed: list[str]) -> str:
         if name in allowed:  # of another alternative, as P beside cycle
-            return f"key {shown(name)} can't stand beside the other keys here; remove it"
+            return f"key {shown(name)} cannot stand beside the other keys here; remove it"
         return f"unknown key {shown(name)}; {nearest(name, allowed)}"
 
     def _description(self, key: KeyPath) -> str:
@@ -153,7 +153,7 @@ class _Reader:
         return f"at least {array['minItems']} is"
 
     def _nodes(self, key: KeyPath) -> list[Mapping[str, Any]]:
-        """What the schema allows at `key`: alternatives side by side, references followed."""
+        """Return what the schema allows at `key`: alternatives side by side, references followed."""
         nodes = list(self._alternatives(self._schema))
         for part in key:
             nodes = [
@@ -185,5 +185,5 @@ def _children(node: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str,
 
 
 def _quoted(alternatives: str) -> list[str]:
-    """The names in pydantic's ``'a', 'b' or 'c'``."""
+    """Return the names in pydantic's ``'a', 'b' or 'c'``."""
     return re.findall("'([^']*)'", alternatives)

@@ -71,7 +71,7 @@ class QuantityError(ValueError):
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a quantity measures: its name in messages, internal unit, and how users write one."""
+    """A physical dimension: its name in messages, its internal unit, and how users write a value."""
 
     noun: str
     unit: str
@@ -79,11 +79,11 @@ class Dimension:
 
     @property
     def wanted(self) -> str:
-        """As in ``a force such as '400 N'``."""
+        """The noun with an example, as in ``a force such as '400 N'``."""
         return f"{self.noun} such as {self.example!r}"
 
     def shown(self, value: float) -> str:
-        """A value in internal units as a user would read it."""
+        """Return a value in internal units as users read it."""
         if self is ANGLE:
             return f"{math.degrees(value):g} deg"
         return f"{value:g} {self.unit}".rstrip()
@@ -111,12 +111,12 @@ COMMON_FACTORS = {
     ("deg", ANGLE): 0.017453292519943295,
     ("%", NUMBER): 0.01,
 }
-"""Units that case files mostly have besides the internal ones: a quarter of a start would be pint's."""
+"""The usual units besides the internal ones. With them most cases start without pint, a quarter of the start-up."""
 
 
 @functools.cache
 def _registry() -> pint.UnitRegistry[Any]:
-    """The units of a case file (about 4 ms once pint is imported)."""
+    """Return the units of a case file (about 4 ms once pint is imported)."""
     import pint
 
     return pint.UnitRegistry(_DEFINITIONS.strip().splitlines())
@@ -124,7 +124,7 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 @functools.cache
 def _unit_factor(unit: str, dimension: Dimension) -> float:
-    """One `unit` in the internal unit of `dimension`; `QuantityError` if it is of another dimension."""
+    """Return one `unit` in the internal unit of `dimension`. Raises `QuantityError` for another dimension."""
     if unit == dimension.unit:
         return 1.0
     if (unit, dimension) in COMMON_FACTORS:
@@ -147,7 +147,7 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
 
 
 def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) -> float:
-    """Convert what stands in a case file to a float in internal units.
+    """Convert a value of a case file to a float in internal units.
 
     value: a number, already in internal units, or text such as "400 N". bare_unit: a unit alone stands for
     one of it ("um" for 1e-3 mm). Raises `QuantityError`, whose text begins with the value.
@@ -188,7 +188,7 @@ def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
 
 
 def split_quantity(value: object) -> tuple[float, str]:
-    """A number, or text of one and its unit, as number and unit. Raises `QuantityError`."""
+    """Split a number with or without a unit into number and unit. Raises `QuantityError`."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, unit = float(value), ""
     else:
@@ -202,7 +202,7 @@ def split_quantity(value: object) -> tuple[float, str]:
 
 
 def shown(value: object) -> str:
-    """A value of the case file for a message: on one line, and short however large or nested it is."""
+    """Return a value of the case file for a message: on one line, and short however large it is."""
     short = reprlib.Repr()
     short.maxlevel, short.maxdict, short.maxlist = 3, 4, 4
     short.maxstring = short.maxother = 60
@@ -214,8 +214,8 @@ def shown(value: object) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """Annotation of a model's float: read by `to_internal`, checked against bounds in internal units.
+class InUnits:
+    """Annotation of a float of a model: read by `to_internal`, checked against bounds in internal units.
 
     above, below are exclusive, least and most inclusive; nonzero refuses 0.
     """
@@ -229,7 +229,7 @@ class Quantity:
     bare_unit: bool = False
 
     def read(self, value: object) -> float:
-        """The value in internal units; a validation error says what is wrong and what would be right."""
+        """Return the value in internal units. A validation error says what is wrong and what would be right."""
         try:
             number = to_internal(value, self.dimension, self.bare_unit)
             if (self.above == 0 or self.nonzero) and 0.0 < abs(number) < LEAST_MAGNITUDE:
@@ -283,5 +283,5 @@ class Quantity:
 
 
 def refused(message: str) -> PydanticCustomError:
-    """A validation error whose text reaches the user as it is."""
+    """Return a validation error whose text reaches the user as it is."""
     return PydanticCustomError("refused", "{message}", {"message": message})

@@ -1,4 +1,4 @@
-"""JSON Schema of the case file as users write it, drawn from the models."""
+"""The JSON Schema of the case file as users write it, drawn from the models."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def case_schema() -> dict[str, Any]:
-    """The schema (draft 2020-12), for editors and for hints in messages."""
+    """Return the schema (draft 2020-12), for editors and for hints in messages."""
     return {"$schema": DIALECT, "title": "fretsolve case", **model_schema(Case)}
 
 
 def model_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """The schema of what a file holds that `model` reads."""
+    """Return the schema of a file that `model` reads."""
     schema: dict[str, Any] = _tidied(model.model_json_schema())
     return schema
 
 
 def _told(node: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a key with what editors show of it: unit and examples, which stand deeper within."""
+    """Return the schema of a key with unit and examples, which stand deeper within, where editors show them."""
     found = list(_nodes(node))
     meanings = [inner.get("description", "") for inner in found]
     units = [text.removeprefix("in ") for text in meanings if text.startswith("in ")]
@@ -39,7 +39,7 @@ def _told(node: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain(example: Any) -> Any:
-    """An example as a case file has it: a number without a unit is no text."""
+    """Return an example as a case file has it: a number without a unit is a number."""
     try:
         return float(example)
     except (TypeError, ValueError):
@@ -47,7 +47,7 @@ def _plain(example: Any) -> Any:
 
 
 def _nodes(node: Any) -> Iterator[dict[str, Any]]:
-    """`node` and the alternatives and entries within it."""
+    """Yield `node` and the alternatives and entries within it."""
     yield node
     for name in ("anyOf", "oneOf", "prefixItems"):
         for inner in node.get(name, ()):
@@ -55,7 +55,7 @@ def _nodes(node: Any) -> Iterator[dict[str, Any]]:
 
 
 def _tidied(node: Any) -> Any:
-    """`node` without what only the Python side knows: titles of classes and fields, and None."""
+    """Return `node` without what only Python knows: titles of classes and fields, and None."""
     if isinstance(node, list):
         return [_tidied(item) for item in node]
     if not isinstance(node, dict):
@@ -83,7 +83,7 @@ def _tidied_keyword(name: str, value: Any) -> Any:
 
 
 def _without_null(node: dict[str, Any]) -> dict[str, Any]:
-    """`node` without the alternative null, which a case file doesn't have: a key is left out instead."""
+    """Return `node` without the alternative null; a case file leaves the key out instead."""
     alternatives = [alternative for alternative in node["anyOf"] if alternative != {"type": "null"}]
     if len(alternatives) > 1 or "description" in alternatives[0]:
         return {**node, "anyOf": alternatives}

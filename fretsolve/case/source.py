@@ -1,7 +1,7 @@
 """The YAML text of a case: plain values, and the line on which each key stands.
 
 Scalars follow YAML 1.2's core schema rather than PyYAML's 1.1: ``1e-6`` is a number, ``yes`` and ``on`` are
-text, ``010`` is ten and ``1:30`` is no sexagesimal.
+text, ``010`` is ten and ``1:30`` is text.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ class Override:
 
     @property
     def origin(self) -> str:
-        """As it stands on the command line, on one line."""
+        """The override as it stands on the command line, on one line."""
         return f"--set {self.text if self.text.isprintable() else repr(self.text)}"
 
 
 @dataclass(frozen=True)
 class CaseSource:
-    """What a case was read from: the file, its text as written, and where each key stands in it."""
+    """The origin of a case: the file, its text as written, and where each key stands in it."""
 
     path: Path
     text: str = field(repr=False)
@@ -77,7 +77,7 @@ class CaseSource:
     overrides: tuple[Override, ...] = ()
 
     def locate(self, key: KeyPath) -> int | None:
-        """Line (1-based) of `key` or of its nearest parent; None where an override gave the value."""
+        """Return the line (1-based) of `key` or of its nearest parent; None if an override gave the value."""
         if self._override(key) is not None:
             return None
         place = self.root
@@ -88,7 +88,7 @@ class CaseSource:
         return place.line
 
     def _as_written(self, key: KeyPath) -> KeyPath:
-        """`key` without the index of a list of one for which the file has the entry itself."""
+        """Return `key` without the index of a list of one, if the file has the entry itself there."""
         written: list[str | int] = []
         place = self.root
         for index, part in enumerate(key):
@@ -100,7 +100,7 @@ class CaseSource:
         return tuple(written)
 
     def problem(self, message: str, key: KeyPath = ()) -> CaseError:
-        """The error of the value at `key`, with its file and line, or with the override that gave it."""
+        """Return the error of the value at `key`, with its file and line, or with the override that gave it."""
         override = self._override(key)
         if override is not None:
             return case_error(message, key, override.origin)
@@ -118,7 +118,7 @@ class CaseSource:
 
 @dataclass(frozen=True)
 class Flaw:
-    """What is wrong with the YAML at a key (relative to the text that was parsed)."""
+    """A fault of the YAML at a key (relative to the parsed text)."""
 
     key: KeyPath
     line: int
@@ -135,7 +135,7 @@ class Parsed:
 
 
 class YamlSyntaxError(ValueError):
-    """The text is no YAML; `line` is 1-based, the text says what is wrong."""
+    """The text is not YAML; `line` is 1-based, the message says what is wrong."""
 
     def __init__(self, line: int, message: str):
         super().__init__(message)
@@ -143,19 +143,19 @@ class YamlSyntaxError(ValueError):
 
 
 def case_error(message: str, key: KeyPath, origin: Path | str, line: int | None = None) -> CaseError:
-    """The error at `key`, whose names may hold whatever YAML allows, on one line."""
+    """Return the error at `key` on one line, whatever characters the key holds."""
     printable = tuple(part if str(part).isprintable() else repr(part) for part in key)
     return CaseError(message, printable, origin, line)
 
 
 def read_text(path: Path) -> str:
-    """The text of a case file. Raises `FileError` if it can't be read, `CaseError` if it can't be a case."""
+    """Return the text of a case file. Raises `FileError` if it cannot be read, `CaseError` if it cannot be a case."""
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(f"can't be read: {reason}", path) from None
+        raise FileError(f"cannot be read: {reason}", path) from None
     if len(content) > _LARGEST_FILE:
         raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
     try:
@@ -167,7 +167,7 @@ def read_text(path: Path) -> str:
 
 
 def parse(text: str) -> Parsed:
-    """Parse YAML; `YamlSyntaxError` if that is impossible, flaws where values can't be used."""
+    """Parse YAML. Raises `YamlSyntaxError` if that is impossible; values that cannot be used become flaws."""
     try:
         _refuse_deep_nesting(text)
         loader = _Loader(text)
@@ -191,7 +191,7 @@ def parse(text: str) -> Parsed:
 
 
 def _refuse_deep_nesting(text: str) -> None:
-    """libyaml's composer recurses without a limit, so that nesting would overflow the C stack."""
+    """Refuse deep nesting: libyaml's composer recurses without a limit and would overflow the C stack."""
     depth = 0
     for event in yaml.parse(text, Loader=_Loader):
         if isinstance(event, yaml.CollectionStartEvent):
@@ -237,7 +237,7 @@ class _Builder:
         self._open: set[int] = set()
 
     def build(self, node: yaml.Node, key: KeyPath, line: int) -> _Built:
-        """Value of `node`, whose key stands on `line`."""
+        """Return the value of `node`, whose key stands on `line`."""
         identity = id(node)
         if identity in self._open:
             return self._refused(key, line, "the alias contains itself; a value without a loop is needed")
@@ -298,7 +298,7 @@ class _Builder:
             if kind == "float":
                 return _Built(float(text.lower().replace(".inf", "inf").replace(".nan", "nan")))
         except ValueError:
-            return self._refused(key, line, f"{shown(text)} can't be read as a number")
+            return self._refused(key, line, f"{shown(text)} cannot be read as a number")
         if kind == "bool" and text.lower() in ("true", "false"):
             return _Built(text.lower() == "true")
         if kind == "null":

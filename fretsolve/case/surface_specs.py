@@ -1,4 +1,4 @@
-"""The undeformed separation h(x, y) as the case file states it: kinds of surfaces, which add up."""
+"""The undeformed separation h(x, y) as written in the case file: kinds of surfaces, which add up."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from .base import CaseModel, Position, PositiveLength, Radius, Repeated
-from .quantities import ANGLE, LENGTH, Quantity, refused, shown
+from .quantities import ANGLE, LENGTH, InUnits, refused, shown
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
@@ -43,7 +43,7 @@ class EllipsoidSurface(_SurfaceModel):
     kind: ClassVar[Literal["ellipsoid"]] = "ellipsoid"
     radius_x: Radius = Field(description="radius of curvature along the first axis, such as 10 mm")
     radius_y: Radius = Field(description="radius of curvature along the second axis, such as 20 mm")
-    angle: Annotated[float, Quantity(ANGLE)] = Field(
+    angle: Annotated[float, InUnits(ANGLE)] = Field(
         default=0.0, description="from x to the first axis", examples=["30 deg"]
     )
 
@@ -63,7 +63,7 @@ class CylinderSurface(_SurfaceModel):
     radius: Radius = Field(description="radius across the axis, negative where concave, such as 10 mm")
     axis: Annotated[
         float,
-        Quantity(ANGLE),
+        InUnits(ANGLE),
         BeforeValidator(_axis_angle),
         Field(json_schema_extra=lambda schema: schema["anyOf"].insert(0, {"enum": ["x", "y"]})),
     ] = Field(description="direction of the axis: x, y, or its angle from x", examples=["x", "30 deg"])
@@ -90,7 +90,7 @@ class ConeSurface(_SurfaceModel):
     """A cone with its tip down."""
 
     kind: ClassVar[Literal["cone"]] = "cone"
-    angle: Annotated[float, Quantity(ANGLE, above=0, below=math.pi / 2)] = Field(
+    angle: Annotated[float, InUnits(ANGLE, above=0, below=math.pi / 2)] = Field(
         description="between flank and contact plane, such as 2 deg", examples=["2 deg"]
     )
 
@@ -105,7 +105,7 @@ class PunchSurface(_SurfaceModel):
     kind: ClassVar[Literal["punch"]] = "punch"
     radius: PositiveLength | None = Field(default=None, description="of a round punch", examples=["1 mm"])
     half_width: PositiveLength | None = Field(default=None, description="of a square punch", examples=["1 mm"])
-    edge_radius: Annotated[float, Quantity(LENGTH, least=0)] = Field(
+    edge_radius: Annotated[float, InUnits(LENGTH, least=0)] = Field(
         default=0.0, description="0 for a sharp edge", examples=["0.1 mm"]
     )
 
@@ -132,7 +132,7 @@ class HeightsSurface(_SurfaceModel):
         description="[dx, dy] of the map, or one value for both, unless the file gives it",
         examples=["5 um"],
     )
-    unit: Annotated[float, Quantity(LENGTH, above=0, bare_unit=True)] = Field(
+    unit: Annotated[float, InUnits(LENGTH, above=0, bare_unit=True)] = Field(
         default=1.0, description="length unit of the values in the file, such as um", examples=["um"]
     )
     invert: StrictBool = Field(
@@ -180,7 +180,7 @@ class SurfaceEntry(CaseModel):
 
     @property
     def surface(self) -> Surface:
-        """The one that is given."""
+        """The surface that is given."""
         (kind,) = self.model_fields_set
         surface: Surface = getattr(self, kind)
         return surface

@@ -1,4 +1,4 @@
-"""The command line: options, and how commands end. It knows everyone and computes nothing.
+"""The command line: the options of each command. It computes nothing.
 
 Only click is imported here; what a command needs is imported when it is called. Exit codes: 0 done, 1 a check
 missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written, 70 a bug, 75 stopped by a signal.
@@ -48,14 +48,14 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 
 @main.command()
 @click.argument("case", type=click.Path(path_type=Path))
-@output_option("The result file, which ends on .h5; by default that of the case with .h5.")
+@output_option("The result file, ending in .h5; by default the name of the case with .h5.")
 @overrides_option
 @click.option(
     "--error-bars",
     is_flag=True,
-    help="Estimate the errors of the history, from coarser companion runs (solver.error_bars).",
+    help="Estimate the errors of the history from coarse runs (solver.error_bars).",
 )
-@click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or begin it.")
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or start it.")
 @overwrite_option("a result")
 @click.option(
     "--threads",
@@ -64,10 +64,10 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     show_default=True,
     envvar="SLURM_CPUS_PER_TASK",
     show_envvar=True,
-    help="Threads that share out the Fourier transforms; the result does not depend on them.",
+    help="Threads that share the Fourier transforms; the result does not depend on their number.",
 )
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="Tell of each increment all that the history keeps.")
+@click.option("-v", "--verbose", is_flag=True, help="Print the whole history of each increment.")
 @click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
 def run(
     case: Path,
@@ -89,7 +89,7 @@ def run(
     if resume and overwrite:
         raise click.UsageError("--resume and --overwrite exclude each other.")
     if quiet + verbose + log_json > 1:
-        raise click.UsageError("of -q, -v and --log-json only one is possible.")
+        raise click.UsageError("only one of -q, -v and --log-json is possible.")
     threads = available(threads)
     with StopRequest() as stop:
         from fretsolve.commands.messages import RunOptions
@@ -105,7 +105,7 @@ def run(
 @_CASES
 @overrides_option
 def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
-    """Read each CASE and print what it comes to: values, model, grid, stages, memory and cost. Solves nothing."""
+    """Read each CASE and print its values, model, grid, stages, expected results, memory and cost. Solve nothing."""
     from fretsolve.commands.validate import validate_cases
 
     return validate_cases(cases, overrides)
@@ -121,7 +121,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     """Solve each CASE in memory and compare with what it expects.
 
     All cases are run. The exit code is that of the worst outcome: a file that cannot be read or written (4), a
-    wrong case (2), no solution (3), a value that is off (1).
+    wrong case (2), no solution (3), a value outside its tolerance (1).
     """
     from fretsolve.commands.check import check_cases
 
@@ -136,16 +136,16 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     multiple=True,
     required=True,
     metavar="KEY=A,B,C",
-    help="Values that a key takes; several keys are crossed. load_path.*.increments is that of every stage.",
+    help="Values of a key; several keys are crossed. load_path.*.increments means every stage.",
 )
-@output_option("The folder of the runs, tables and picture; by default the case with .study.")
+@output_option("The folder for runs, tables and picture; by default the name of the case with .study.")
 @overrides_option
 @click.option(
     "--quantity",
     "quantities",
     multiple=True,
     metavar="NAME[@STAGE]",
-    help="What to compare, at the end of a stage (the last by default); by default what the load path moves"
+    help="The quantity to compare at the end of a stage (by default the last); by default what the load path moves"
     " and what the case expects.",
 )
 @click.option(
@@ -153,7 +153,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     type=click.Choice(["finest", "closed-form", "expect"]),
     default="finest",
     show_default=True,
-    help="What to compare with: the finest of the runs, closed forms, or what the case expects.",
+    help="The reference: the finest of the runs, closed forms, or what the case expects.",
 )
 @quiet_option
 def study(
@@ -165,10 +165,10 @@ def study(
     truth: TruthKind,
     quiet: bool,
 ) -> int:
-    """Run CASE over all combinations of settings: the error of each against what it costs.
+    """Run CASE with all combinations of settings, and print the error and the cost of each.
 
-    The runs are made one after another and kept in OUT, where later studies find those that they share. After an
-    interrupt (exit code 75) the same command goes on.
+    The runs are kept in OUT, where later studies reuse them. After an interrupt (exit code 75) the same command
+    goes on.
     """
     with StopRequest() as stop:
         from fretsolve.commands.study import StudyOrder, study_case
@@ -190,7 +190,7 @@ def show(out: Path, every_increment: bool) -> int:
 
 
 def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
-    """Two lengths in mm from a text such as ``0.1,-0.05``."""
+    """Return two lengths in mm from a text such as ``0.1,-0.05``."""
     if value is None:
         return None
     try:
@@ -209,8 +209,8 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
     "target",
     type=click.Path(),
     metavar="FILE",
-    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (made where it ends on /); by default OUT"
-    " with the kind in its name.",
+    help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (created if the name ends in /); by default"
+    " OUT with the kind in its name.",
 )
 @click.option(
     "--step", "steps", type=int, multiple=True, metavar="N", help="The increment to show; profiles show several."
@@ -245,7 +245,7 @@ def plot(
 @main.command()
 @click.argument("out", type=click.Path(path_type=Path))
 @click.option(
-    "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above for what it holds."
+    "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above."
 )
 @output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
 @click.option(
@@ -254,13 +254,13 @@ def plot(
     type=int,
     multiple=True,
     metavar="N",
-    help="An increment, instead of all with fields; may be repeated.",
+    help="Export this increment instead of all that have fields; may be repeated.",
 )
 @overwrite_option("files")
 def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...], overwrite: bool) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
-    It may still be growing.
+    OUT may still be growing.
 
     \b
     vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,
@@ -278,14 +278,14 @@ def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, .
 @click.argument("kind", type=click.Choice(TEMPLATES))
 @output_option("By default KIND.yaml.", "CASE", "target")
 def new(kind: str, target: Path | None) -> int:
-    """Write a commented case to start from. A file that is there is not touched.
+    """Write a commented case to start from. An existing file is not touched.
 
     \b
     hertz       a sphere pressed on a flat
-    mode1       sheared to and fro: partial slip, the fretting loop
+    mode1       cyclic tangential force: partial slip, the fretting loop
     mode2       pressed on a body of another material: slip without a tangential load
-    mode3       twisted to and fro
-    gross-slip  moved to and fro until everything slides
+    mode3       cyclic torsion
+    gross-slip  cyclic displacement up to gross slip
     rough       a rough sphere, with a height map beside the case
     """
     from fretsolve.commands.new import new_case
@@ -299,8 +299,8 @@ def new(kind: str, target: Path | None) -> int:
 def schema(target: Path | None, overwrite: bool) -> int:
     """Print the JSON Schema of the case file, for editors.
 
-    With the first line `# yaml-language-server: $schema=FILE` in a case, editors that have the YAML language server
-    complete its keys, show what they mean and mark mistakes.
+    Begin a case with the line `# yaml-language-server: $schema=FILE`: editors with the YAML language server then
+    complete its keys, show their meaning and mark mistakes.
     """
     from fretsolve.commands.new import schema_text, write_schema
 

@@ -1,4 +1,4 @@
-"""What all commands share: how they end, and the options that several have.
+"""What all commands share: how they end, and common options.
 
 Only click is imported here, as in `fretsolve.cli.main`.
 """
@@ -24,7 +24,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class CommandLine(click.Group):
-    """A group whose commands return their exit code, and whose errors are one line each."""
+    """A group whose commands return their exit code, and whose errors are printed on one line each."""
 
     def main(
         self,
@@ -43,7 +43,7 @@ class CommandLine(click.Group):
 
 
 def _exit_code(command: Callable[[], int | None]) -> int:
-    """The exit code of `command`, after the message of the error that it ended with, if any."""
+    """Run `command` and return its exit code; print the message of the error that ended it, if any."""
     try:
         code = command() or 0
         sys.stdout.flush()
@@ -57,7 +57,7 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     except FretsolveError as error:
         message, code = str(error), error.exit_code
     except MemoryError:
-        message, code = "the memory does not suffice; fewer grid.points are needed", CaseError.exit_code
+        message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
     except Exception as error:
         if os.environ.get("FRETSOLVE_DEBUG"):
             raise
@@ -71,27 +71,27 @@ def _exit_code(command: Callable[[], int | None]) -> int:
 
 
 def overrides_option(command: Command) -> Command:
-    """The option `--set`."""
+    """Add the option `--set`."""
     option = click.option(
         "--set",
         "overrides",
         multiple=True,
         metavar="KEY=VALUE",
-        help="Put a value in place of the case's, as in --set grid.points=64; may be repeated.",
+        help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
     )
     return option(command)
 
 
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
-    """The option `-o`, whose value goes to the parameter `name`."""
+    """Add the option `-o`; its value goes to the parameter `name`."""
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
 quiet_option = click.option(
-    "-q", "--quiet", is_flag=True, help="Print nothing but errors and what makes results doubtful."
+    "-q", "--quiet", is_flag=True, help="Print only errors and warnings."
 )
 
 
 def overwrite_option(what: str) -> Callable[[Command], Command]:
-    """The option `--overwrite`; what: that it replaces."""
-    return click.option("--overwrite", is_flag=True, help=f"Replace {what} that is there.")
+    """Add the option `--overwrite`; what: what it replaces."""
+    return click.option("--overwrite", is_flag=True, help=f"Replace {what} that exists.")

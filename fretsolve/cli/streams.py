@@ -1,6 +1,6 @@
-"""Standard output and standard error whose reader may go away in mid-run, as in ``fretsolve run case.yaml | head``.
+"""Output that may lose its reader in mid-run, as in ``fretsolve run case.yaml | head``.
 
-A run is worth more than the lines about it: what can no longer be read by anyone is dropped, and the run goes on.
+The run goes on, and the rest of its lines is dropped.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class TolerantStream:
 
 @contextmanager
 def tolerant_streams() -> Iterator[None]:
-    """Make both streams tolerant within the block."""
+    """Make standard output and standard error tolerant within the block."""
     _fill_closed_descriptors()
     with Path(os.devnull).open("w") as nowhere:
         output = cast(TextIO, TolerantStream(sys.stdout or nowhere, "standard output"))
@@ -67,7 +67,7 @@ def tolerant_streams() -> Iterator[None]:
 
 
 def _fill_closed_descriptors() -> None:
-    """Where a stream was closed before the start, the next file opened would take its number, and messages."""
+    """Open closed standard streams on nothing. Else the next file would take the number, and its messages."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)

@@ -1,1 +1,4 @@
-"""The work of each command; `fretsolve.cli.main` has their options and turns errors into exit codes."""
+"""The work of each command. In come its options, out goes its exit code; errors are raised.
+
+    run_case(RunOptions(Path("case.yaml"), None, (), False, False, 1, False), stop)
+"""

@@ -1,4 +1,4 @@
-"""Lines on what a case comes to, for `run` and `validate`."""
+"""Lines that describe a case, for `run` and `validate`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_STAGES_SHOWN = 40
 
 
 def model_lines(model: Model) -> list[str]:
-    """One line per part of the model: whether it is kept, and why."""
+    """Return one line per part of the model: whether it is kept, and why."""
     width = max(len(decision.part) for decision in model.decisions)
     return [
         f"{decision.part:{width}}  {'on ' if decision.kept else 'off'}  {decision.reason}"
@@ -27,7 +27,7 @@ def model_lines(model: Model) -> list[str]:
 
 
 def model_table(setup: ProblemSetup) -> Iterator[str]:
-    """The parts of the model, with their shares of the memory that grows with the grid and of the time, and why."""
+    """Yield the parts of the model as a table: share of memory and time, what each takes, and why it is kept."""
     shares = estimate(setup).shares
     memory, seconds = (sum(getattr(share, name) for share in shares.values()) for name in ("memory", "seconds"))
     width = max(len(decision.part) for decision in setup.model.decisions)
@@ -42,7 +42,7 @@ def model_table(setup: ProblemSetup) -> Iterator[str]:
 
 
 def grid_line(setup: ProblemSetup) -> str:
-    """Cells, size and cell side of the grid, and whether the size was chosen."""
+    """Return cells, cell sides and size of the grid, and whether the size is automatic."""
     grid = setup.grid
     chosen = " (auto)" if setup.case.grid.size is None else ""
     at = f" about ({grid.x0:g}, {grid.y0:g}) mm" if grid.x0 or grid.y0 else ""
@@ -53,7 +53,7 @@ def grid_line(setup: ProblemSetup) -> str:
 
 
 def accuracy_lines(setup: ProblemSetup) -> list[str]:
-    """What the accuracy that is asked for has picked, none where it is not."""
+    """Return a line with the settings that the accuracy has picked; none without an accuracy."""
     if setup.case.solver.accuracy is None:
         return []
     picked = ", ".join(setup.picked) or "nothing, as all is given"
@@ -61,7 +61,7 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
 
 
 def stage_lines(setup: ProblemSetup) -> Iterator[str]:
-    """One line per stage: what it moves where, in how many increments."""
+    """Yield one line per stage: its targets and its number of increments."""
     stages = setup.case.stages()
     path = setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:

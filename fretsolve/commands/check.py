@@ -1,4 +1,4 @@
-"""``fretsolve check``: cases solved in memory and compared with what they expect."""
+"""``fretsolve check``: solve cases in memory and compare with what they expect."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "o
 
 @dataclass(frozen=True)
 class Comparison:
-    """An expectation, and what was found at the end of its stage (1-based); None where the run did not get there."""
+    """An expectation and the value found at the end of its stage (1-based); None if the run did not get there."""
 
     expected: Expectation
     stage: int
@@ -52,11 +52,11 @@ class Comparison:
 
     @property
     def ok(self) -> bool:
-        """Whether the value was found, and within the tolerance."""
+        """Whether the value was found within the tolerance."""
         return self.deviation is not None and abs(self.deviation) <= self.allowed
 
     def cells(self) -> tuple[str, ...]:
-        """As a row under `HEADINGS`."""
+        """Return the row under `HEADINGS`."""
         units = HISTORY_DIMENSIONS[self.expected.quantity].unit
         found = "not reached" if self.found is None else f"{self.found:.7g} {units}".rstrip()
         return (
@@ -70,7 +70,7 @@ class Comparison:
         )
 
     def _measured(self, amount: float | None, sign: str) -> str:
-        """A deviation as the expectation states its tolerance: in per cent, or in the quantity's units."""
+        """Return a deviation in the form of the tolerance: in per cent, or in the unit of the quantity."""
         if amount is None:
             return "-"
         if self.expected.rel is not None:
@@ -79,8 +79,8 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a check of one case came to. error: what kept it from its end; seconds: of solving."""
+class CheckedCase:
+    """The outcome of a check of one case. error: what stopped it; seconds: time of solving."""
 
     case: Path
     comparisons: tuple[Comparison, ...] = ()
@@ -89,14 +89,14 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """That of the error, else whether something missed."""
+        """The exit code of the error, or whether a value is outside its tolerance."""
         if self.error is not None:
             return self.error.exit_code
         return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check each case and report it at once; the worst exit code. Raises CaseError for a `junit` of another ending."""
+    """Check and print each case, and return the worst exit code. Raises CaseError for a wrong ending of `junit`."""
     if junit is not None:
         require_ending(junit, "JUnit XML, which replaces what is there", ".xml")
     outcomes = []
@@ -112,8 +112,8 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
     return code
 
 
-def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
-    """Solve a case as far as it can be solved, and compare."""
+def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
+    """Solve a case as far as it has a solution, and compare with what it expects."""
     summaries: list[Summary] = []
     try:
         case = load_case(path, overrides)
@@ -124,7 +124,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
         setup = set_up(case)
         require_memory(setup)
     except FretsolveError as error:
-        return Outcome(path, error=error)
+        return CheckedCase(path, error=error)
     warn(setup, *doubts(setup))
     failure = None
     try:
@@ -139,10 +139,10 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> Outcome:
         step = ends[stage - 1]
         found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
         comparisons.append(Comparison(expected, stage, found))
-    return Outcome(path, tuple(comparisons), failure, sum(summary.wall_time for summary in summaries))
+    return CheckedCase(path, tuple(comparisons), failure, sum(summary.wall_time for summary in summaries))
 
 
-def _report(outcome: Outcome) -> None:
+def _report(outcome: CheckedCase) -> None:
     print(outcome.case)
     if outcome.comparisons:
         rows = [HEADINGS, *(comparison.cells() for comparison in outcome.comparisons)]
@@ -155,8 +155,8 @@ def _report(outcome: Outcome) -> None:
         print(outcome.error, file=sys.stderr)
 
 
-def write_junit(path: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write the file `path`. Raises FileError where that is impossible."""
+def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
+    """Write the outcome as JUnit XML, which build servers read: a suite per case, a test per expectation."""
     suites = ElementTree.Element("testsuites", name="fretsolve check")
     for outcome in outcomes:
         suites.append(_suite(outcome))
@@ -166,7 +166,7 @@ def write_junit(path: Path, outcomes: Sequence[Outcome]) -> None:
         path.write_text(text + "\n", encoding="utf-8")
 
 
-def _suite(outcome: Outcome) -> ElementTree.Element:
+def _suite(outcome: CheckedCase) -> ElementTree.Element:
     name = _printable(str(outcome.case))
     tests = [_test(name, comparison, outcome) for comparison in outcome.comparisons]
     if not tests:
@@ -183,7 +183,7 @@ def _suite(outcome: Outcome) -> ElementTree.Element:
     return suite
 
 
-def _test(case: str, comparison: Comparison, outcome: Outcome) -> ElementTree.Element:
+def _test(case: str, comparison: Comparison, outcome: CheckedCase) -> ElementTree.Element:
     name = f"{comparison.expected.quantity} at stage {comparison.stage}"
     test = ElementTree.Element("testcase", classname=case, name=name)
     _, _, expected, found, deviation, allowed, _ = comparison.cells()
@@ -204,5 +204,5 @@ def _note(test: ElementTree.Element, tag: str, message: str, kind: str) -> None:
 
 
 def _printable(text: str) -> str:
-    """Without the control characters that XML cannot hold."""
+    """Return the text without control characters, which XML cannot hold."""
     return "".join(character if character.isprintable() or character == "\n" else "?" for character in text)

@@ -1,4 +1,4 @@
-"""``fretsolve new`` and ``fretsolve schema``: what one needs to write a case."""
+"""``fretsolve new`` and ``fretsolve schema``: help to write a case."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from pathlib import Path
 from fretsolve.system.files import require_ending, require_free, writing
 
 HEIGHTS = "HEIGHTS"
-"""What stands in a template for the name of its height map."""
+"""Placeholder of a template for the name of its height map."""
 
 POINTS, SPACING = 128, 8e-3
-"""Points of the height map per side, and their distance (mm)."""
+"""Points per side of the height map, and their spacing (mm)."""
 
 RMS, HURST, LONGEST = 1e-4, 0.8, 0.25
-"""Height (mm), exponent and longest wave (mm) of the made-up roughness."""
+"""Rms height (mm), Hurst exponent and longest wave (mm) of the synthetic roughness."""
 
 
 def new_case(kind: str, out: Path) -> int:
-    """Write the case, and the height map that it names if any; the exit code. Raises CaseError, FileError."""
+    """Write the case and its height map, if it has one; return the exit code. Raises CaseError, FileError."""
     require_ending(out, "a case", ".yaml", ".yml")
     text = resources.files("fretsolve.templates").joinpath(f"{kind}.yaml").read_text(encoding="utf-8")
     files = {out: text}
     if HEIGHTS in text:
         heights = out.with_suffix(".heights.txt")
         files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
-    require_free(*files, advice="it is not touched; give another name with -o")
+    require_free(*files, advice="it is not touched; choose another name with -o")
     for path, content in files.items():
         with writing(path), path.open("x", encoding="utf-8") as file:
             file.write(content)
@@ -35,7 +35,7 @@ def new_case(kind: str, out: Path) -> int:
 
 
 def _heights() -> str:
-    """A self-affine surface as a matrix in um: waves of random phases, whose power falls with their number."""
+    """Return a self-affine surface as a matrix of text in um: waves of random phase, weaker the shorter they are."""
     import numpy as np
 
     random = np.random.default_rng(1)
@@ -55,7 +55,7 @@ def schema_text() -> str:
 
 
 def write_schema(path: Path, *, overwrite: bool) -> int:
-    """Write the schema and tell where it lies; the exit code. Raises CaseError, FileError."""
+    """Write the schema and print its path; return the exit code. Raises CaseError, FileError."""
     require_ending(path, "a JSON Schema", ".json")
     require_free(path, overwrite=overwrite)
     with writing(path):

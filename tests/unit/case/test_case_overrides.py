@@ -81,7 +81,7 @@ def test_the_rest_of_the_file_stays(path: Path) -> None:
         ("load_path.P=1", "load_path.P: the list has no entry 'P'; its entries are 0 to 1"),
         (
             "grid.points.0=1",
-            "grid.points.0: there is no list with an entry 0; give the whole list, "
+            "grid.points.0: this is not a list with an entry 0; give the whole list, "
             "as in grid.points=[64, 64]",
         ),
     ],
@@ -98,7 +98,7 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
         ("bodies.0=rigid", "1: bodies: both bodies are rigid; at least one must be elastic"),
         (
             "load_path.0.delta_z=1",
-            "5: load_path.0: P and delta_z can't be imposed at once; keep one of the two",
+            "5: load_path.0: P and delta_z cannot be imposed at once; keep one of the two",
         ),
         ("load_path.0.P.x=1", "5: load_path.0.P: {'x': 1} is not a force such as '400 N'"),
     ],

@@ -22,7 +22,7 @@ from fretsolve.case.quantities import (
     PRESSURE,
     TIME,
     Dimension,
-    Quantity,
+    InUnits,
     QuantityError,
     shown,
     to_internal,
@@ -169,9 +169,9 @@ def test_a_load_that_is_next_to_nothing_is_none() -> None:
 
 
 @pytest.mark.parametrize(
-    "quantity", [Quantity(LENGTH, above=0), Quantity(PRESSURE, above=0), Quantity(LENGTH, nonzero=True)]
+    "quantity", [InUnits(LENGTH, above=0), InUnits(PRESSURE, above=0), InUnits(LENGTH, nonzero=True)]
 )
-def test_what_cannot_be_0_is_not_next_to_it_either(quantity: Quantity) -> None:
+def test_what_cannot_be_0_is_not_next_to_it_either(quantity: InUnits) -> None:
     assert quantity.read(1e-30) == 1e-30
     with pytest.raises(PydanticCustomError, match=r"between 1e-40 and 1e\+40 (mm|MPa) is needed"):
         quantity.read(1e-200)

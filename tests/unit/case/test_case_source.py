@@ -106,7 +106,7 @@ def test_unprintable_keys_stay_on_one_line() -> None:
             "unknown tag 'tag:yaml.org,2002:python/name:os.system'; a value without a tag is needed",
         ),
         ("a: !!set {b, c}\n", 1, "unknown tag 'tag:yaml.org,2002:set'; a value without a tag is needed"),
-        ("a: !!int x\n", 1, "'x' can't be read as a number"),
+        ("a: !!int x\n", 1, "'x' cannot be read as a number"),
         ("a: &a [*a]\n", 1, "the alias contains itself; a value without a loop is needed"),
     ],
 )
@@ -117,7 +117,7 @@ def test_flaw_with_its_line(text: str, line: int, message: str) -> None:
 
 def test_integer_of_thousands_of_digits_is_a_flaw() -> None:
     (flaw,) = parse(f"a: {'9' * 5000}").flaws
-    assert "can't be read as a number" in flaw.message
+    assert "cannot be read as a number" in flaw.message
     assert len(flaw.message) < 120
 
 
@@ -169,10 +169,10 @@ def test_text_that_is_no_yaml(text: str, line: int, part: str) -> None:
 def test_file_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FileError) as caught:
         read_text(tmp_path / "none.yaml")
-    assert str(caught.value) == f"{tmp_path / 'none.yaml'}: can't be read: No such file or directory"
+    assert str(caught.value) == f"{tmp_path / 'none.yaml'}: cannot be read: No such file or directory"
     with pytest.raises(FileError, match="Is a directory"):
         read_text(tmp_path)
-    with pytest.raises(FileError, match="can't be read"):
+    with pytest.raises(FileError, match="cannot be read"):
         read_text(Path("a\0b"))
 
 

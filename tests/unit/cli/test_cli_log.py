@@ -69,7 +69,7 @@ def test_verbose_tells_stages_settings_and_all_of_the_history(tmp_path: Path) ->
 def test_one_way_of_telling_at_a_time(tmp_path: Path, words: tuple[str, ...]) -> None:
     result = invoke("run", write_case(tmp_path), *words)
     assert result.exit_code == 2
-    assert "of -q, -v and --log-json only one is possible" in result.stderr
+    assert "only one of -q, -v and --log-json is possible" in result.stderr
     assert not (tmp_path / "case.h5").exists()
 
 

@@ -39,7 +39,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     heights.write_text("mine")
     result = invoke("new", "rough", "-o", case)
     assert result.exit_code == 2
-    assert result.stderr == f"{heights}: exists: it is not touched; give another name with -o\n"
+    assert result.stderr == f"{heights}: exists: it is not touched; choose another name with -o\n"
     assert not case.exists()
     heights.unlink()
     assert invoke("new", "rough", "-o", case).stdout == f"{heights}\n{case}\n"

@@ -113,7 +113,7 @@ def test_several_cases_and_the_errors_of_all(tmp_path: Path) -> None:
     assert f"{good}, with all defaults" in result.stdout
     lines = result.stderr.splitlines()
     assert lines[0].startswith(f"{bad}:6: grid.pints: unknown key")
-    assert lines[-1].startswith(f"{tmp_path / 'none.yaml'}: can't be read")
+    assert lines[-1].startswith(f"{tmp_path / 'none.yaml'}: cannot be read")
     assert invoke("validate", good, bad).exit_code == 2
 
 

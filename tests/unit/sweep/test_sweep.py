@@ -129,7 +129,7 @@ def read_back(text: str) -> object:
     [
         ("", r"sweep.yaml:1: the file is empty; one with the keys case, axes is needed"),
         ("case: case.yaml", r"sweep.yaml:1: axes: missing"),
-        ("case: none.yaml\naxes: [friction: [1]]", r"sweep.yaml:1: case: .*none.yaml: can't be read"),
+        ("case: none.yaml\naxes: [friction: [1]]", r"sweep.yaml:1: case: .*none.yaml: cannot be read"),
         ("case: case.yaml\naxis: [friction: [1]]", r"sweep.yaml:2: axis: unknown key 'axis'; did you mean 'axes'"),
         ("case: case.yaml\naxes: []", r"sweep.yaml:2: axes: \[\] has the wrong number of entries"),
         ("case: case.yaml\naxes:\n  - friction: 0.1", r"sweep.yaml:3: axes.0.friction: 0.1 is not allowed; a list"),
@@ -158,7 +158,7 @@ def read_back(text: str) -> object:
             r":3: axes.0.friction: 'a' is not a number with a unit or without",
         ),
         ("case: case.yaml\naxes:\n  - friction: {from: 1, to: 1, count: 3}", r": from and to are both 1"),
-        ("case: case.yaml\naxes:\n  - csv: none.csv", r"none.csv: can't be read: No such file"),
+        ("case: case.yaml\naxes:\n  - csv: none.csv", r"none.csv: cannot be read: No such file"),
         ("case: case.yaml\nset: {friction: -1}\naxes:\n  - title: [a]", r"sweep.yaml:2: set.friction: -1 is out of"),
         ("case: case.yaml\nquantities: [delta]\naxes:\n  - title: [a]", r":2: quantities.0: 'delta' is not a quantity"),
         ("case: case.yaml\nquantities: [P@9]\naxes:\n  - title: [a]", r":2: quantities.0: there is no stage '9'"),
@@ -530,7 +530,7 @@ def test_what_is_no_sweep(tmp_path: Path) -> None:
         (("work", ".", "--cases", "3-"), "'3-' is no list of cases"),
         (("work", ".", "--cases", "9-3"), "'9-3' is no range of cases"),
         (("work", ".", "--cases", "0-999999999"), "'0-999999999' is no range of cases"),
-        (("run", "none.yaml"), "none.yaml: can't be read"),
+        (("run", "none.yaml"), "none.yaml: cannot be read"),
     ],
 )
 def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> None:
