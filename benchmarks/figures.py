@@ -82,9 +82,9 @@ def certified_rows() -> list[Row]:
         Row("mode1_similar", "p0, MPa", 1, p0, attribute("max_pressure")),
         Row("mode1_similar", "a, mm", 1, a, attribute("contact_radius")),
         Row("mode1_similar", "c at A, mm", 2, mindlin.stick_radius, attribute("stick_radius")),
-        Row("mode1_similar", "shear at the centre at A, MPa", 2, 1.0013 * mindlin.center_shear, central_shear),
+        Row("mode1_similar", "shear traction at the centre at A, MPa", 2, 1.0013 * mindlin.center_shear, central_shear),
         Row("mode1_similar", "delta_x at A, mm", 2, (1 - 0.00084) * mindlin.delta_x, attribute("delta_x")),
-        Row("mode1_similar", "work A to E, mJ", 6, 1.40881e-2, attribute("work_total")),
+        Row("mode1_similar", "dissipated energy A to E, mJ", 6, 1.40881e-2, attribute("work_total")),
         Row("mode1_dissimilar", "p0 at A, MPa", 2, 1.0167 * p0, attribute("max_pressure")),
         Row("mode1_dissimilar", "delta_z at A, mm", 2, (1 - 0.00057) * dz, attribute("delta_z")),
         Row("mode1_dissimilar", "delta_x at A, mm", 2, 1.2091 * mindlin.delta_x, attribute("delta_x")),
@@ -140,7 +140,7 @@ def paper_rows() -> list[PaperRow]:
         PaperRow(plain, "c at A", 2, c, "0.61", "-", stick),
         PaperRow(plain, "delta_x at A", 2, dx, "+0.012", "-", attribute("delta_x")),
         PaperRow(equal, "c at A", 2, c, "+10.62", "+0.0", stick),
-        PaperRow(equal, "shear at the centre at A", 2, mindlin.center_shear, "0.485", "+0.13", central_shear),
+        PaperRow(equal, "shear traction at the centre at A", 2, mindlin.center_shear, "0.485", "+0.13", central_shear),
         PaperRow(equal, "delta_x at A", 2, dx, "0.116", "-0.084", attribute("delta_x")),
         PaperRow(unlike, "p0 at A", 2, p0, "+1.461", "+1.67", pressure),
         PaperRow(unlike, "delta_z at A", 2, dz, "0.061", "-0.057", attribute("delta_z")),
@@ -174,7 +174,7 @@ def print_certified() -> None:
     print("| --- | --- | --- | --- | --- |")
     for row in rows:
         found = row.found(ends[row.case][row.stage])
-        if row.quantity.startswith("work"):  # the path begins with the rise to A, which is not part of the cycle
+        if row.quantity.startswith("dissipated"):  # the path begins with the rise to A, which is not part of the cycle
             found -= row.found(ends[row.case][2])
         deviation = f"{100 * (found / row.certified - 1):+.3f} %"
         if row.quantity[:2] in ("a,", "c ", "c,"):
@@ -194,7 +194,7 @@ def print_paper() -> None:
 
 def print_steps() -> None:
     """What the number of increments does to the same case, which no certificate can tell."""
-    print("| increments per stage | p0 at A, MPa | delta_x at A, mm | work 0 to A, mJ |")
+    print("| increments per stage | p0 at A, MPa | delta_x at A, mm | dissipated energy 0 to A, mJ |")
     print("| --- | --- | --- | --- |")
     for count in (5, 10, 20, 40, 80):
         settings = [f"load_path.{stage}.increments={count}" for stage in (0, 1)]

@@ -1,18 +1,11 @@
-"""Configuration of Sphinx, which makes the pages: python -m sphinx -W docs OUT (extra `docs`)."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
+"""Configure Sphinx, which makes web pages of the documents: python -m sphinx -W docs OUT (extra `docs`)."""
 
 from fretsolve import __version__ as release
 
 project = "fretsolve"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_click", "generated"]
+extensions = ["myst_parser"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-autodoc_typehints = "description"
-autodoc_member_order = "bysource"
 html_theme = "furo"
 html_title = f"fretsolve {release}"
 smartquotes = False

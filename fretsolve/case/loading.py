@@ -80,7 +80,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
 
     overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation.
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
-    line each), `FileError` if the file can't be read.
+    line each), `FileError` if the file cannot be read.
     """
     return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
 

@@ -147,7 +147,7 @@ class SolverSpec(CaseModel):
     accuracy: Annotated[float | None, Accuracy()] = Field(
         default=None,
         description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
-        " points, automatic increments and tolerance unless they are given, and error bars, which tell whether it is met",
+        " points, automatic increments and tolerance unless they are given, and error bars, which tell if it is met",
         examples=["1 %"],
     )
 

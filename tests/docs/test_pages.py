@@ -52,9 +52,7 @@ def test_output_agrees_up_to_numbers_and_what_is_left_out(shown: str, printed: s
 
 
 @pytest.mark.parametrize("page", pages("howto"), ids=lambda page: page.stem)
-def test_commands_and_code_do_what_the_page_says(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_and_code_do_what_the_page_says(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, programs = tmp_path / "page", tmp_path / "bin"
     shutil.copytree(ROOT / "cases", folder / "cases", ignore=shutil.ignore_patterns("*.h5", "*.parts"))
     programs.mkdir()
@@ -122,16 +120,35 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert not lost
 
 
-def test_reference_has_every_key_and_dataset(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("page", pages("reference"), ids=lambda page: page.stem)
+def test_reference_is_what_the_code_says(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(DOCS)
     generated = importlib.import_module("generated")
+    text = page.read_text(encoding="utf-8")
+    assert generated.updated(text) == text, "bring it up to date: python docs/generated.py --write"
+
+
+def test_reference_has_every_key_and_dataset() -> None:
     schema = case_schema()
-    kinds = [schema, *(node for name, node in schema["$defs"].items() if name not in generated.SHORTHANDS)]
-    keys = {key for kind in kinds for key in kind.get("properties", ())}
+    keys = {key for kind in (schema, *schema["$defs"].values()) for key in kind.get("properties", ())}
     assert {"bodies", "young_modulus", "radius_x", "phi_z", "times", "tolerance"} <= keys
-    case_page = "\n".join(generated.case_file())
-    assert not [key for key in keys if f"\n| `{key}` | " not in case_page]
+    case_page = (DOCS / "reference/case.md").read_text(encoding="utf-8")
+    surfaces = {key for key in keys if f"\n## Surface: {key}\n" in case_page}
+    assert not [key for key in keys - surfaces - {"cycle"} if f"\n| `{key}` | " not in case_page]
     assert "None" not in case_page
-    result_page = "\n".join([*generated.history(), *generated.errors(), *generated.fields()])
+    result_page = (DOCS / "reference/result.md").read_text(encoding="utf-8")
     names = [quantity.name for quantity in (*HISTORY, *ERRORS, *FIELDS)]
     assert not [name for name in names if f"\n| `{name}` | " not in result_page]
+
+
+def test_stale_reference_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(DOCS)
+    generated = importlib.import_module("generated")
+    page = tmp_path / "result.md"
+    page.write_text("# Result\n\n<!-- generated: fields -->\nold\n<!-- end of generated -->\n\nrest\n")
+    monkeypatch.setattr(generated, "PAGES", tmp_path)
+    text = generated.stale_pages()[page]
+    assert text.startswith("# Result\n") and text.endswith("\nrest\n")
+    assert "\n| `pressure` | MPa | " in text and "old" not in text
+    page.write_text(text)
+    assert not generated.stale_pages()
