@@ -197,7 +197,7 @@ def write_runs(file: Path, rows: Sequence[Row]) -> None:
 
 
 def of(part: int, whole: int) -> str:
-    """How many of them."""
+    """Return how many of them."""
     return f"{part} of {whole} ({100.0 * part / whole:.0f} %)"
 
 

@@ -69,7 +69,7 @@ def setup_of(job: Job, points: int) -> ProblemSetup:
 
 
 def cost(job: Job, points: int) -> Cost:
-    """What `job` takes."""
+    """Return what `job` takes."""
     return cost_of_path(job, points) if job.increment is None else cost_of_increment(job, points, job.increment)
 
 
@@ -111,7 +111,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
 
 
 def end_of(solved: Solved, increment: Increment) -> Start:
-    """What the next increment starts from."""
+    """Return what the next increment starts from."""
     solution = solved.solution
     return Start(solution.pressure, solution.shear, solution.displacement, solution.rigid, increment.normal)
 
@@ -174,7 +174,7 @@ def peak_bytes() -> int:
 
 
 def print_bytes_per_cell(points: int) -> None:
-    """What `Memory` asks its process for."""
+    """Return what `Memory` asks its process for."""
     compile_kernels()
     before = peak_bytes()
     deque(islice(fretsolve.run(setup_of(JOBS[3], points)), 3), maxlen=0)

@@ -39,7 +39,7 @@ PATH = "load_path=[{P: 400 N, increments: 1}, {Qx: 36 N, increments: 1}]"
 
 
 def overrides(points: int) -> list[str]:
-    """What of the case is changed."""
+    """Return what of the case is changed."""
     return ["expect=[]", f"grid.points={points}", "grid.size=0.9", PATH]
 
 

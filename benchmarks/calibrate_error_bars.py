@@ -151,13 +151,13 @@ def step_rows(
 
 
 def same(one: Row, other: Row) -> bool:
-    """Whether a value was left as it was."""
+    """Return whether a value was left as it was."""
     least = UNCHANGED * abs(one.value)
     return abs(one.error - other.error) < least and abs(one.value - other.value) < least
 
 
 def cost(rows: Iterable[tuple[Summary, SummaryErrors]]) -> Cost:
-    """What the companions took of the whole."""
+    """Return what the companions took of the whole."""
     own = [(summary.wall_time, summary.operator_applications) for summary, _ in rows]
     theirs = [(errors.companion_wall_time, errors.companion_applications) for _, errors in rows]
     time, work = (sum(column) for column in zip(*own, strict=True))
@@ -166,7 +166,7 @@ def cost(rows: Iterable[tuple[Summary, SummaryErrors]]) -> Cost:
 
 
 def share(rows: Sequence[bool]) -> str:
-    """How many of them, in per cent."""
+    """Return how many of them, in per cent."""
     return f"{sum(rows)} of {len(rows)} ({100.0 * sum(rows) / len(rows):.0f} %)"
 
 
@@ -206,7 +206,7 @@ def percent(part: float) -> str:
 
 
 def whole_cases(rows: Sequence[Row]) -> str:
-    """How many cases have every value inside its bar."""
+    """Return how many cases have every value inside its bar."""
     names = dict.fromkeys(row.case for row in rows)
     return share([all(row.inside for row in rows if row.case == name) for name in names])
 

@@ -166,7 +166,7 @@ def interpreter(program: Program, environments: Path) -> Path:
 
 
 def answer(program: Program, python: Path, task: Task, limit: float) -> Answer:
-    """What the program's worker finds for the task within `limit` seconds. Raises UnusableError."""
+    """Return what the program's worker finds for the task within `limit` seconds. Raises UnusableError."""
     job = f"{task.job} on {task.points} x {task.points}"
     output = _output([str(python), str(program.worker), json.dumps(asdict(task))], f"{job} failed", limit, python)
     line = _last_line(output)

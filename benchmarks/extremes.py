@@ -110,7 +110,7 @@ class Row:
 
 
 def driven(probe: Probe, precision: str = "double") -> Verdict:
-    """How a probe ends."""
+    """Return how a probe ends."""
     with TemporaryDirectory() as folder:
         return judge(in_single(probe) if precision == "single" else probe, Path(folder))
 

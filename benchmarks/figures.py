@@ -193,7 +193,7 @@ def print_paper() -> None:
 
 
 def print_steps() -> None:
-    """What the number of increments does to the same case, which no certificate can tell."""
+    """Return what the number of increments does to the same case, which no certificate can tell."""
     print("| increments per stage | p0 at A, MPa | delta_x at A, mm | dissipated energy 0 to A, mJ |")
     print("| --- | --- | --- | --- |")
     for count in (5, 10, 20, 40, 80):
@@ -220,7 +220,7 @@ def print_residuals() -> None:
 
 
 def print_performance() -> None:
-    """What the increments of the modes cost, and the memory of the coupled one."""
+    """Return what the increments of the modes cost, and the memory of the coupled one."""
     bench_path.print_table([256, 512, 1024, 2048])
     sizes = ", ".join(
         f"{bench_path.Memory().track_bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048)
@@ -272,7 +272,7 @@ def _run(case: str, *overrides: str) -> list[State]:
 
 
 def print_run() -> None:
-    """What the first command of the README prints after its progress; it installs no compiler."""
+    """Return what the first command of the README prints after its progress; it installs no compiler."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(CASES, Path(folder) / "cases")
         command = [sys.executable, "-m", "fretsolve", "run", "cases/mode1_similar.yaml"]

@@ -46,7 +46,7 @@ def installed(folder: Path, extra: str) -> Path:
 
 
 def megabytes(folder: Path) -> float:
-    """What the package and its dependencies take on disk, without what every environment has."""
+    """Return what the package and its dependencies take on disk, without what every environment has."""
     (packages,) = folder.glob("lib/python*/site-packages")
     ours = [path for path in packages.iterdir() if not path.name.startswith(("pip", "setuptools", "_distutils"))]
     return sum(file.stat().st_size for path in ours for file in [path, *path.rglob("*")] if file.is_file()) / 1e6

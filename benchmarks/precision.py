@@ -121,7 +121,7 @@ def measured(points: int, precision: str) -> tuple[float, float, float]:
 
 
 def measure(points: int, precision: str) -> None:
-    """What `measured` asks its process for: two increments of Q are timed, after those of P."""
+    """Return what `measured` asks its process for: two increments of Q are timed, after those of P."""
     compile_kernels()
     path = "load_path=[{P: 400, increments: 2}, {Qx: 36, increments: 10}]"
     probe = Probe("", "mode1_dissimilar", ("grid.size=0.9", path))

@@ -82,7 +82,7 @@ def bytes_per_cell(name: str, full: bool) -> float:
 
 
 def print_bytes_per_cell(name: str, full: bool) -> None:
-    """What `bytes_per_cell` asks its process for; two increments per stage need all that there is."""
+    """Return what `bytes_per_cell` asks its process for; two increments per stage need all that there is."""
     peaks = []
     for points in (SMALL, LARGE):
         case = setup_of(name, full, points).case

@@ -139,7 +139,7 @@ def solved(
 
 
 def motion_of(mode: str) -> str:
-    """What the tangential load moves."""
+    """Return what the tangential load moves."""
     return {"I": "delta_x", "II": "", "III": "phi_z"}[mode]
 
 
@@ -240,7 +240,7 @@ def write_coupling(file: Path, points: int) -> None:
 
 
 def print_law(points: int) -> None:
-    """How far the expected errors hold."""
+    """Return how far the expected errors hold."""
     print("| quantity | mode | cases | least expected/measured | median | largest | within a factor of two |")
     print("| --- " * 7 + "|")
     for mode in MODES:
@@ -296,7 +296,7 @@ ELSEWHERE = {
 
 
 def print_elsewhere(points: int) -> None:
-    """Whether what was fitted to spheres says anything about other surfaces."""
+    """Return whether what was fitted to spheres says anything about other surfaces."""
     names = ("max_pressure", "delta_x", "stick_radius", "work_total")
     print("| surface | friction |", " | ".join(names), "|")
     print("| --- " * 6 + "|")

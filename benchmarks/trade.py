@@ -70,7 +70,7 @@ class Asked:
 
 
 def variations(mode: str, study: str, asked: Asked) -> list[str]:
-    """What ``fretsolve study --vary`` takes."""
+    """Return what ``fretsolve study --vary`` takes."""
     if study == "finer grids":
         return [f"grid.points={','.join(map(str, FINER_POINTS))}"]
     if study == "tolerance":

@@ -74,7 +74,7 @@ def finish(*words: object, **options: Any) -> tuple[int, str, str]:
 
 
 def python(code: str, *words: object) -> str:
-    """What ``python -c CODE WORDS...`` prints."""
+    """Return what ``python -c CODE WORDS...`` prints."""
     line = [sys.executable, "-c", code, *map(str, words)]
     return subprocess.run(line, env=_environment(), capture_output=True, text=True, check=True).stdout
 

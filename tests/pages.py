@@ -79,7 +79,7 @@ def links(page: Path) -> list[str]:
 
 
 def agree(shown: Sequence[str], printed: Sequence[str]) -> bool:
-    """Whether lines of output are those that a page shows; blank lines and rules of tables count for nothing."""
+    """Return whether lines of output are those that a page shows; blank lines and rules of tables count for nothing."""
     runs: list[list[str]] = [[]]
     for line in shown:
         if line.strip() == ANYTHING:

@@ -95,7 +95,7 @@ def timed(solve: Callable[[], Result], repeats: int) -> tuple[float, Result]:
 
 
 def normal_contact(task: Task, pressure: np.ndarray, displacement: np.ndarray) -> dict[str, float]:
-    """What an Answer has of a pressure (MPa) and the elastic displacement (mm) that belongs to it."""
+    """Return what an Answer has of a pressure (MPa) and the elastic displacement (mm) that belongs to it."""
     contact = pressure > 0.0
     gap = task.separation() + displacement
     approach = gap[contact].mean()

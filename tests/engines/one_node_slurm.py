@@ -56,7 +56,7 @@ PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE DefMemPerCPU=500 St
 
 
 def why_not() -> str:
-    """What keeps a Slurm from being started here; empty for nothing."""
+    """Return what keeps a Slurm from being started here; empty for nothing."""
     absent = [name for name in PROGRAMS if shutil.which(name, path=_path()) is None]
     if absent:
         return f"no {', '.join(absent)}: apt-get install --no-install-recommends slurmctld slurmd slurm-client munge"

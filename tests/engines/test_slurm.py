@@ -76,7 +76,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def call(slurm: dict[str, str], *words: object) -> str:
-    """What a command prints that must succeed."""
+    """Return what a command prints that must succeed."""
     done = subprocess.run([str(word) for word in words], env=slurm, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -156,7 +156,7 @@ def a_task_at_work(slurm: dict[str, str], path: Path, folder: Path) -> str:
 
 
 def signalled(slurm: dict[str, str], task: str) -> bool:
-    """Whether a task was there to be sent the signal that Slurm sends before the time limit."""
+    """Return whether a task was there to be sent the signal that Slurm sends before the time limit."""
     line = ["scancel", "--batch", "--signal=USR1", task]
     return subprocess.run(line, env=slurm, capture_output=True, check=False).returncode == 0
 

@@ -159,7 +159,7 @@ def motion(before: State, after: State) -> np.ndarray[Any, Any]:
 
 
 def energy_defect(run: Run, before: State, after: State) -> tuple[float, float]:
-    """What the trapezoidal work of the loads leaves over, and its scale.
+    """Return what the trapezoidal work of the loads leaves over, and its scale.
 
     It is the change of elastic energy, the mean shear times the slip, and -(p0 g1 - p1 g0)/2, exactly (reciprocity).
     """

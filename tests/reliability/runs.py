@@ -37,13 +37,13 @@ def finish(line: list[str], **options: object) -> tuple[int, str, str]:
 
 
 def reported(output: str) -> int:
-    """How many increments a run told to be saved, those before a resume included."""
+    """Return how many increments a run told to be saved, those before a resume included."""
     steps = [int(line.split()[1]) for line in output.splitlines() if line.startswith("increment ")]
     return steps[-1] + 1 if steps else 0
 
 
 def readable(out: Path, expected: np.ndarray) -> int:
-    """How many increments can be read; checks that their column `P` and their fields are right."""
+    """Return how many increments can be read; checks that their column `P` and their fields are right."""
     try:
         result = open_result(out)
     except FileError:

@@ -45,7 +45,7 @@ def start_and_wait(case: Path, step: int = 0) -> subprocess.Popen[str]:
 
 
 def readable(out: Path) -> int:
-    """How many increments can be read."""
+    """Return how many increments can be read."""
     if not out.exists() and not list(out.with_name(out.name + ".parts").glob("*.h5")):
         return 0
     with open_result(out) as result:

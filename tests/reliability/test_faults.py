@@ -33,7 +33,7 @@ changes all in a new run, and every third where there is something before.
 
 
 def run(out: Path, reported: list[int], *, fail_at: int = -1, **options: bool) -> None:
-    """What the command `run` does, noting in `reported` what it would tell its user."""
+    """Return what the command `run` does, noting in `reported` what it would tell its user."""
     header = fake_header(stored=STORED, every=EVERY, increments=INCREMENTS)
     with HistoryWriter.open(out, header, **options) as result:
         if result.complete:

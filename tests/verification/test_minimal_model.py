@@ -54,7 +54,7 @@ def states_of(name):
 
 @pytest.fixture
 def calls(monkeypatch):
-    """How often the methods that cost are called, and which coefficients are computed."""
+    """Return how often the methods that cost are called, and which coefficients are computed."""
     counted: Counter[str] = Counter()
 
     def counting(owner, method, label):

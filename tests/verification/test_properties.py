@@ -91,7 +91,7 @@ def check(case, state):
 
 
 def check_loads(case, scene_loads, state):
-    """What was imposed by the end of a stage is there."""
+    """Return what was imposed by the end of a stage is there."""
     carried = case.friction.coefficient * state.summary.P
     scales = {"P": LOAD, "Qx": carried, "Qy": carried, "Mz": carried, "My": LOAD, "Mx": LOAD}
     for name, value in scene_loads.items():

@@ -234,7 +234,7 @@ def _written(probe: Probe, folder: Path) -> Parts:
 
 
 def _missed(probe: Probe, found: Run, verdict: Verdict) -> str:
-    """What is wrong with a case that was solved."""
+    """Return what is wrong with a case that was solved."""
     if probe.refused is not None and not probe.may_solve:
         return f"solved, where {probe.refused.__name__} is right"
     if probe.theory is None:
@@ -246,7 +246,7 @@ def _missed(probe: Probe, found: Run, verdict: Verdict) -> str:
 
 
 def _misrefused(probe: Probe, error: FretsolveError) -> str:
-    """What is wrong with an error."""
+    """Return what is wrong with an error."""
     text = str(error)
     if probe.refused is None or not isinstance(error, probe.refused):
         wanted = "a certified result" if probe.refused is None else probe.refused.__name__

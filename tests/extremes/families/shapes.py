@@ -40,12 +40,12 @@ def plain(surface: object, **parts: object) -> Parts:
 
 
 def cells(count: int) -> Callable[[Run], float]:
-    """Whether so many cells are in contact: 0 or infinite."""
+    """Return whether so many cells are in contact: 0 or infinite."""
     return lambda run: 0.0 if np.count_nonzero(run.last.fields.pressure) == count else math.inf
 
 
 def spots(least: int) -> Callable[[Run], float]:
-    """Whether there are that many separate contacts: 0 or infinite."""
+    """Return whether there are that many separate contacts: 0 or infinite."""
     return lambda run: 0.0 if label(run.last.fields.pressure > 0.0)[1] >= least else math.inf
 
 

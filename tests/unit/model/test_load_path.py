@@ -17,7 +17,7 @@ def path_of(load_path, **parts):
 
 
 def summary(**values):
-    """What the load path asks of a history: the loads and displacements of a step."""
+    """Return what the load path asks of a history: the loads and displacements of a step."""
     names = [name for pair in PAIRS for name in pair]
     return SimpleNamespace(**(dict.fromkeys(names, 0.0) | values))
 
@@ -122,7 +122,7 @@ def test_coupling_that_is_asked_for_between_equal_bodies_takes_no_more_increment
 
 
 def loads(path, stage, name):
-    """What is imposed at the end of each increment of a stage."""
+    """Return what is imposed at the end of each increment of a stage."""
     first = sum(path.counts[:stage])
     steps = range(first, first + path.counts[stage])
     increments = [path.increment(step, [summary()] * step) for step in steps]

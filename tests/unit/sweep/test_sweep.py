@@ -554,7 +554,7 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], se
 
 
 def catches(pid: int) -> bool:
-    """Whether the process has a handler for SIGUSR1, as it has from the start of its work."""
+    """Return whether the process has a handler for SIGUSR1, as it has from the start of its work."""
     (line,) = (line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("SigCgt:"))
     return bool(int(line.split()[1], 16) & 1 << (signal.SIGUSR1 - 1))
 

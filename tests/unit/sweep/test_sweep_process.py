@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def come_of(kind: str, action: str, folder: Path) -> tuple[list[object], str]:
-    """What `tests/serving.py` prints, and its messages."""
+    """Return what `tests/serving.py` prints, and its messages."""
     environment = os.environ | {"PYTHONPATH": str(Path(fretsolve.__file__).parents[1])}
     line = [sys.executable, str(SERVING), kind, action, str(folder)]
     done = subprocess.run(line, env=environment, capture_output=True, text=True, timeout=120, check=False)
