@@ -8,7 +8,7 @@ The cases are those of the error bars (`calibration_cases`), without their point
 picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
 the points of the draft, 96 to 384, and automatic increments taken eight times. Such a run is no truth for `reference`,
 which is therefore measured on the closed forms, and on a few other cases as far as its own error bars tell. The cost is
-cells times increments, with the companion runs, against 128 x 128 cells with 10 increments per stage, 40 where the
+cells times increments, with the coarse runs, against 128 x 128 cells with 10 increments per stage, 40 where the
 slip depends on the path, which is what a careful hand would take.
 """
 
@@ -29,7 +29,7 @@ from marked import data_file, write_csv
 
 import fretsolve
 from fretsolve.case import Case
-from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.result.state import State
 from fretsolve.setup.accuracy import QUANTITIES, Verdict, percent, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
@@ -37,8 +37,8 @@ from fretsolve.simulation.error_bars import run_with_error_bars
 LEVELS = ("draft", "standard", "reference")
 FEWEST_POINTS, FINER_POINTS, MOST_POINTS, FINER_INCREMENTS = 96, 3, 384, 8
 HAND_POINTS, HAND_INCREMENTS, HAND_PATH_INCREMENTS = 128, 10, 40
-COMPANIONS = 1.25
-"""Cost of a run with its companions."""
+COARSE_RUNS = 1.25
+"""Cost of a run with its coarse runs."""
 
 SINGULAR = ("cone", "punch, sharp edge")
 """Beginnings of the names of cases whose largest pressure is infinite."""
@@ -142,9 +142,9 @@ def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
     )
 
 
-def history_of(rows: Sequence[tuple[Summary, SummaryErrors]] | Any) -> dict[str, Any]:
+def history_of(rows: Sequence[State]) -> dict[str, Any]:
     """The columns of a run."""
-    columns = [vars(state.summary) | vars(errors) for state, errors in rows]
+    columns = [vars(state.summary) | vars(state.errors) for state in rows]
     return {name: np.array([column[name] for column in columns]) for name in columns[0]}
 
 
@@ -152,7 +152,7 @@ def cost(setup: ProblemSetup) -> float:
     """Cells times increments, against what a hand would take."""
     usual = HAND_PATH_INCREMENTS if setup.load_path.path_dependent else HAND_INCREMENTS
     hand = [1 if count == 1 else usual for count in setup.load_path.counts]
-    return COMPANIONS * math.prod(setup.grid.shape) * setup.load_path.increments / (HAND_POINTS**2 * sum(hand))
+    return COARSE_RUNS * math.prod(setup.grid.shape) * setup.load_path.increments / (HAND_POINTS**2 * sum(hand))
 
 
 def rows_of(names: Sequence[str]) -> Iterator[Row]:

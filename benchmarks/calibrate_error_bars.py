@@ -88,7 +88,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Cost:
-    """Share of the companions in the run's seconds, and in its operator applications."""
+    """Share of the coarse runs in the run's seconds, and in its operator applications."""
 
     time: float
     applications: float
@@ -97,7 +97,7 @@ class Cost:
 def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
     """Run a case with error bars and without end, and compare where both are known."""
     setup = set_up(case.case())
-    rows = [(state.summary, errors) for state, errors in run_with_error_bars(setup)]
+    rows = [(state.summary, state.errors) for state in run_with_error_bars(setup) if state.errors is not None]
     truth, nothing = true_values(case, setup), scales([summary for summary, _ in rows])
     found: list[Row] = []
     latest: dict[str, Row] = {}
@@ -157,9 +157,9 @@ def same(one: Row, other: Row) -> bool:
 
 
 def cost(rows: Iterable[tuple[Summary, SummaryErrors]]) -> Cost:
-    """Return what the companions took of the whole."""
+    """Return what the coarse runs took of the whole."""
     own = [(summary.wall_time, summary.operator_applications) for summary, _ in rows]
-    theirs = [(errors.companion_wall_time, errors.companion_applications) for _, errors in rows]
+    theirs = [(errors.coarse_runs_wall_time, errors.coarse_runs_applications) for _, errors in rows]
     time, work = (sum(column) for column in zip(*own, strict=True))
     their_time, their_work = (sum(column) for column in zip(*theirs, strict=True))
     return Cost(their_time / (time + their_time), their_work / (work + their_work))

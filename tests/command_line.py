@@ -96,7 +96,7 @@ def assert_same_result(one: Path, other: Path) -> None:
     with open_result(one) as first, open_result(other) as second:
         assert first.status == second.status
         assert first.history.keys() == second.history.keys()
-        for name in first.history.keys() - {"wall_time", "companion_wall_time"}:
+        for name in first.history.keys() - {"wall_time", "coarse_runs_wall_time"}:
             np.testing.assert_array_equal(first.history[name], second.history[name], err_msg=name)
         assert first.steps == second.steps
         for step in first.steps:

@@ -1,30 +1,24 @@
-"""``fretsolve run``: a case solved into a result file that survives whatever ends the run."""
+"""``fretsolve run``: solve a case into a result file that survives whatever ends the run."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from fretsolve.case import load_case
+from fretsolve.case import Case, load_case
 from fretsolve.commands.messages import RunOptions, run_messages
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import require_disk, require_memory
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.run_to_file import height_maps, record, run_header
+from fretsolve.simulation.run_to_file import Saving, height_maps, missing_states, run_header
 from fretsolve.system.files import require_ending
-from fretsolve.system.signals import EXIT_STOPPED
-
-if TYPE_CHECKING:
-    from fretsolve.case import Case
-    from fretsolve.system.signals import StopRequest
-
+from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
 
 
 def run_case(options: RunOptions, stop: StopRequest) -> int:
-    """Solve, save and report. Returns the exit code 0 or 75; raises the errors that stand for the others."""
+    """Solve, save and report. Return the exit code 0 or 75; the errors raised stand for the other codes."""
     case = load_case(options.case, options.overrides)
     _keep_inputs(options.output, case)
     require_ending(options.output, "a result", *RESULT_ENDINGS)
@@ -41,13 +35,19 @@ def run_case(options: RunOptions, stop: StopRequest) -> int:
             messages.already_complete(len(writer.summaries))
             return 0
         messages.start(writer)
+        increments = setup.load_path.increments
         try:
-            with messages.progress(len(writer.summaries)):
-                complete = record(setup, writer, stop, messages.increment, options.threads, messages.warn, beside=True)
+            with (
+                messages.progress(len(writer.summaries)),
+                Saving(writer, increments, messages.increment, beside=True) as saving,
+            ):
+                states = missing_states(setup, writer, options.threads, messages.warn)
+                while not stop.requested and (state := next(states, None)) is not None:
+                    saving.append(state)
         except NoSolutionError:
             messages.end()
             raise
-    if complete:
+    if saving.complete:
         messages.end()
         return 0
     messages.stopped(len(writer.summaries))
@@ -55,7 +55,7 @@ def run_case(options: RunOptions, stop: StopRequest) -> int:
 
 
 def _keep_inputs(out: Path, case: Case) -> None:
-    """Raise CaseError where the result would replace what the run is made from."""
+    """Raise CaseError if the result would replace the case file or a height map."""
     for source in (case.source.path, *height_maps(case)):
         if out.exists() and source.exists() and out.samefile(source):
             what = "the case itself" if source == case.source.path else "a height map of the case"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from fretsolve.elastic.fftw import pyfftw
+from fretsolve.system import atomic_files
 
 MEASURED_POINTS = 300 * 300
 """Padded sizes up to this many points are planned by FFTW's estimate: measuring takes 0.4 s and gains a tenth."""
@@ -77,11 +77,9 @@ def save_wisdom() -> None:
         content = b"\0".join(pyfftw.export_wisdom())
         if path.exists() and path.read_bytes() == content:
             return
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(handle, "wb") as file:
+        with atomic_files.new_file(path, durable=False) as file:
             file.write(content)
-        written = _state_of(Path(name))
-        Path(name).replace(path)
+            written = _state_of(file.path)
         _known_file = (str(path), *written[1:])
 
 

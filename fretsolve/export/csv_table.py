@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.system.files import replacing
+from fretsolve.system import atomic_files
 
 if TYPE_CHECKING:
     from fretsolve.result import Result
@@ -17,12 +17,11 @@ def write_csv(result: Result, path: Path) -> None:
     """Write the history. Raises OSError."""
     names = list(result.history)
     columns = [result.history[name].tolist() for name in names]
-    with replacing(path) as file:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-        writer = csv.writer(text)
-        writer.writerow([heading(name, result.units(name)) for name in names])
-        writer.writerows(zip(*columns, strict=True))
-        text.detach()
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow([heading(name, result.units(name)) for name in names])
+    writer.writerows(zip(*columns, strict=True))
+    atomic_files.write_text(path, text.getvalue())
 
 
 def heading(name: str, units: str) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.system.files import replacing
+from fretsolve.system import atomic_files
 
 if TYPE_CHECKING:
     from fretsolve.result import Result
@@ -34,8 +34,10 @@ def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
     }
     arrays: dict[str, NDArray[Any]] = dict(result.history) | {"x": result.x, "y": result.y}
     arrays |= {"field_steps": np.array(steps, np.int64)} | {name: np.array(text) for name, text in texts.items()}
-    compression = zipfile.ZIP_DEFLATED
-    with replacing(path) as file, zipfile.ZipFile(file, "w", compression, compresslevel=COMPRESSION_LEVEL) as archive:
+    with (
+        atomic_files.new_file(path, durable=False) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=COMPRESSION_LEVEL) as archive,
+    ):
         for name, values in arrays.items():
             _write_member(archive, name, values.shape, values.dtype, [values])
         for name in result.fields:

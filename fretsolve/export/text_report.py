@@ -134,11 +134,11 @@ def totals(result: Result) -> list[str]:
     name = max(_RESIDUALS, key=lambda residual: history[residual][step])
     applications, seconds = float(history["operator_applications"].sum()), float(history["wall_time"].sum())
     lines = []
-    if "companion_wall_time" in history:
-        companions = float(history["companion_wall_time"].sum())
-        applications += float(history["companion_applications"].sum())
-        seconds += companions
-        lines.append(f"error bars: companion runs took {100.0 * companions / seconds:.0f} % of the run")
+    if "coarse_runs_wall_time" in history:
+        coarse = float(history["coarse_runs_wall_time"].sum())
+        applications += float(history["coarse_runs_applications"].sum())
+        seconds += coarse
+        lines.append(f"error bars: coarse runs took {100.0 * coarse / seconds:.0f} % of the run")
     reached = verdict(result.effective_case.get("solver", {}), history)
     lines += [] if reached is None else [str(reached)]
     return [

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.export.deformed_surfaces import BodySurface, FlatError, Surfaces
-from fretsolve.system.files import replacing
+from fretsolve.system import atomic_files
 
 if TYPE_CHECKING:
     from fretsolve.result import Result
@@ -53,7 +53,7 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
             grid = folder / f"{body.name.replace(' ', '_')}.{step:06d}.vts"
             write_grid(grid, body, fields, step)
             entries.append((step, part, body.name, f"{folder.name}/{grid.name}"))
-    with replacing(path) as file:
+    with atomic_files.new_file(path, durable=False) as file:
         file.write(_collection(entries).encode())
     return notes
 
@@ -97,7 +97,7 @@ def write_grid(path: Path, body: BodySurface, fields: Arrays, time: float) -> No
         f"<PointData>\n{point_data}</PointData>\n<Points>\n{points}</Points>\n</Piece>\n</StructuredGrid>\n"
         '<AppendedData encoding="raw">\n_'
     )
-    with replacing(path) as file:
+    with atomic_files.new_file(path, durable=False) as file:
         file.write(head.encode())
         for blob in blobs:
             file.write(blob)

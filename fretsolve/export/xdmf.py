@@ -17,7 +17,6 @@ import numpy as np
 
 from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
-from fretsolve.system.files import replacing
 
 if TYPE_CHECKING:
     from fretsolve.result import Result
@@ -49,7 +48,7 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
         source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
     else:
         source, stored = beside.name, tuple(steps)
-    with replacing(path) as text:
+    with atomic_files.new_file(path, durable=False) as text:
         text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
 
 

@@ -6,9 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fretsolve.result.columns import add_scale, add_text, attach, history_image
 from fretsolve.result.header import RunHeader
-from fretsolve.result.layout import RESTART, STEP, X, Y, create_field, describe
+from fretsolve.result.layout import (
+    ERRORS,
+    HISTORY,
+    RESTART,
+    STEP,
+    Quantity,
+    X,
+    Y,
+    create_column,
+    create_field,
+    describe,
+    set_attributes,
+)
 from fretsolve.result.parts import component, copy_fields, write_restart
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
@@ -28,57 +39,54 @@ def write_result(
     """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
 
     summaries: of all increments; errors: their error bars, or none; unsaved: the states after those of the parts;
-    last_state: that of the last increment, None if there is none. failure: why the run failed and the kind of that,
-    None for a complete one; a failed result keeps what a restart needs. Raises OSError, FileError.
+    last_state: that of the last increment, None if there is none. failure: why the run failed and the kind of failure,
+    None if it is complete; a failed result keeps what a restart needs. Raises OSError, FileError.
     """
-    steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
-    copied = len(steps)
-    if last_state is not None and not header.stores_fields(last_state.summary.step):
-        steps.append(last_state.summary.step)
-    kept = header.stored_fields
-    with atomic_files.new_hdf5(out, folder, history_image(summaries, errors if header.errors else None)) as file:
-        _write_attributes(file, header, failure)
-        group = file.create_group("fields")
-        scales = (add_scale(group, STEP, steps), add_scale(group, X, header.x), add_scale(group, Y, header.y))
-        for quantity in kept:
-            dataset = create_field(group, quantity, len(steps), header.shape)
-            describe(dataset, quantity)
-            attach(dataset.id, *scales)
-        copy_fields(sources, steps[:copied], group, kept)
-        for state in unsaved:
-            if header.stores_fields(state.summary.step):
-                for quantity in kept:
-                    group[quantity.name][steps.index(state.summary.step)] = component(state, quantity.name)
-        if last_state is not None and copied < len(steps):
-            for quantity in kept:
-                group[quantity.name][-1] = component(last_state, quantity.name)
+    with atomic_files.new_hdf5(out, folder) as file:
+        set_attributes(file, header.attributes("complete" if failure is None else "failed", failure))
+        _write_history(file.create_group("history"), summaries, errors if header.errors else None)
+        _write_fields(file.create_group("fields"), header, summaries, sources, unsaved, last_state)
         if failure is not None and last_state is not None:
-            write_restart(file, last_state, kept)
+            write_restart(file, last_state, header.stored_fields)
             for quantity in RESTART:
                 if quantity.name in file["restart"]:
                     describe(file["restart"][quantity.name], quantity)
 
 
-def attributes(header: RunHeader, status: str, failure: tuple[str, str] | None = None) -> dict[str, Any]:
-    """The root attributes of a result."""
-    values: dict[str, Any] = {
-        "fretsolve_version": header.version,
-        "format_version": header.format_version,
-        "status": status,
-        "case_yaml": header.case_yaml,
-        "effective_case": header.effective_case,
-        "coupling": header.coupling,
-        "model": header.model,
-        "inputs": header.inputs,
-        "provenance": header.provenance,
-    }
-    return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
+def _write_history(group: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors] | None) -> None:
+    """Write a column per quantity, also for no increments; errors: None if the result has no error bars."""
+
+    def values(rows: Sequence[Summary] | Sequence[SummaryErrors], quantity: Quantity) -> list[float]:
+        return [getattr(row, quantity.name) for row in rows]
+
+    scale = create_column(group, STEP, values(summaries, STEP))
+    for quantity in HISTORY:
+        create_column(group, quantity, values(summaries, quantity), scale)
+    for quantity in ERRORS if errors is not None else ():
+        create_column(group, quantity, values(errors or (), quantity), scale)
 
 
-def _write_attributes(file: Any, header: RunHeader, failure: tuple[str, str] | None) -> None:
-    status = "complete" if failure is None else "failed"
-    for name, value in attributes(header, status, failure).items():
-        if isinstance(value, str):
-            add_text(file.id, name, value)
-        else:
-            file.attrs[name] = value
+def _write_fields(
+    group: Any,
+    header: RunHeader,
+    summaries: Sequence[Summary],
+    sources: Sequence[Path],
+    unsaved: Sequence[State],
+    last_state: State | None,
+) -> None:
+    steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
+    copied = len(steps)
+    if last_state is not None and not header.stores_fields(last_state.summary.step):
+        steps.append(last_state.summary.step)
+        unsaved = [state for state in unsaved if state is not last_state] + [last_state]
+    scales = [create_column(group, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
+    for quantity in header.stored_fields:
+        dataset = create_field(group, quantity, len(steps), header.shape)
+        describe(dataset, quantity)
+        for axis, scale in enumerate(scales):
+            dataset.dims[axis].attach_scale(scale)
+    copy_fields(sources, steps[:copied], group, header.stored_fields)
+    for state in unsaved:
+        if state.summary.step in steps:
+            for quantity in header.stored_fields:
+                group[quantity.name][steps.index(state.summary.step)] = component(state, quantity.name)

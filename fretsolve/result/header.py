@@ -1,8 +1,7 @@
-"""What a run is: its case, its grid, and whether a stopped run belongs to it."""
+"""The header of a run: its case and grid, and whether a stored run belongs to it."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +17,9 @@ from fretsolve.system.arrays import DoubleArray
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
+
+ERROR_BARS, FORMER_ERROR_BARS = "error_bars", "error_estimate"
+"""The key under ``solver`` that asks for error bars, now and in effective cases of earlier versions."""
 
 SHOWN_DIFFERENCES = 3
 
@@ -57,33 +59,45 @@ class RunHeader:
         """The datasets of `fields`."""
         return stored_fields(self.fields, is_single(json.loads(self.effective_case)))
 
-    @property
-    def fingerprint(self) -> str:
-        """Equal for runs that give the same numbers (SHA-256 of case and versions, hexadecimal)."""
-        return fingerprint(self.effective_case, self.inputs, self.version, self.format_version)
-
     def stores_fields(self, step: int) -> bool:
-        """Whether the fields of increment `step` are stored even if it is not the last."""
+        """Return whether the fields of increment `step` are stored even if it is not the last."""
         return (step + 1) % self.every == 0
 
+    def attributes(self, status: str, failure: tuple[str, str] | None = None) -> dict[str, Any]:
+        """Return the root attributes of a result; failure: why the run failed, and the kind of failure."""
+        values: dict[str, Any] = {
+            "fretsolve_version": self.version,
+            "format_version": self.format_version,
+            "status": status,
+            "case_yaml": self.case_yaml,
+            "effective_case": self.effective_case,
+            "coupling": self.coupling,
+            "model": self.model,
+            "inputs": self.inputs,
+            "provenance": self.provenance,
+        }
+        return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
+
     def to_json(self) -> str:
-        """As text from which `from_json` rebuilds it exactly."""
+        """Return text from which `from_json` rebuilds the header exactly."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         return json.dumps({**values, "x": self.x.tolist(), "y": self.y.tolist()}, indent=1)
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:
-        """Raises ValueError, TypeError or KeyError where `text` is not from `to_json`."""
+        """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
         values = json.loads(text)
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
         return cls(**{**values, **axes, "fields": tuple(values["fields"])})
 
 
-def fingerprint(effective_case: str, inputs: str, version: str, format_version: int) -> str:
-    """See `RunHeader.fingerprint`."""
-    values = {dotted(key): value for key, value in _identity(effective_case, inputs)}
-    identity = json.dumps([values, version, format_version], sort_keys=True)
-    return hashlib.sha256(identity.encode()).hexdigest()
+def present_case(effective_case: str) -> dict[str, Any]:
+    """Return an effective case from its JSON, also from that of an earlier version, with the present keys."""
+    case: dict[str, Any] = json.loads(effective_case)
+    solver = case.get("solver", {})
+    if FORMER_ERROR_BARS in solver:
+        solver[ERROR_BARS] = solver.pop(FORMER_ERROR_BARS)
+    return case
 
 
 def require_same_run(file: Path, effective_case: str, inputs: str, version: str, header: RunHeader) -> None:
@@ -112,7 +126,8 @@ _ABSENT = object()
 
 
 def _identity(effective_case: str, inputs: str) -> Iterator[tuple[_Key, Any]]:
-    yield from _leaves(json.loads(effective_case))
+    """Yield the keys and values that decide what numbers a run gives."""
+    yield from _leaves(present_case(effective_case))
     yield from ((("content of", name), digest) for name, digest in json.loads(inputs).items())
 
 

@@ -1,4 +1,4 @@
-"""What the result file holds: every dataset with its units and meaning, and how it is laid out on disk.
+"""The datasets of a result file: names, units, meaning, and how they and their attributes are stored.
 
 Fields are stored as shuffled, gzip-compressed chunks with a checksum. Measured on nine fields of a contact
 that covers a third of a 256 x 256 grid: 35 ms and 1.9 MB an increment, against 5 ms and 5.3 MB without
@@ -8,7 +8,7 @@ compression; lzf saves a fifth of the time but h5py alone reads it, and gzip lev
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors, Zone
 
 FORMAT_VERSION = 1
-"""Raised whenever an older fretsolve could misread a newer file."""
+"""Raise it whenever an older fretsolve could misread a newer file."""
 
 FIELD_FILTERS: dict[str, Any] = {
     "shuffle": True,
@@ -71,36 +71,38 @@ HISTORY = (
     Quantity("stick_cells", "1", "cells of the stick zone", "int64"),
     Quantity("max_pressure", "MPa", "largest pressure"),
     Quantity("max_shear", "MPa", "largest shear traction"),
-    Quantity("work", "mJ", "work dissipated in the increment"),
-    Quantity("work_total", "mJ", "work dissipated since the start"),
+    Quantity("work", "mJ", "energy dissipated in the increment"),
+    Quantity("work_total", "mJ", "energy dissipated since the start"),
     Quantity("iterations_normal", "1", "iterations of the normal problem", "int64"),
     Quantity("iterations_tangential", "1", "iterations of the tangential problem", "int64"),
-    Quantity("alternations", "1", "alternations of the normal and the tangential problem", "int64"),
+    Quantity("alternations", "1", "staggered iterations of the normal and the tangential problem", "int64"),
     Quantity("operator_applications", "1", "applications of an influence operator", "int64"),
     Quantity("wall_time", "s", "wall-clock time of the increment"),
     Quantity("residual_gap", "1", "largest gap in contact or penetration outside, over delta_z"),
     Quantity("residual_stick", "1", "largest slip increment in the stick zone, over the rigid displacement"),
-    Quantity("residual_slip", "rad", "largest angle between shear and slip increment, weighted by slip"),
-    Quantity("residual_bound", "1", "largest excess of the shear over the friction bound, over its maximum"),
+    Quantity("residual_slip", "rad", "largest angle between shear traction and slip increment, weighted by slip"),
+    Quantity("residual_bound", "1", "largest excess of the shear traction over the friction limit, over its maximum"),
     Quantity("residual_load", "1", "worst error of an imposed load component, over its scale"),
 )
 
-_COMPANIONS = (
-    Quantity("companion_applications", "1", "operator applications of the error bars, over those on the run's grid"),
-    Quantity("companion_wall_time", "s", "wall-clock time of the error bars"),
+_MEANINGS = {quantity.name: quantity for quantity in HISTORY}
+
+ERRORS = (
+    *(
+        Quantity(name, _MEANINGS[value].units, f"estimated error of {_MEANINGS[value].long_name}")
+        for name in SummaryErrors.__dataclass_fields__
+        if (value := name.removesuffix(ERROR_SUFFIX)) != name
+    ),
+    Quantity("coarse_runs_applications", "1", "operator applications of the error bars, over those on the run's grid"),
+    Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),
 )
+"""Error bars, as `HISTORY`; only in results of cases with `solver.error_bars`."""
 
-
-def _errors() -> tuple[Quantity, ...]:
-    """The datasets of the error bars: what they are errors of tells units and meaning."""
-    values = {quantity.name + ERROR_SUFFIX: quantity for quantity in HISTORY}
-    found = {name: Quantity(name, of.units, f"estimated error of {of.long_name}") for name, of in values.items()}
-    found |= {quantity.name: quantity for quantity in _COMPANIONS}
-    return tuple(found[field.name] for field in fields(SummaryErrors))
-
-
-ERRORS = _errors()
-"""Only there where the case asks for them; otherwise as `HISTORY`."""
+FORMER_NAMES = {
+    "coarse_runs_applications": "companion_applications",
+    "coarse_runs_wall_time": "companion_wall_time",
+}
+"""Names of columns in results of earlier versions."""
 
 FIELDS = (
     FieldQuantity("pressure", "MPa", "pressure", array="pressure"),
@@ -109,7 +111,7 @@ FIELDS = (
     FieldQuantity("slip_x", "mm", "slip of body 1 relative to body 2 along x", array="slip", component=0),
     FieldQuantity("slip_y", "mm", "slip of body 1 relative to body 2 along y", array="slip", component=1),
     FieldQuantity("slip_path", "mm", "length of the path of slip", array="slip_path"),
-    FieldQuantity("work_density", "mJ/mm^2", "work dissipated per area", array="work_density"),
+    FieldQuantity("work_density", "mJ/mm^2", "energy dissipated per area", array="work_density"),
     FieldQuantity("zone", "1", "state of the cell", "uint8", array="zone"),
     FieldQuantity("gap", "mm", "gap between the surfaces", array="gap"),
 )
@@ -122,7 +124,7 @@ DISPLACEMENT = (
         "displacement_y", "mm", "elastic displacement u2 - u1 along y", array="displacement", component=1
     ),
 )
-"""With all of `FIELDS`, what a restart needs."""
+"""What a restart needs besides `FIELDS`."""
 
 RESTART = FIELDS + DISPLACEMENT
 
@@ -133,14 +135,14 @@ ZONE_ATTRIBUTES: dict[str, Any] = {
 
 
 def is_single(effective_case: Mapping[str, Any]) -> bool:
-    """Whether a case asks for fields in single precision."""
+    """Return whether a case asks for fields in single precision."""
     return bool(effective_case.get("solver", {}).get("precision") == "single")
 
 
 def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQuantity, ...]:
-    """The datasets of the fields that a case selects under `output.fields`, in the order of the file.
+    """Return the datasets of the fields that a case selects under `output.fields`, in the order of the file.
 
-    single: those of floating-point numbers in single precision.
+    single: whether floating-point numbers are stored in single precision. Raises ValueError for an unknown field.
     """
     names = set(selected)
     unknown = names - {quantity.array for quantity in FIELDS}
@@ -151,30 +153,47 @@ def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQ
 
 
 def chunk_shape(nx: int, ny: int) -> tuple[int, int]:
-    """Cells of one chunk of a field of ``(nx, ny)`` cells: whole rows, of about a megabyte."""
+    """Return the cells of one chunk of a field of ``(nx, ny)`` cells: whole rows, of about a megabyte."""
     most_rows = max(1, CHUNK_BYTES // (8 * ny))
     chunks = -(-nx // most_rows)
     return -(-nx // chunks), ny
 
 
 def create_field(group: Any, quantity: FieldQuantity, steps: int, shape: tuple[int, int]) -> Any:
-    """A dataset ``(steps, nx, ny)`` of `quantity` in the HDF5 `group`, no chunk across two increments."""
+    """Create a dataset ``(steps, nx, ny)`` of `quantity` in the HDF5 `group`, no chunk across two increments."""
     layout = {"chunks": (1, *chunk_shape(*shape)), **FIELD_FILTERS} if steps else {}
     return group.create_dataset(quantity.name, (steps, *shape), quantity.dtype, **layout)
 
 
 def create_restart(group: Any, quantity: FieldQuantity, values: Any) -> None:
-    """A dataset ``(nx, ny)`` in the precision of `values`, without compression since it lives shortly."""
+    """Store ``(nx, ny)`` `values` in their own precision, uncompressed since the dataset does not live long."""
     group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), fletcher32=True)
+
+
+def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None) -> Any:
+    """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale."""
+    data = np.asarray(values, quantity.dtype)
+    layout = {"chunks": data.shape, "fletcher32": True} if data.size else {}
+    column = group.create_dataset(quantity.name, data=data, **layout)
+    describe(column, quantity)
+    if scale is None:
+        column.make_scale(quantity.name)
+    else:
+        column.dims[0].attach_scale(scale)
+    return column
 
 
 def describe(dataset: Any, quantity: Quantity) -> None:
     """Attach units and meaning."""
-    dataset.attrs["units"] = quantity.units
-    dataset.attrs["long_name"] = quantity.long_name
+    set_attributes(dataset, {"units": quantity.units, "long_name": quantity.long_name})
     if quantity.name == "zone":
-        for name, value in ZONE_ATTRIBUTES.items():
-            dataset.attrs[name] = value
+        set_attributes(dataset, ZONE_ATTRIBUTES)
+
+
+def set_attributes(node: Any, values: Mapping[str, Any]) -> None:
+    """Set attributes of an HDF5 file, group or dataset."""
+    for name, value in values.items():
+        node.attrs[name] = value
 
 
 def copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:

@@ -1,4 +1,4 @@
-"""One run at a time on one output."""
+"""One run at a time on one output: a lock on a file in the folder of its parts."""
 
 from __future__ import annotations
 
@@ -6,74 +6,65 @@ import errno
 import fcntl
 import os
 import socket
-import time
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fretsolve.errors import BusyError
 from fretsolve.system import atomic_files
 
-LOCK_NAME = "lock"
-ATTEMPTS = 10
-PAUSE = 0.02
-"""Seconds between attempts: a reader that asks whether a run goes on holds the lock for some microseconds."""
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+LOCK_NAME, HOLDER_NAME = "lock", "holder"
+ATTEMPTS = 3
+WAIT, POLL = 0.2, 0.02
+"""Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
 
 
 class RunLock:
-    """The right to write in a parts folder, kept until `release` or the end of the process, however it ends.
+    """The right to write in a parts folder, kept until `release` or the end of the process, even by SIGKILL.
 
-    It is an flock of the file ``lock`` in the folder: HDF5's own locks do not keep a second process from
-    truncating a file, and a file that merely exists would stay behind after SIGKILL.
+    HDF5's own locks do not keep a second process from truncating a file.
     """
 
-    def __init__(self, folder: Path, descriptor: int):
+    def __init__(self, folder: Path, lock: BaseFileLock):
         self.folder = folder
-        self._descriptor = descriptor
+        self._lock = lock
 
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
-        """Lock `folder`, created if need be. Raises BusyError where another run holds it, and OSError."""
-        for attempt in range(ATTEMPTS):
-            atomic_files.make_folder(folder)
-            lock = cls._try(folder)
-            if lock is not None:
-                return lock
-            if attempt + 1 < ATTEMPTS:
-                time.sleep(PAUSE)
+        """Lock `folder`, and create it if needed. Raises BusyError if another run holds the lock, and OSError."""
+        from filelock import FileLock, Timeout
+
+        lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
+        for _ in range(ATTEMPTS):
+            atomic_files.add_folder(folder)
+            try:
+                lock.acquire(poll_interval=POLL)
+            except FileNotFoundError:  # a run that ended just now has removed the folder
+                continue
+            except Timeout:
+                break
+            with suppress(OSError):  # the holder is only for the message of the next run
+                (folder / HOLDER_NAME).write_text(f"process {os.getpid()} on {socket.gethostname()}")
+            return cls(folder, lock)
         raise BusyError(f"another run is writing this output{_holder(folder)}", folder)
 
-    @classmethod
-    def _try(cls, folder: Path) -> RunLock | None:
-        path = folder / LOCK_NAME
-        try:
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        except FileNotFoundError:  # a run that ended just now took the folder away
-            return None
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.fstat(descriptor).st_nlink == 0:  # it was taken away between open and flock
-                raise BlockingIOError
-            with suppress(OSError):  # who holds the lock is only for the message of the next run
-                os.ftruncate(descriptor, 0)
-                os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
-        except BlockingIOError:
-            os.close(descriptor)
-            return None
-        except OSError:
-            os.close(descriptor)
-            raise
-        return cls(folder, descriptor)
-
     def release(self) -> None:
-        """Give the lock back, and remove the folder where nothing else is in it."""
+        """Give the lock back, and remove the folder if nothing else is in it."""
         with suppress(OSError):
+            (self.folder / HOLDER_NAME).unlink(missing_ok=True)
             if [path.name for path in self.folder.iterdir()] == [LOCK_NAME]:
                 atomic_files.remove_folder(self.folder, self.folder / LOCK_NAME)
-        os.close(self._descriptor)
+        self._lock.release()
 
 
 def is_locked(folder: Path) -> bool:
-    """Whether a run is writing in `folder`, as far as can be told."""
+    """Return whether a run is writing in `folder`, as far as can be told.
+
+    A shared lock tells it without writing there and without keeping out other readers, which filelock cannot do.
+    """
     try:
         descriptor = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_CLOEXEC)
     except OSError:
@@ -89,7 +80,6 @@ def is_locked(folder: Path) -> bool:
 
 def _holder(folder: Path) -> str:
     try:
-        text = (folder / LOCK_NAME).read_text()
+        return f" ({(folder / HOLDER_NAME).read_text()})"
     except OSError:
         return ""
-    return f" ({text})" if text else ""

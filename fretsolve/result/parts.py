@@ -22,6 +22,7 @@ from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader
 from fretsolve.result.layout import (
     ERRORS,
+    FORMER_NAMES,
     HISTORY,
     RESTART,
     STEP,
@@ -35,6 +36,7 @@ from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
+_BY_NAME: Mapping[str, FieldQuantity] = {quantity.name: quantity for quantity in RESTART}
 _ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in (STEP, *HISTORY)])
 _ERROR_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in ERRORS])
 
@@ -49,19 +51,19 @@ class Part:
 
 
 def parts_folder(out: Path) -> Path:
-    """Where the parts of the result file `out` are."""
+    """Return the folder of the parts of the result file `out`."""
     return out.with_name(out.name + ".parts")
 
 
 def all_parts(folder: Path) -> list[Part]:
-    """Every committed part, superfluous ones included, in order. Raises OSError."""
+    """Return every committed part, superfluous ones included, in order. Raises OSError."""
     matches = [(path, _PART_NAME.fullmatch(path.name)) for path in folder.iterdir()]
     parts = [Part(path, int(match[1]), int(match[2])) for path, match in matches if match]
     return sorted(parts, key=lambda part: (part.first, part.last))
 
 
 def contiguous_parts(folder: Path) -> list[Part]:
-    """The parts that together hold increments 0 to n without a gap, n as large as can be. Raises OSError."""
+    """Return the parts that together hold increments 0 to n without a gap, n as large as possible. Raises OSError."""
     chosen: list[Part] = []
     for part in sorted(all_parts(folder), key=lambda part: (part.first, -part.last)):
         if part.first == (chosen[-1].last + 1 if chosen else 0):
@@ -69,14 +71,14 @@ def contiguous_parts(folder: Path) -> list[Part]:
     return chosen
 
 
-def write_part(folder: Path, header: RunHeader, state: State, errors: SummaryErrors | None = None) -> Part:
-    """Commit one increment, with its error bars if there are any. Raises OSError."""
+def write_part(folder: Path, header: RunHeader, state: State) -> Part:
+    """Commit one increment. Raises OSError."""
     step = state.summary.step
     part = _named(folder, step, step)
     steps = [step] if header.stores_fields(step) else []
     kept = header.stored_fields if steps else ()
     with atomic_files.new_hdf5(part.path, folder) as file:
-        _write_rows(file, [state.summary], [] if errors is None else [errors])
+        _write_rows(file, [state.summary], [] if state.errors is None else [state.errors])
         group = _create_fields(file, header, kept, steps)
         for quantity in kept:
             group[quantity.name][0] = component(state, quantity.name)
@@ -109,21 +111,21 @@ def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state:
 def copy_fields(
     sources: Sequence[Path], steps: Sequence[int], target: Any, kept: Sequence[FieldQuantity]
 ) -> None:
-    """Copy the fields `kept` of `steps` to the HDF5 group `target`, increment after increment.
+    """Copy the fields `kept` of `steps` to the HDF5 group `target`. Raises FileError.
 
-    The order is that of the increments whatever parts they come from, so that the file does not tell where a
-    run was stopped and resumed. Raises FileError.
+    The order is that of the increments, whatever parts they come from: the file must not depend on where a run was
+    stopped and resumed.
     """
     rank = {step: index for index, step in enumerate(steps)}
     for source in sources:
         with open_piece(source) as piece, damage_reported(source, "fields"):
             for index, step in enumerate(piece.field_steps):
                 for quantity in kept if step in rank else ():
-                    copy_chunks(piece.field_dataset(quantity.name), index, target[quantity.name], rank[step])
+                    copy_chunks(piece.file["fields"][quantity.name], index, target[quantity.name], rank[step])
 
 
 def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> None:
-    """Write what of `state` is not among the fields `stored` for it, or there in another precision."""
+    """Write the arrays of `state` that are not among the fields `stored` for it, or there in another precision."""
     group = file.create_group("restart")
     for quantity in RESTART:
         values = component(state, quantity.name)
@@ -132,7 +134,7 @@ def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> N
 
 
 def component(state: State, name: str) -> NDArray[Any]:
-    """The array ``(nx, ny)`` of `state` that is stored under `name`."""
+    """Return the array ``(nx, ny)`` of `state` that is stored under `name`."""
     quantity = _BY_NAME[name]
     owner = state if quantity.array == "displacement" else state.fields
     array: NDArray[Any] = getattr(owner, quantity.array)
@@ -140,7 +142,10 @@ def component(state: State, name: str) -> NDArray[Any]:
 
 
 class Piece:
-    """An open part or result file, both read alike. Raises FileError where it is damaged."""
+    """An open part or result file: both are read alike. Raises FileError if it is damaged.
+
+    field_steps: the increments whose fields it has; field_names: the names of these.
+    """
 
     def __init__(self, path: Path):
         self.path = path
@@ -148,49 +153,46 @@ class Piece:
             self.file = h5py.File(path, "r")
             try:
                 self.field_steps: list[int] = self.file["fields/step"][:].tolist()
-                self.field_names = [n for n in _BY_NAME if n in self.file["fields"]]
+                self.field_names = [name for name in _BY_NAME if name in self.file["fields"]]
             except BaseException:
                 self.file.close()
                 raise
 
     def close(self) -> None:
+        """Close the file."""
         self.file.close()
 
     def history(self) -> dict[str, NDArray[Any]]:
-        """The columns of the history, `step` first, those of the error bars last if there are any."""
+        """Return the columns of the history, `step` first, those of the error bars last if there are any."""
         return self._columns("rows", _ROW) | self._columns("error_rows", _ERROR_ROW)
 
     def summaries(self) -> list[Summary]:
-        """The rows of the history."""
+        """Return the rows of the history."""
         columns = [column.tolist() for column in self._columns("rows", _ROW).values()]
         return [Summary(*row) for row in zip(*columns, strict=True)]
 
     def errors(self) -> list[SummaryErrors]:
-        """The error bars of each row, none where the run has no error bars."""
+        """Return the error bars of each row, none if the run has no error bars."""
         columns = [column.tolist() for column in self._columns("error_rows", _ERROR_ROW).values()]
         return [SummaryErrors(*row) for row in zip(*columns, strict=True)]
 
     def _columns(self, rows: str, kind: np.dtype[Any]) -> dict[str, NDArray[Any]]:
-        """Columns of the history, in a part's dataset `rows` or a result's own; none of bars that are not there."""
+        """Return columns from a part's dataset `rows` or a result's own; none of error bars if there are none."""
         names = kind.names or ()
         with damage_reported(self.path, "history"):
-            if rows in self.file:
-                found = self.file[rows][:]
-                return {name: found[name] for name in names}
-            if kind is _ERROR_ROW and names[0] not in self.file.get("history", {}):
+            stored = self.file[rows][:] if rows in self.file else self.file.get("history", {})
+            present = stored.dtype.names if rows in self.file else stored
+            if kind is _ERROR_ROW and names[0] not in present:
                 return {}
-            return {name: self.file["history"][name][:] for name in names}
-
-    def field_dataset(self, name: str) -> Any:
-        """The dataset ``(len(field_steps), nx, ny)`` of a field."""
-        return self.file["fields"][name]
+            former = {name: FORMER_NAMES.get(name, name) for name in names if name not in present}
+            return {name: stored[former.get(name, name)][:] for name in names}
 
     def read(self, name: str, step: int) -> NDArray[Any]:
-        """A field ``(nx, ny)`` at `step`: one of `field_steps`, or the last where a restart is kept."""
+        """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
         values: NDArray[Any]
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             if step in self.field_steps and name in self.field_names:
-                values = self.field_dataset(name)[self.field_steps.index(step)]
+                values = self.file["fields"][name][self.field_steps.index(step)]
             elif step == self.history()["step"][-1]:
                 values = self.file["restart"][name][:]
             else:
@@ -198,16 +200,16 @@ class Piece:
         return values
 
     def state(self) -> State:
-        """The last increment, exactly as it was."""
+        """Return the last increment, exactly as it was."""
         summary = self.summaries()[-1]
         with damage_reported(self.path, "restart"):
             kept = {name: dataset[:] for name, dataset in self.file["restart"].items()}
         for quantity in RESTART:
             if quantity.name not in kept:
                 kept[quantity.name] = self.read(quantity.name, summary.step)
-        whole = {quantity.array: _whole(quantity.array, kept) for quantity in RESTART}
-        displacement = whole.pop("displacement")
-        return State(summary, Fields(**whole), displacement)
+        arrays = {quantity.array: _whole(quantity.array, kept) for quantity in RESTART}
+        displacement = arrays.pop("displacement")
+        return State(summary, Fields(**arrays), displacement, next(reversed(self.errors()), None))
 
     def verify(self) -> None:
         """Read every dataset, so that its checksum is compared. Raises FileError."""
@@ -221,7 +223,7 @@ class Piece:
 
 @contextmanager
 def open_piece(path: Path) -> Iterator[Piece]:
-    """A `Piece`, closed again at the end. Raises FileError."""
+    """Open a `Piece` for the time of a `with` block. Raises FileError."""
     piece = Piece(path)
     try:
         yield piece
@@ -231,7 +233,7 @@ def open_piece(path: Path) -> Iterator[Piece]:
 
 @contextmanager
 def damage_reported(path: Path, what: str = "") -> Iterator[None]:
-    """Turn what h5py raises on reading `path` into a FileError, but leave FileNotFoundError."""
+    """Turn what h5py raises on reading `path` into a FileError, except FileNotFoundError."""
     try:
         yield
     except FileNotFoundError:
@@ -253,9 +255,6 @@ def _reason(error: Exception, what: str) -> str:
     if "filter returned failure" in message or "checksum" in message:
         return f"{what or 'the file'} is damaged: the checksum does not match"
     return f"cannot read {what or 'the file'}: {message}"
-
-
-_BY_NAME: Mapping[str, FieldQuantity] = {quantity.name: quantity for quantity in RESTART}
 
 
 def _named(folder: Path, first: int, last: int) -> Part:

@@ -1,4 +1,4 @@
-"""Reading a result: one that is complete or has failed, and one that still grows or was stopped."""
+"""Read results: complete, failed, stopped, or still growing."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve import __version__
 from fretsolve.errors import FileError
-from fretsolve.result.final_file import attributes as root_attributes
-from fretsolve.result.header_reader import read_attributes, read_header
-from fretsolve.result.layout import ERRORS, HISTORY, RESTART, STEP, X, Y, is_single
+from fretsolve.result.header import RunHeader, present_case
+from fretsolve.result.layout import ERRORS, FORMAT_VERSION, HISTORY, RESTART, STEP, X, Y, is_single
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import (
     HEADER_NAME,
@@ -33,13 +34,13 @@ if TYPE_CHECKING:
     import xarray
 
 ATTEMPTS = 20
-"""How often to look again where a run merges or finishes its parts at the same moment."""
+"""How often to look again if a run merges or finishes its parts at the same moment."""
 
 _UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
 
 
 class Columns(dict[str, NDArray[Any]]):
-    """Columns by their names; a KeyError for another name tells those that there are."""
+    """Columns by their names; the KeyError for another name lists them."""
 
     def __missing__(self, name: str) -> NDArray[Any]:
         raise KeyError(f"no column {name!r} in the history, which has {', '.join(self)}")
@@ -50,7 +51,7 @@ class Result:
 
     status: complete, failed, running or stopped. attributes: those of the root of the file. history: the
     columns of ``/history`` with `step`, each ``(increments,)``; error bars are columns ``<name>_error``. x, y: cell
-    centres in mm. fields: names of the fields. steps: the increments of which fields are there.
+    centres in mm. fields: names of the fields. steps: the increments whose fields are there.
     """
 
     def __init__(
@@ -86,8 +87,7 @@ class Result:
 
     @property
     def effective_case(self) -> dict[str, Any]:
-        values: dict[str, Any] = json.loads(self.attributes["effective_case"])
-        return values
+        return present_case(self.attributes["effective_case"])
 
     @property
     def increments(self) -> int:
@@ -96,26 +96,26 @@ class Result:
 
     @property
     def why_empty(self) -> str:
-        """Why there is no increment, where there is none, for a message."""
+        """Why there is no increment, if there is none, for a message."""
         if "failure" in self.attributes:
             return f"the run failed before its first increment: {self.attributes['failure']}"
         return "the result has no increment yet"
 
     def units(self, name: str) -> str:
-        """Units of a column of the history, of a field or of an axis. Raises KeyError."""
+        """Return the units of a column of the history, of a field or of an axis. Raises KeyError."""
         return _UNITS[name]
 
     def field_type(self, name: str) -> np.dtype[Any]:
-        """The type of a field's values."""
+        """Return the type of a field's values."""
         if name == "zone":
             return np.dtype(np.uint8)
         return np.dtype(np.float32 if is_single(self.effective_case) else np.float64)
 
     def field(self, name: str, step: int = -1) -> NDArray[Any]:
-        """The field `name`, ``(nx, ny)``, at increment `step`, one of `steps` (-1: the last of them).
+        """Return the field `name`, ``(nx, ny)``, at increment `step`, one of `steps` (-1: the last of them).
 
         ``shear`` and ``slip`` give both components, ``(2, nx, ny)``. Raises KeyError for what is not stored, FileError
-        where the file is damaged.
+        if the file is damaged.
         """
         if f"{name}_x" in self.fields:
             return np.array([self.field(f"{name}_x", step), self.field(f"{name}_y", step)])
@@ -133,15 +133,20 @@ class Result:
         raise FileError("the parts of the result keep changing or were removed", self.path)
 
     def to_xarray(self, group: Literal["fields", "history"] = "fields") -> xarray.Dataset:
-        """The fields over `step`, `x` and `y`, or the history over `step`, with units, meaning and root attributes.
+        """Return the fields over `step`, `x` and `y`, or the history over `step`, with units, meaning and attributes.
 
         Fields are read when their values are asked for, also after `close`. Raises ImportError without xarray.
         """
         try:
-            from fretsolve.result.xarray_view import as_xarray
+            from fretsolve.result.xarray_view import fields_dataset, history_dataset
         except ImportError as error:
             raise ImportError(f"datasets need xarray ({error}): {how_to_install('xarray')}") from error
-        return as_xarray(self, group)
+        if group == "history":
+            return history_dataset(self.history, self.attributes)
+        if group != "fields":
+            raise ValueError(f"a result has the groups history and fields, not {group!r}")
+        types = {name: self.field_type(name) for name in self.fields}
+        return fields_dataset(self.field, types, self.steps, self.x, self.y, self.attributes)
 
     def close(self) -> None:
         """Close the file, if one is open."""
@@ -195,6 +200,41 @@ def open_result(path: str | Path) -> Result:
     raise FileError("the run has not begun to save increments", parts_folder(out))
 
 
+def read_attributes(out: Path) -> dict[str, Any]:
+    """Return the root attributes of a result file. Raises FileError: no result, damaged, of a newer format."""
+    if out.exists() and out.stat().st_size == 0:
+        raise FileError("the file is empty", out)
+    with damage_reported(out), h5py.File(out, "r") as file:
+        attributes = dict(file.attrs)
+    if "format_version" not in attributes or "fretsolve_version" not in attributes:
+        raise FileError("an HDF5 file, but not a result of fretsolve", out)
+    attributes["format_version"] = int(attributes["format_version"])
+    _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
+    return attributes
+
+
+def read_header(folder: Path) -> RunHeader:
+    """Return the header in a parts folder. Raises FileError, and FileNotFoundError if there is none."""
+    path = folder / HEADER_NAME
+    text = path.read_text()
+    try:
+        values = json.loads(text)
+        _require_known_format(path, values["format_version"], values["version"])
+        return RunHeader.from_json(text)
+    except (ValueError, TypeError, KeyError) as error:
+        raise FileError(f"not the header of a run: {error}", path) from error
+
+
+def _require_known_format(file: Path, format_version: int, version: str) -> None:
+    """Raise FileError if this version is too old to read `file`."""
+    if format_version > FORMAT_VERSION:
+        raise FileError(
+            f"has format {format_version}, written by fretsolve {version}; this is {__version__}, which reads"
+            f" formats up to {FORMAT_VERSION}: install fretsolve {version} or newer",
+            file,
+        )
+
+
 def _parts_of(out: Path) -> list[Part]:
     if out.exists():
         return [Part(out, 0, sys.maxsize)]
@@ -208,19 +248,18 @@ def _open_file(out: Path) -> Result:
         history = piece.history()
         with damage_reported(out, "grid"):
             axes = piece.file["fields/x"][:], piece.file["fields/y"][:]
-        result = Result(
-            out, attributes, history, axes, piece.field_names, piece.field_steps, parts := _parts_of(out)
-        )
     except BaseException:
         piece.close()
         raise
+    parts = _parts_of(out)
+    result = Result(out, attributes, history, axes, piece.field_names, piece.field_steps, parts)
     result._open = parts[0], piece
     return result
 
 
 def _open_parts(out: Path) -> Result:
     folder = parts_folder(out)
-    running = is_locked(folder)
+    status = "running" if is_locked(folder) else "stopped"
     header = read_header(folder)
     parts = contiguous_parts(folder)
     columns: list[dict[str, NDArray[Any]]] = []
@@ -239,12 +278,5 @@ def _open_parts(out: Path) -> Result:
     }
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # its fields are among the restart data
-    return Result(
-        out,
-        root_attributes(header, "running" if running else "stopped"),
-        history,
-        (header.x, header.y),
-        [quantity.name for quantity in header.stored_fields],
-        steps,
-        parts,
-    )
+    names = [quantity.name for quantity in header.stored_fields]
+    return Result(out, header.attributes(status), history, (header.x, header.y), names, steps, parts)

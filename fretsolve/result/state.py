@@ -1,7 +1,7 @@
-"""What is known of the contact after an increment: scalars for the history, fields, and their certificate.
+"""The state of the contact after an increment: scalars for the history, fields, and their certificate.
 
-Units are mm, N, MPa, rad (so N.mm for moments, mJ = N.mm for work). Arrays are ``(nx, ny)``, vector fields
-component first, ``(2, nx, ny)``. Signs: pressure >= 0 is compressive; shear is the traction that body 1
+Units are mm, N, MPa, rad (so N.mm for moments, mJ = N.mm for dissipated energy). Arrays are ``(nx, ny)``, vector fields
+component first, ``(2, nx, ny)``. Signs: pressure >= 0 is compressive; shear is the shear traction that body 1
 exerts on body 2; slip is that of body 1 relative to body 2.
 """
 
@@ -17,7 +17,7 @@ from fretsolve.system.arrays import FloatArray
 
 
 def nothing(shape: tuple[int, ...]) -> FloatArray:
-    """Zeros that take no memory, read-only: a field that a scene does not need."""
+    """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)
 
 
@@ -36,11 +36,12 @@ class Certificate:
     gap: largest |gap| in contact or penetration outside, over the largest normal displacement in the contact; or
         largest tension over the largest pressure.
     stick: largest |slip increment| in the stick zone over the largest rigid displacement increment.
-    slip: largest angle (rad) between shear and slip increment, weighted by the slip over the largest slip.
-    bound: largest excess of |shear| over friction coefficient times pressure, over its largest value.
+    slip: largest angle (rad) between shear traction and slip increment, weighted by the slip over the largest slip.
+    bound: largest excess of |shear traction| over the friction limit (friction coefficient times pressure), over its
+        largest value.
     load: worst imposed load or displacement component's error, over its scale.
 
-    The scales of stick and slip have least values, which docs/conventions.md tells.
+    The scales of stick and slip have least values (docs/conventions.md).
     """
 
     gap: float
@@ -60,7 +61,7 @@ class Summary:
     """One row of the history: attribute names are the names of the datasets in ``/history``.
 
     Forces and moments are those transmitted through the contact; displacements and rotations those of
-    body 1 relative to body 2. `work` is dissipated in the increment, `work_total` since the start.
+    body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
     """
 
     step: int
@@ -111,9 +112,9 @@ ERROR_SUFFIX = "_error"
 class SummaryErrors:
     """Error bars of one row of the history: estimated errors of `Summary`'s values, in their units, all >= 0.
 
-    NaN where they are not known. Attribute names are the names of datasets in ``/history``. companion_applications: of
-    the elastic operator in the companion runs up to here since the row before, in parts of one on the run's own grid;
-    companion_wall_time: the seconds that they took.
+    NaN where they are not known. Attribute names are the names of datasets in ``/history``. coarse_runs_applications:
+    applications of the elastic operator in the coarse runs since the row before, in units of one on the run's own grid;
+    coarse_runs_wall_time: the seconds that they took.
     """
 
     P_error: float
@@ -133,8 +134,8 @@ class SummaryErrors:
     max_pressure_error: float
     work_error: float
     work_total_error: float
-    companion_applications: float
-    companion_wall_time: float
+    coarse_runs_applications: float
+    coarse_runs_wall_time: float
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ class Fields:
 
     pressure, gap, slip_path, work_density: ``(nx, ny)``; shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)``
     uint8 of `Zone`. slip is summed since the start, slip_path is the length of its path, work_density the
-    work dissipated per area since the start.
+    energy dissipated per area since the start.
     """
 
     pressure: FloatArray
@@ -161,9 +162,10 @@ class State:
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
     refers to. Together with `fields` and `summary` it is all that a restart needs. Where nothing can slip, it is
-    `nothing`, and so are shear, slip, slip_path and work_density.
+    `nothing`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any.
     """
 
     summary: Summary
     fields: Fields
     displacement: FloatArray
+    errors: SummaryErrors | None = None

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from fretsolve.case import Case
-
-if TYPE_CHECKING:
-    from fretsolve.result import Result
+from fretsolve.result.header import present_case
+from fretsolve.result.reader import Result
 
 
 def stored_case(result: Result) -> Case | None:
-    """The effective case; None where it is not one of this version."""
+    """Return the effective case of a result, or None if this version does not understand it."""
     return _case(str(result.attributes["effective_case"]))
 
 
 @lru_cache(maxsize=4)
 def _case(text: str) -> Case | None:
     try:
-        return Case.model_validate(json.loads(text))
+        return Case.model_validate(present_case(text))
     except ValidationError:
         return None

@@ -1,7 +1,7 @@
-"""Writing a result so that no completed increment is lost, whenever the run ends and however.
+"""Write a result so that no completed increment is lost, whenever the run ends and however.
 
 Each increment is one file in ``OUT.parts/``, committed by a rename. OUT is written once, from the parts, when
-the run is complete or has failed. Where OUT exists it is the truth and its parts are leftovers.
+the run is complete or has failed. If OUT exists, it is the result and its parts are leftovers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import h5py
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.final_file import write_result
 from fretsolve.result.header import RunHeader, require_same_run
-from fretsolve.result.header_reader import read_attributes, read_header
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import (
     HEADER_NAME,
@@ -30,26 +29,27 @@ from fretsolve.result.parts import (
     parts_folder,
     write_part,
 )
+from fretsolve.result.reader import read_attributes, read_header
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, require_free
 
 MERGE_EVERY = 32
-"""Increments per merged part: bounds the number of files and the restart data that is kept without use."""
+"""Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
 
 RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
-"""How a run is gone on with: one of a case, one of several."""
+"""How to go on with a run of one case, and with one of several cases."""
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
-"""What to do about a result that is there."""
+"""What to do about an existing result."""
 
 
 class HistoryWriter:
-    """A result being written; a context manager, which stops the run where it is left without `finish`.
+    """A result being written; a context manager, which stops the run if it is left without `finish`.
 
-    complete: OUT is there already and there is nothing to do. last_state: where to go on from, None for a
-    start at the beginning. summaries: of all committed increments. errors: their error bars, none where the header
-    promises none. notes: what a person should hear of a resume.
+    complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
+    beginning. summaries: of all committed increments. errors: their error bars, if the header promises some.
+    notes: warnings about the resume.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class HistoryWriter:
         self.header = header
         self._pause = pause
         self._saved_at = time.monotonic()
-        self._unsaved: list[tuple[State, SummaryErrors | None]] = []
+        self._unsaved: list[State] = []
         self.complete = False
         self.last_state: State | None = None
         self.summaries: list[Summary] = []
@@ -84,11 +84,11 @@ class HistoryWriter:
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
-        retry: whether to resume one that has failed, which else is left as it is.
+        retry: whether to resume a failed one; otherwise it stays as it is.
         pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
-        advice: what to tell where nothing more can be saved.
-        Raises CaseError where `out` or its parts exist and neither option is given, FileError where they belong to
-        another run or are damaged, where another run writes them, and where the folder cannot be written.
+        advice: how to go on, for the message if nothing more can be saved.
+        Raises CaseError if `out` or its parts exist and neither option is given, FileError if they belong to
+        another run or are damaged, if another run writes them, or if the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
@@ -114,31 +114,31 @@ class HistoryWriter:
     ) -> None:
         self.stop()
 
-    def append(self, state: State, errors: SummaryErrors | None = None) -> None:
+    def append(self, state: State) -> None:
         """Commit an increment: once this returns, no kill and no power cut takes it back, unless there is a pause.
 
-        errors: its error bars, where the header promises them. Raises FileError where it cannot be written (all
-        earlier increments stay), ValueError where `state` does not follow the last one.
+        Raises FileError if it cannot be written (all earlier increments stay), ValueError if `state` does not follow
+        the last one or does not have error bars as the header says.
         """
-        if (errors is not None) != self.header.errors:
-            raise ValueError("error bars are needed of every increment or of none, as the header has it")
+        if (state.errors is not None) != self.header.errors:
+            raise ValueError("either every increment has error bars or none, as the header says")
         if state.summary.step != len(self.summaries):
             raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
         self.last_state = state
         self.summaries.append(state.summary)
-        self.errors += [] if errors is None else [errors]
-        self._unsaved.append((state, errors))
+        self.errors += [] if state.errors is None else [state.errors]
+        self._unsaved.append(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()
 
     def save(self) -> None:
-        """Commit the increments that a pause has left unsaved. Raises FileError as `append` does."""
+        """Commit the increments that a pause has left unsaved. Raises FileError."""
         with _reported("cannot save the increment", self._folder, self._advice):
             if not (self._folder / HEADER_NAME).exists():
                 self._write_header()
             while self._unsaved:
-                state, errors = self._unsaved[0]
-                self._parts.append(write_part(self._folder, self.header, state, errors))
+                state = self._unsaved[0]
+                self._parts.append(write_part(self._folder, self.header, state))
                 del self._unsaved[0]
                 single = [part for part in self._parts if part.first == part.last]
                 if len(single) >= MERGE_EVERY:
@@ -146,13 +146,14 @@ class HistoryWriter:
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
-        """Write OUT from the parts and remove these. message, kind: why the run failed. Raises FileError."""
+        """Write OUT from the parts and remove them. message, kind: why the run failed. Raises FileError."""
         failure = (message, kind) if status == "failed" else None
         with _reported("cannot write the result", self.out, self._advice):
+            rows = self.summaries, self.errors
             sources = [part.path for part in self._parts]
-            unsaved = [state for state, _ in self._unsaved]
-            told = self.summaries, self.errors, sources, unsaved, self.last_state, failure
-            write_result(self.out, self._folder, self.header, *told)
+            write_result(
+                self.out, self._folder, self.header, *rows, sources, self._unsaved, self.last_state, failure
+            )
             self._clear()
         self.stop()
 
@@ -164,7 +165,7 @@ class HistoryWriter:
 
     @classmethod
     def _finished(cls, out: Path, header: RunHeader) -> HistoryWriter:
-        """For a result that is complete, whose parts a kill may have left behind."""
+        """Return the writer of a complete result, whose parts a kill may have left behind."""
         writer = cls(out, header, None)
         writer._read_final()
         if parts_folder(out).exists():
@@ -182,7 +183,7 @@ class HistoryWriter:
         self.complete = True
 
     def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
-        # Another run may have ended since, so all is looked at again under the lock.
+        # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
         atomic_files.remove_temporaries(self._folder)
         if overwrite:
@@ -209,9 +210,9 @@ class HistoryWriter:
         atomic_files.write_text(self._folder / HEADER_NAME, self.header.to_json())
 
     def _take_up_failed(self) -> None:
-        """Turn a failed result back into parts: the next attempt starts from its last increment.
+        """Turn a failed result back into parts, so that the next attempt starts from its last increment.
 
-        OUT goes last, so that a kill in between leaves it, and with it all there is.
+        OUT is removed last: it has everything if a kill comes before.
         """
         self._clear()
         self._write_header()
@@ -224,7 +225,7 @@ class HistoryWriter:
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
-        """Go on after the last increment up to which all parts are sound."""
+        """Go on after the last increment up to which all parts are undamaged."""
         stored = read_header(self._folder)
         require_same_run(self._folder, stored.effective_case, stored.inputs, stored.version, self.header)
         for part in contiguous_parts(self._folder):
@@ -247,7 +248,7 @@ class HistoryWriter:
         atomic_files.remove(*[part.path for part in single])
 
     def _clear(self) -> None:
-        """Remove all parts, the header first: without it what is left counts as nothing."""
+        """Remove all parts, the header first: without it the rest counts as nothing."""
         atomic_files.remove(self._folder / HEADER_NAME)
         atomic_files.remove(*[part.path for part in all_parts(self._folder)])
         self._parts = []
@@ -255,11 +256,11 @@ class HistoryWriter:
 
 def _require_replaceable(out: Path) -> None:
     if out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
-        raise FileError("is no HDF5 file, which --overwrite leaves alone: remove it, or give another name", out)
+        raise FileError("is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name", out)
 
 
 def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
-    """Whether nothing is left to do for the result `out`. Raises FileError where it is that of another run."""
+    """Return whether nothing is left to do for the result `out`. Raises FileError if it is that of another run."""
     attributes = read_attributes(out)
     inputs = str(attributes.get("inputs", "{}"))
     require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)

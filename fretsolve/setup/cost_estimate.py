@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
-from fretsolve.system.compiler import compiler_wanted
+from fretsolve.system.optional import compiler_wanted
 
 if TYPE_CHECKING:
     from fretsolve.model.required_terms import Part

@@ -1,59 +1,54 @@
-"""Companion runs: a case on half of the points per side, and there with other numbers of increments as well.
+"""Coarse runs: a case on half of the points per side, also with other numbers of increments.
 
-They are advanced as far as the run that they accompany has come, so that a run can be stopped after each increment.
+They advance with the run whose error bars they give, so that it can be stopped after each increment.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors
+from fretsolve.result.state import ERROR_SUFFIX, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.result.state import Summary
-
 COARSER = 2
-"""Cells of the run along a side of one of its companions' cells."""
+"""Cells of the run along a side of one cell of a coarse run."""
 
 LOOSER, LOOSEST = 10.0, 1e-4
-"""A companion's tolerance in units of the run's, and its limit. That shifts values by some 1e-6 of theirs, well below
-what the companions are to tell, and saves a quarter of their work."""
-
+"""Tolerance of a coarse run in units of the run's, and its limit. It shifts values by some 1e-6 of theirs, well below
+the differences of interest, and saves a quarter of the cost."""
 
 ESTIMATED = tuple(
-    field.name.removesuffix(ERROR_SUFFIX) for field in fields(SummaryErrors) if field.name.endswith(ERROR_SUFFIX)
+    name.removesuffix(ERROR_SUFFIX) for name in SummaryErrors.__dataclass_fields__ if name.endswith(ERROR_SUFFIX)
 )
-"""What has error bars, in the order in which values are handled here."""
+"""The values of a summary that have error bars, in the order of the arrays in this module."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
-    """The values of `ESTIMATED`, in their order."""
+    """Return the values of `ESTIMATED`, in their order."""
     return np.array([getattr(summary, name) for name in ESTIMATED])
 
 
 @dataclass(frozen=True)
-class Place:
+class PathPoint:
     """A point of the load path: the share `part` of the stage `stage` (0-based)."""
 
     stage: int
     part: float
 
 
-class Companion:
-    """The run of a coarser scene, as far as it was asked for. failure: why it goes no farther, if that is so.
+class CoarseRun:
+    """The run of a coarser problem, solved only as far as it is asked for. failure: why it stopped, if it did.
 
-    applications: of the elastic operator so far, those of the scene's grid; seconds: what they took.
+    applications: of the elastic operator so far, those of the coarse grid; seconds: what they took.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
@@ -64,17 +59,17 @@ class Companion:
         self._values: list[DoubleArray] = []
 
     def values(self, step: int) -> DoubleArray | None:
-        """Those after the increment `step`; zeros before the first one, None where the companion does not get there."""
+        """Return the values after the increment `step`; zeros before the first one, None after a failure."""
         if step < 0:
             return np.zeros(len(ESTIMATED))
         while len(self._values) <= step and self.failure is None:
             self._advance()
         return self._values[step] if step < len(self._values) else None
 
-    def values_at(self, place: Place) -> DoubleArray | None:
-        """DoubleArray at a point of the load path, between increments in proportion."""
+    def values_at(self, point: PathPoint) -> DoubleArray | None:
+        """Return the values at a point of the load path, interpolated between increments."""
         counts = self.setup.load_path.counts
-        step = sum(counts[: place.stage]) + place.part * counts[place.stage] - 1.0
+        step = sum(counts[: point.stage]) + point.part * counts[point.stage] - 1.0
         low, high = math.floor(step + 1e-9), math.ceil(step - 1e-9)
         before, after = self.values(low), self.values(high)
         if before is None or after is None:
@@ -94,7 +89,7 @@ class Companion:
 
 
 def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
-    """The scene on half of the points per side (rounded up) of the same area, with `counts` increments per stage."""
+    """Return the problem on half of the points per side (rounded up), with `counts` increments per stage."""
     nx, ny = (-(-points // COARSER) for points in setup.grid.shape)
     grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
     solver = setup.case.solver
@@ -104,14 +99,14 @@ def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
 
 
 def fewer_increments(counts: tuple[int, ...]) -> tuple[int, ...]:
-    """Half as many in each stage; two where there is one, which has no half."""
+    """Return half as many increments per stage; two if there is one, which cannot be halved."""
     return tuple(count // 2 if count > 1 else 2 for count in counts)
 
 
-def nodes(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[Place, Place, float]:
-    """The points about `step` of `fine` at which `coarse` has increments too, and the share of the way to the second.
+def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoint, PathPoint, float]:
+    """Return the points around `step` of `fine` at which `coarse` has increments too, and the share between them.
 
-    The first may be the end of the stage before, or the start of the path, the share 0 of its first stage.
+    The first may be the end of the stage before, or the start of the path (the share 0 of its first stage).
     """
     ends = fine.last_steps
     stage = next(number for number, last in enumerate(ends) if step <= last)
@@ -120,5 +115,5 @@ def nodes(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[Place, Place, fl
     position = (step - ends[stage] + count) * common / count
     low = math.floor(position + 1e-9)
     high = math.ceil(position - 1e-9)
-    first = Place(stage - 1, 1.0) if stage and not low else Place(stage, low / common)
-    return first, Place(stage, high / common), position - low
+    first = PathPoint(stage - 1, 1.0) if stage and not low else PathPoint(stage, low / common)
+    return first, PathPoint(stage, high / common), position - low

@@ -1,8 +1,8 @@
-"""Error bars: how far a run's values may lie from those of the continuum, estimated from coarser companion runs.
+"""Error bars: estimates of how far a run's values lie from those of the continuum, from coarse runs.
 
-Three errors are added as independent ones. That of the cells is the difference to a companion on half of the points
+Three errors are added as independent ones. That of the cells is the difference to a coarse run on half of the points
 per side, by Richardson's extrapolation, and no less than a small part of the cells' own scale, since the errors of both
-runs may agree by chance. That of the increments is the difference between two companions, of which one has half of
+runs may agree by chance. That of the increments is the difference between two coarse runs, one of which has half of
 the increments. That of the iteration is the certificate's worst residual. ``benchmarks/calibrate_error_bars.py``
 calibrates the constants; docs/error_bars.md has the outcome.
 """
@@ -11,48 +11,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
 from fretsolve.case.load_components import PAIRS
-from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors
+from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.coarse_runs import (
     ESTIMATED,
-    Companion,
+    CoarseRun,
     coarser,
+    common_points,
     fewer_increments,
-    nodes,
     values_of,
 )
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.result.state import State, Summary
-    from fretsolve.setup.problem_setup import ProblemSetup
-
 ORDER, SURER_ORDERS = 0.8, {"contact_radius": 1.0, "work": 1.0, "work_total": 1.0}
-"""Orders of the discretisation that are taken for granted. Sequences of grids show 1.3 to 2, but with fluctuations, as
-the edges cut the cells now so, now so; the radius of contact and the work need somewhat less safety."""
+"""Assumed orders of the discretisation. Sequences of grids show 1.3 to 2, but fluctuate with the place of the edges in
+their cells; the contact radius and the dissipated energy need somewhat less safety."""
 
 INCREMENTS_SAFETY = 2.0
-"""On the difference that is the increments' error to first order; the order found is somewhat less than 1."""
+"""Factor on the difference that is the error of the increments to first order; the observed order is slightly less."""
 
 FLOOR, FLOOR_ORDER = 0.1, 2.0
 FLOOR_WORK, FLOOR_ORDER_WORK = 0.2, 1.5
-"""The least error of the cells in parts of the largest value so far, FLOOR (h/a)^FLOOR_ORDER with h their side and a
-the radius of contact; of the work in parts of itself."""
+"""The least error of the cells is FLOOR (h/a)^FLOOR_ORDER times the largest value so far, with h the side of a cell and
+a the contact radius. That of the dissipated energy is relative to its own value."""
 
 FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
-"""The same of radii, in units of h."""
+"""The least error of radii, in units of h."""
 
 NEARLY_SLIDING = 0.15
-"""Stick over contact radius below which increments count also where pressure and shear do not act on each other: the
-shear turns as the last of it slips, where Poisson's ratio links the directions."""
+"""Stick radius over contact radius below which increments count also if pressure and shear are not coupled: the shear
+traction turns as the last of the stick zone slips, since Poisson's ratio links the directions."""
 
 UNSEEN = 0.5
-"""Radius of a stick zone that may be there, in units of h, where no cell sticks."""
+"""Radius, in units of h, of a stick zone that may exist although no cell sticks."""
 
 
 def run_with_error_bars(
@@ -60,96 +57,94 @@ def run_with_error_bars(
     start: State | None = None,
     history: Sequence[Summary] = (),
     threads: int = 1,
-    tell: Callable[[str], object] | None = None,
-) -> Iterator[tuple[State, SummaryErrors]]:
-    """As `fretsolve.run`, each state with its error bars.
+    warn: Callable[[str], object] | None = None,
+) -> Iterator[State]:
+    """Solve a case as `run` does, and yield each state with its error bars.
 
-    A companion that finds no solution where the run itself has one leaves NaN from there on, of which `tell` is told
-    in one line. Raises NoSolutionError where the run has none.
+    If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
+    Raises NoSolutionError if the run itself has none.
     """
     bars = ErrorBars(setup, history, threads)
-    told = False
+    warned = False
     for state in run(setup, start, history, threads):
         errors = bars.of(state.summary)
-        if bars.failure is not None and tell is not None and not told:
-            tell(f"no error bars from increment {state.summary.step} on: {bars.failure}")
-            told = True
-        yield state, errors
+        if bars.failure is not None and warn is not None and not warned:
+            warn(f"no error bars from increment {state.summary.step} on: {bars.failure}")
+            warned = True
+        yield replace(state, errors=errors)
 
 
 class ErrorBars:
-    """The error bars of a scene, row after row; `history`: the rows that are there already.
-
-    failure: why a companion goes no farther, None while all do.
-    """
+    """The error bars of a problem, summary after summary; `history`: the summaries so far."""
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup = setup
         counts = setup.load_path.counts
         self._threads = threads
-        self._coarse = Companion(coarser(setup, counts), threads)
-        self._stepped: Companion | None = None
+        self._coarse = CoarseRun(coarser(setup, counts), threads)
+        self._fewer: CoarseRun | None = None
         if setup.load_path.path_dependent:
-            self._follow_steps()
+            self._start_fewer()
         orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
         points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
-        self._rows: list[Summary] = []
+        self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
         for summary in history:
-            self._take(summary)
+            self._add(summary)
         if history:
-            self._increments(history[-1].step)  # what companions did for rows that are there is no cost of the next one
+            # Catch up now: the cost of the increments that are there already is not that of the next one.
+            self._increments(history[-1].step)
             self._coarse.values(history[-1].step)
 
     @property
     def failure(self) -> str | None:
-        """Why a companion goes no farther, in one line."""
-        for companion in self._companions:
-            if companion.failure is not None:
-                nx, ny = companion.setup.grid.shape
-                return f"the companion run on {nx} x {ny} cells has no solution: {companion.failure.message}"
+        """Why a coarse run stopped, in one line; None if none did."""
+        for coarse in self._coarse_runs:
+            if coarse.failure is not None:
+                nx, ny = coarse.setup.grid.shape
+                return f"the coarse run on {nx} x {ny} cells has no solution: {coarse.failure.message}"
         return None
 
     def of(self, summary: Summary) -> SummaryErrors:
-        """The error bars of the row that follows those so far."""
+        """Return the error bars of the summary that follows those so far."""
         applications, seconds = self._applications, self._seconds
-        self._take(summary)
+        self._add(summary)
         cells, increments = self._cells(summary), self._increments(summary.step)
         errors = np.sqrt(cells**2 + increments**2 + self._iteration(summary) ** 2)
         return SummaryErrors(
             **{name + ERROR_SUFFIX: float(error) for name, error in zip(ESTIMATED, errors, strict=True)},
-            companion_applications=self._applications - applications,
-            companion_wall_time=self._seconds - seconds,
+            coarse_runs_applications=self._applications - applications,
+            coarse_runs_wall_time=self._seconds - seconds,
         )
 
-    def _follow_steps(self) -> None:
+    def _start_fewer(self) -> None:
         counts = fewer_increments(self._setup.load_path.counts)
-        self._stepped = Companion(coarser(self._setup, counts), self._threads)
+        self._fewer = CoarseRun(coarser(self._setup, counts), self._threads)
 
-    def _take(self, summary: Summary) -> None:
+    def _add(self, summary: Summary) -> None:
         nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
-        if self._stepped is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
-            self._follow_steps()
-        self._rows.append(summary)
+        if self._fewer is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
+            self._start_fewer()
+        self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
     @property
-    def _companions(self) -> list[Companion]:
-        return [self._coarse, *([] if self._stepped is None else [self._stepped])]
+    def _coarse_runs(self) -> list[CoarseRun]:
+        return [self._coarse, *([] if self._fewer is None else [self._fewer])]
 
     @property
     def _applications(self) -> float:
-        """Those of the companions so far, in parts of one on the scene's grid."""
+        """Operator applications of the coarse runs so far, in units of one on the run's own grid."""
         share = math.prod(self._coarse.setup.grid.shape) / math.prod(self._setup.grid.shape)
-        return share * sum(companion.applications for companion in self._companions)
+        return share * sum(coarse.applications for coarse in self._coarse_runs)
 
     @property
     def _seconds(self) -> float:
-        return sum(companion.seconds for companion in self._companions)
+        return sum(coarse.seconds for coarse in self._coarse_runs)
 
     def _cells(self, summary: Summary) -> DoubleArray:
-        """Error of the discretisation."""
+        """Return the error of the discretisation."""
         coarse = self._coarse.values(summary.step)
         if coarse is None:
             return np.full(len(ESTIMATED), np.nan)
@@ -157,7 +152,7 @@ class ErrorBars:
         return found
 
     def _floor(self, summary: Summary) -> DoubleArray:
-        """The least error of the discretisation; none of what is imposed."""
+        """Return the least error of the discretisation; none for imposed values."""
         side = math.sqrt(self._setup.grid.cell_area)
         ratio = side / summary.contact_radius if summary.contact_radius > side else 1.0
         imposed = self._imposed(summary.step)
@@ -173,13 +168,13 @@ class ErrorBars:
         return floor
 
     def _imposed(self, step: int) -> set[str]:
-        """The load components that the path imposes."""
-        increment = self._setup.load_path.increment(step, self._rows)
+        """Return the load components that the path imposes."""
+        increment = self._setup.load_path.increment(step, self._summaries)
         forced = (*increment.normal.forced, *increment.tangential.forced)
         return {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
 
     def _increments(self, step: int) -> DoubleArray:
-        """Error of the increments' number: 0 where it does not matter, NaN where a companion has no solution."""
+        """Return the error of the increments: 0 if their number does not matter, NaN if a coarse run has failed."""
         after = self._path_difference(step)
         if after is None:
             return np.full(len(ESTIMATED), np.nan)
@@ -191,30 +186,27 @@ class ErrorBars:
         return error
 
     def _path_difference(self, step: int) -> DoubleArray | None:
-        """What the companions tell of the increments' error at `step`, between their common points in proportion."""
-        if self._stepped is None:
+        """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
+        if self._fewer is None:
             return np.zeros(len(ESTIMATED))
-        fine, stepped = self._coarse.setup.load_path, self._stepped.setup.load_path
-        first, second, share = nodes(fine, stepped, step)
+        many, few = self._coarse.setup.load_path, self._fewer.setup.load_path
+        first, second, share = common_points(many, few, step)
         differences: list[DoubleArray] = []
-        for place in (first, second):
-            one, other = self._coarse.values_at(place), self._stepped.values_at(place)
+        for point in (first, second):
+            one, other = self._coarse.values_at(point), self._fewer.values_at(point)
             if one is None or other is None:
                 return None
-            differences.append((one - other) / abs(fine.counts[place.stage] / stepped.counts[place.stage] - 1.0))
+            differences.append((one - other) / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0))
         return differences[0] + share * (differences[1] - differences[0])
 
     def _iteration(self, summary: Summary) -> DoubleArray:
-        """Error of the iteration: the worst residual on the scale of each value, that of the load of imposed ones."""
+        """Return the error of the iteration: the worst residual, for imposed values that of the load, times a scale."""
         imposed, scales = self._imposed(summary.step), self._scales(summary)
-        errors: DoubleArray = summary.worst_residual * np.array([scales[name] for name in ESTIMATED])
-        for number, name in enumerate(ESTIMATED):
-            if name in imposed:
-                errors[number] = summary.residual_load * scales[name]
-        return errors
+        residuals = (summary.residual_load if name in imposed else summary.worst_residual for name in ESTIMATED)
+        return np.array([residual * scales[name] for residual, name in zip(residuals, ESTIMATED, strict=True)])
 
     def _scales(self, summary: Summary) -> dict[str, float]:
-        """What residuals refer to: load or friction bound, the largest displacement of its kind, the value itself."""
+        """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
         half, limit = 0.5 * max(self._setup.grid.size), self._setup.model.friction * summary.P
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))

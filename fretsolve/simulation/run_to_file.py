@@ -1,126 +1,117 @@
-"""A scene solved into its result file: what the file says about the run, and the loop that fills it."""
+"""Run a case into its result file: the file's header, and the saving of increments beside the solver."""
 
 from __future__ import annotations
 
 import functools
 import hashlib
 import json
-import os
 import platform
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from types import TracebackType
+from typing import Protocol, Self
 
-from fretsolve import kernels as pointwise
-from fretsolve.case import HeightsSurface
+from fretsolve import kernels
+from fretsolve.case import Case, HeightsSurface
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
+from fretsolve.result.state import State, Summary, SummaryErrors
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
-
-if TYPE_CHECKING:
-    from fretsolve.case import Case
-    from fretsolve.result.state import State, Summary, SummaryErrors
-    from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.system.files import reason_of
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
 
 
-Show = Callable[["Summary", "SummaryErrors | None"], None]
+Show = Callable[[Summary, SummaryErrors | None], None]
 
 
 class Stop(Protocol):
-    """Whether somebody has asked to stop after the increment."""
+    """Tells whether the run is to stop after the increment."""
 
     @property
     def requested(self) -> bool: ...
 
 
-def record(
-    setup: ProblemSetup,
-    writer: HistoryWriter,
-    stop: Stop,
-    show: Show,
-    threads: int = 1,
-    warn: Callable[[str], None] = lambda text: None,
-    *,
-    beside: bool = False,
-) -> bool:
-    """Solve and save what is missing and finish the result (True), or stop with what is done saved (False).
+def missing_states(
+    setup: ProblemSetup, writer: HistoryWriter, threads: int = 1, warn: Callable[[str], object] | None = None
+) -> Iterator[State]:
+    """Return the generator of the increments that the result lacks, with error bars if the case asks for them.
 
-    show: called after each saved increment, with its error bars; warn: with what a person should hear of these.
-    beside: save each increment in a thread of its own while the next one is solved. Raises NoSolutionError, the result
-    finished as failed, and FileError.
+    warn: called with a line if there are no error bars any more. The generator raises NoSolutionError.
     """
-    increments = setup.load_path.increments
-    if stop.requested and len(writer.summaries) < increments:
-        return False
-    with ThreadPoolExecutor(1, "saving") as thread:
-        saver = _Saver(writer, show, thread if beside else None)
-        try:
-            for state, errors in _states(setup, writer, threads, warn):
-                saver.save(state, errors)
-                if stop.requested and state.summary.step + 1 < increments:
-                    saver.wait()
-                    writer.save()
-                    return False
-        except NoSolutionError as error:
-            saver.wait()
-            writer.finish("failed", str(error), error.kind)
-            raise
-        saver.wait()
-    writer.finish("complete")
-    return True
+    so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
+    if setup.case.solver.error_bars:
+        return run_with_error_bars(setup, *so_far, threads, warn)
+    return run(setup, *so_far, threads)
 
 
-class _Saver:
-    """Saves increments one after another, in `thread` if there is one, and shows each once it is saved."""
+class Saving:
+    """Saves the states of a run in their order, and finishes the result at the end of its `with` block.
 
-    def __init__(self, writer: HistoryWriter, show: Show, thread: Executor | None):
-        self._writer = writer
-        self._show = show
-        self._thread = thread
+    The result is complete if it has all `increments`, failed if the block ends by NoSolutionError; else what is done is
+    saved for a resume. show: called after each saved increment, with its error bars. beside: save each increment in a
+    thread of its own while the next one is solved. complete: whether the result is finished and complete.
+    """
+
+    def __init__(self, writer: HistoryWriter, increments: int, show: Show | None = None, *, beside: bool = False):
+        self._writer, self._increments, self._show = writer, increments, show
+        self._thread = ThreadPoolExecutor(1, "saving") if beside else None
         self._last: Future[None] | None = None
+        self.complete = False
 
-    def save(self, state: State, errors: SummaryErrors | None) -> None:
-        """Begin to save an increment once the one before is saved. Raises FileError, of either."""
-        self.wait()
+    def append(self, state: State) -> None:
+        """Save an increment, or begin to once the one before is saved. Raises FileError, for either."""
+        self._wait()
         if self._thread is None:
-            self._commit(state, errors)
+            self._save(state)
         else:
-            self._last = self._thread.submit(self._commit, state, errors)
+            self._last = self._thread.submit(self._save, state)
 
-    def wait(self) -> None:
-        """Until all is saved. Raises FileError."""
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if error is None or isinstance(error, NoSolutionError):
+                self._wait()
+                self._finish(error)
+        finally:
+            if self._thread is not None:
+                self._thread.shutdown()
+
+    def _finish(self, error: NoSolutionError | None) -> None:
+        if error is not None:
+            self._writer.finish("failed", str(error), error.kind)
+        elif len(self._writer.summaries) == self._increments:
+            self._writer.finish("complete")
+            self.complete = True
+        elif self._writer.summaries:
+            self._writer.save()
+
+    def _wait(self) -> None:
         last, self._last = self._last, None
         if last is not None:
             last.result()
 
-    def _commit(self, state: State, errors: SummaryErrors | None) -> None:
-        self._writer.append(state, errors)
-        self._show(state.summary, errors)
-
-
-def _states(
-    setup: ProblemSetup, writer: HistoryWriter, threads: int, warn: Callable[[str], None]
-) -> Iterator[tuple[State, SummaryErrors | None]]:
-    """What is missing, with error bars where the case asks for them."""
-    so_far = writer.last_state, tuple(writer.summaries)  # the writer adds to its own while this goes on
-    if not setup.case.solver.error_bars:
-        yield from ((state, None) for state in run(setup, *so_far, threads))
-        return
-    yield from run_with_error_bars(setup, *so_far, threads, warn)
+    def _save(self, state: State) -> None:
+        self._writer.append(state)
+        if self._show is not None:
+            self._show(state.summary, state.errors)
 
 
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
-    """What the result says about its run. Nothing in it changes from one run of the same case to the next."""
+    """Return what the result says about its run, which is the same in each run of a case."""
     case = setup.case
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,
-        "pointwise_kernels": "compiled" if pointwise.COMPILED else "numpy",
+        "pointwise_kernels": "compiled" if kernels.COMPILED else "numpy",
         "overrides": overrides,
         **({} if case.solver.accuracy is None else {"picked_by_accuracy": setup.picked}),
         **_environment(),
@@ -147,7 +138,7 @@ def _environment() -> dict[str, str]:
 
 
 def height_maps(case: Case) -> list[Path]:
-    """The files of the measured maps of a case."""
+    """Return the files of the measured maps of a case."""
     return [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
 
 
@@ -155,4 +146,4 @@ def _digest(file: Path) -> str:
     try:
         return hashlib.sha256(file.read_bytes()).hexdigest()
     except OSError as error:
-        raise FileError(f"cannot be read: {os.strerror(error.errno) if error.errno else error}", file) from error
+        raise FileError(f"cannot be read: {reason_of(error)}", file) from error

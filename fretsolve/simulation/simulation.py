@@ -1,14 +1,14 @@
-"""The loop over the increments of a case, as a generator of states."""
+"""Solve the increments of a case one after another, as a generator of states."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case import Case
 from fretsolve.case.load_components import PAIRS
 from fretsolve.elastic.fftw_wisdom import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
@@ -16,25 +16,21 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import Start
 from fretsolve.kernels import readying_seconds
 from fretsolve.model.grid import Grid
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_spans
-from fretsolve.result.state import Certificate, Fields, State, Summary, Zone, nothing
+from fretsolve.result.state import Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.slip_and_work import ContactState, limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 from fretsolve.system.arrays import FloatArray
 
-if TYPE_CHECKING:
-    from fretsolve.case import Case
-    from fretsolve.model.load_control import LoadControl
-
 FEWEST_CELLS = 8
-"""Per side: on fewer a contact reaches the edge because its cells are large."""
+"""Cells per side; with fewer, a contact reaches the edge because its cells are large."""
 
 WIDER = 1.5
-"""By how much a size is enlarged in advice where shear or moments widen the contact."""
-
+"""Factor on the size in the advice if shear or moments widen the contact."""
 
 RIGID = tuple(motion for _, motion in PAIRS)
 
@@ -44,11 +40,11 @@ def run(
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
-    start, history: the last state and the summaries of all increments so far, to go on from; threads: that share out
-    the transforms; no bit of a state depends on their number.
-    Raises NoSolutionError where an increment has no solution or none was found; the states before it hold.
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: number of threads
+    that share the transforms, on which no bit of a state depends.
+    Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
-    if not isinstance(case, ProblemSetup) and not hasattr(case, "load_path"):
+    if not isinstance(case, Case | ProblemSetup):
         raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
     if (start.summary.step + 1 if start is not None else 0) != len(history):
         raise ValueError("start must be the state after the last increment of history, or both be left out")
@@ -75,18 +71,18 @@ def run(
             _locate(error, setup, increment)
             raise
         if measured_plans() > plans:
-            # Before the increment is given out: a resumed run must transform by the same plans.
+            # Before the state is yielded: a resumed run must transform by the same plans.
             save_wisdom()
             plans = measured_plans()
         touching = _touching(state, solver.separation)
         state = _state(solved, state, touching, increment, setup, _working_seconds() - began)
-        del solved  # what the state does not need of it
+        del solved  # frees what the state does not need
         summaries.append(state.summary)
         yield state
 
 
 def _working_seconds() -> float:
-    """A clock that stands still while kernels are compiled or read from disk, which happens once in a process."""
+    """Return a clock that stands still while kernels are compiled or read from disk, once in a process."""
     return time.perf_counter() - readying_seconds()
 
 
@@ -98,7 +94,7 @@ def _start(state: State | None, before: LoadControl | None, grid: Grid) -> Start
 
 
 def _touching(state: State | None, separation: FloatArray) -> ContactState:
-    """The contact after `state`; at first the surfaces touch at their nearest points."""
+    """Return the contact after `state`; at first the surfaces touch at their nearest points."""
     if state is None:
         nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
         gap = separation - (nearest if np.isfinite(nearest) else 0.0)
@@ -114,7 +110,7 @@ def _state(
     setup: ProblemSetup,
     wall_time: float,
 ) -> State:
-    """Accumulate slip and work, and sum the increment up."""
+    """Return the state after an increment, with slip and dissipated energy accumulated."""
     solution, evidence = solved.solution, solved.evidence
     areas = _areas(solved, setup)
     slip, slip_path, work_density, work = evidence.slip, nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
@@ -135,12 +131,12 @@ def _state(
 
 
 def _precision(setup: ProblemSetup) -> type[np.floating]:
-    """Of the elastic operator and the fields of the states."""
+    """Return the precision of the elastic operator and of the fields of the states."""
     return np.float32 if setup.case.solver.precision == "single" else np.float64
 
 
 def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
-    """`field` in the precision of the states; nothing stays nothing."""
+    """Return `field` in the precision of the states; `nothing` stays `nothing`."""
     if not any(field.strides):
         return np.broadcast_to(precision(0.0), field.shape)
     return field.astype(precision, copy=False)
@@ -149,15 +145,18 @@ def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
 def _accumulate(
     solved: Solved, before: ContactState, previous: State | None, setup: ProblemSetup
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Path of the slip and density of the work since the start, and the increment's work; adds to the slip in place."""
+    """Return the slip path and the dissipated energy per area since the start, and the increment's dissipated energy.
+
+    Turns the slip of the increment in `solved` into the slip since the start, in place.
+    """
     solution, evidence = solved.solution, solved.evidence
-    slip = evidence.slip  # changed in place: the evidence is this state's alone
+    slip = evidence.slip
     modulus = setup.model.compliances.contact_modulus
     parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
     slip_path = np.hypot(slip[0], slip[1])
     work_density = setup.model.friction * mean_pressure(before.pressure, solution.pressure)
     work_density *= slip_path
-    # What a sticking cell slips is the certificate's residual.
+    # The slip of a sticking cell is the certificate's residual, not slip.
     work_density *= (evidence.zone == Zone.SLIP) | parted
     work = float(work_density.sum()) * setup.grid.cell_area
     if previous is not None:
@@ -168,21 +167,12 @@ def _accumulate(
 
 
 def _areas(solved: Solved, setup: ProblemSetup) -> tuple[float, float]:
-    """Areas of the contact and of the stick zone, their edges placed inside the cells."""
+    """Return the areas of the contact and of the stick zone, with their edges placed inside the cells."""
     solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
     contact = contact_area(solution.pressure, evidence.gap, setup.grid, materials)
-    bound = setup.model.friction * solution.pressure
-    stick = stick_area(
-        solution.pressure,
-        evidence.gap,
-        solution.shear,
-        bound,
-        evidence.slip,
-        evidence.zone,
-        setup.grid,
-        materials,
-        contact,
-    )
+    limit = setup.model.friction * solution.pressure
+    fields = solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone
+    stick = stick_area(*fields, setup.grid, materials, contact)
     return float(contact), float(stick)
 
 
@@ -218,16 +208,12 @@ def _summary(
         alternations=solved.alternations,
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
-        **_residuals(solved.evidence.certificate),
+        **{f"residual_{name}": float(value) for name, value in vars(solved.evidence.certificate).items()},
     )
 
 
-def _residuals(certificate: Certificate) -> dict[str, float]:
-    return {f"residual_{name}": float(value) for name, value in vars(certificate).items()}
-
-
 def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
-    """Say where in the case file the load stands that has no solution, and which size would hold the contact."""
+    """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
     stage = increment.stage
     key: KeyPath = stage.key
     if error.component in dict(stage.targets):
@@ -242,7 +228,7 @@ def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -
 
 
 def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
-    """What to do about a contact that has reached the grid's edge: a size that holds it on all of the load path."""
+    """Return advice about a contact at the grid's edge: a size that holds it on all of the load path."""
     loads = [increment.normal, *setup.load_path.normal_loads()]
     surfaces, materials = setup.case.surface, setup.model.compliances
     try:

@@ -1,38 +1,35 @@
-"""What a cell slips and dissipates in an increment, where the contact's edge passes over it in the middle of it.
+"""Slip and dissipated energy of cells that the contact's edge passes within an increment.
 
-The slip increment of the solution is the surfaces' relative motion over the whole increment. A cell that was open at
-its start, or is at its end, slips only while it touches; taking all of the motion makes the work too large, with an
-error of order 3/2 in the increment. The part follows from how far the edge has gone on both sides of the cell: at a
-distance s from it the pressure inside is C s^(1/2), the gap outside 4 C s^(3/2) / 3 E* (Johnson, Contact Mechanics,
-section 5.1), and C^2 is the slope of the squared pressure, which is straight near the edge (in Hertz's contact:
-everywhere). So the squared pressure of a cell grows with the way of the edge, and the mean of the friction bound is
-that of mu p with p^2 changing evenly from start to end.
+The slip increment of the solution is the surfaces' relative motion over the whole increment. A cell that is open at
+its start or at its end slips only while it touches; taking all of the motion makes the dissipated energy too large,
+with an error of order 3/2 in the increment. The share in contact follows from how far the edge has moved on both sides
+of the cell: at a distance s from the edge the pressure inside is C s^(1/2), the gap outside 4 C s^(3/2) / 3 E*
+(Johnson, Contact Mechanics, section 5.1), and C^2 is the slope of the squared pressure, which is constant near the edge
+(in Hertz's contact: everywhere). So the squared pressure of a cell is proportional to the path of the edge, and the
+mean friction limit is that of mu p with p^2 changing linearly from start to end.
 
-A cell that parts slips as it does so where the edge that leaves it slips; where the edge sticks, as at much friction,
-it sticks until it parts.
+A cell that opens slips while it does so if the edge that leaves it slips; if the edge sticks, as at high friction, the
+cell sticks until it opens.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.increment.certificate import Evidence, Solution
+from fretsolve.model.grid import Grid
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
-
-if TYPE_CHECKING:
-    from fretsolve.increment.certificate import Evidence, Solution
-    from fretsolve.model.grid import Grid
 
 Cells = tuple[IndexArray, ...]
 
 
 @dataclass(frozen=True)
 class ContactState:
-    """Pressure (MPa), gap (mm, may be infinite) and what slipped at the start of an increment, all ``(nx, ny)``."""
+    """Pressure (MPa), gap (mm, may be infinite) and slipping cells at the start of an increment, all ``(nx, ny)``."""
 
     pressure: FloatArray
     gap: FloatArray
@@ -47,9 +44,9 @@ def limit_to_contact(
     grid: Grid,
     contact_modulus: float,
 ) -> BoolArray:
-    """Cut `slip` in place to the time in contact; returns the cells that slipped as they parted, (nx, ny).
+    """Limit `slip` in place to the time in contact, and return the cells that slipped while they opened, (nx, ny).
 
-    slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere, where parted cells get theirs;
+    slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere; opened cells get theirs.
     evidence: gap and zones at the end; contact_modulus: E* (MPa).
     """
     gap = evidence.gap
@@ -69,10 +66,10 @@ def limit_to_contact(
     return parted
 
 
-def slipped_apart(
-    parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArray
-) -> BoolArray:
-    """Of the cells `parted` those whose nearest one in contact slips; where no contact is left, those that did before.
+def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArray) -> BoolArray:
+    """Return which of the cells `parted` slipped: those whose nearest cell in contact slips.
+
+    If no contact is left, those that slipped before.
 
     zone: at the increment's end; slipping: at its start; all (nx, ny).
     """
@@ -88,7 +85,7 @@ def slipped_apart(
 
 
 def _edge(contact: BoolArray) -> BoolArray:
-    """Cells in contact beside one that is not."""
+    """Return the cells in contact that have a neighbour out of contact."""
     inner = contact.copy()
     inner[1:] &= contact[:-1]
     inner[:-1] &= contact[1:]
@@ -100,7 +97,7 @@ def _edge(contact: BoolArray) -> BoolArray:
 def share_in_contact(
     pressure: FloatArray, gap: FloatArray, cells: Cells, grid: Grid, contact_modulus: float
 ) -> FloatArray:
-    """Part of an increment in which `cells` touch, (n,): they have `pressure` at one end of it, `gap` at the other."""
+    """Return the share of an increment in which `cells` touch, (n,): with `pressure` at one end, `gap` at the other."""
     row, column = cells
     own = pressure[cells].astype(np.float64) ** 2
     slopes = []
@@ -121,7 +118,7 @@ def share_in_contact(
 
 
 def mean_pressure(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Mean over an increment of a pressure whose square changes evenly, of the arrays' shape."""
+    """Return the mean over an increment of a pressure whose square changes linearly, of the arrays' shape."""
     total = before + after
     product = np.divide(before * after, total, out=np.zeros_like(total), where=total > 0.0)
     mean: FloatArray = (total - product) * (2.0 / 3.0)

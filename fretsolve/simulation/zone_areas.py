@@ -1,23 +1,22 @@
 """Areas of the contact and of its stick zone to a small part of a cell, from the fields of one increment.
 
 A count of cells jumps by a cell, and is too large: a cell joins while the front is still about a sixth of a cell short
-of its centre. The fields tell where the front is. At a distance s from it the pressure inside goes like s^(1/2) and
+of its centre. The fields show where the front is. At a distance s from it the pressure inside goes like s^(1/2) and
 the gap outside like s^(3/2), with factors in a ratio that the contact modulus E* sets (Johnson, Contact Mechanics,
 section 5.1). The discrete solution has a ratio of its own: on a link of length h, between the centres of a cell with
 pressure p and of the next one, open by g, the front lies at the share
 
     p h / (p h + lever E* g)
 
-of the link, less an inset along its normal. A front along the cells obeys this to 2e-4 of h, with a lever of 0.58 and
-an inset of 0.175 h; one in any direction does to 0.02 of h, and to 0.002 on the average, with those below, which were
-measured on Hertz contacts on grids of 128 to 512 cells a side. The stick zone ends as the contact does: what the shear
-lacks to the friction bound stands for the pressure, the slip increment for the gap.
+of the link, less an inset along its normal. For a front along the cells this holds to 2e-4 of h, with a lever of 0.58
+and an inset of 0.175 h; in any direction to 0.02 of h, and to 0.002 on average, with the constants below, measured on
+Hertz contacts on grids of 128 to 512 cells a side. The stick zone ends as the contact does: the reserve, by which the
+shear traction is below the friction limit, takes the place of the pressure, the slip increment that of the gap.
 
-The points on the links are joined by straight segments, one in each square between four centres. Where no smooth
-front fits the fields the square's cells are counted instead: along a body's sharp edge, and in contacts so small that
-no cell has its four neighbours with it. Where less slips than belongs to the shear, as when the front moves by less
-than a cell in an increment or not at all, and where the stick zone gains ground, the shear's course behind the front
-tells its place.
+Straight segments join the points on the links, one in each square between four centres. If no smooth front fits the
+fields, the square's cells are counted instead: along a body's sharp edge, and in contacts so small that no cell has
+its four neighbours with it. The reserve behind the front gives its place if there is less slip than belongs to the
+shear traction, as when the front moves by less than a cell in an increment, and if the stick zone grows.
 """
 
 from __future__ import annotations
@@ -25,60 +24,57 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import TINY
+from fretsolve.model.grid import Grid
+from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 
-if TYPE_CHECKING:
-    from fretsolve.model.grid import Grid
-    from fretsolve.model.materials import Compliances
-
 Share = Callable[[IndexArray, IndexArray, int, FloatArray], FloatArray]
-"""Shares of the links from inner to outer cells along an axis, given the levers; NaN where no smooth front fits."""
+"""Shares of links from inner to outer cells along an axis, given their levers; NaN if no smooth front fits."""
 
 LEVER, LEVER_ALONG, LEVER_SLANTING, LEVER_MOST = 0.9, 0.58, 0.5, 0.94
 """The lever of a front at an angle t to the cells is LEVER_ALONG + LEVER_SLANTING sin 2t, but no more than LEVER_MOST;
-LEVER serves as long as the angle is unknown."""
+LEVER is used while the angle is unknown."""
 
 INSET = 0.104
-"""Inset in cells where the lever is LEVER, the same in all directions. Another lever moves the share by a sixth of
-their ratio's logarithm, on the average over the front's places within a cell, and the inset makes up for it."""
+"""Inset in cells for the lever LEVER, the same in all directions. Another lever moves the share by a sixth of the
+logarithm of their ratio, averaged over the front's places within a cell, which the inset corrects."""
 
 STEEPEST = 2.0
-"""Past a smooth front, lever E* g is no more than 1.6 h times the largest pressure behind it; past a sharp edge it
-is far more."""
+"""Limit of lever E* g over h times the largest pressure behind the front: 1.6 at most past a smooth front, far more
+past a sharp edge."""
 
 RATIO, RATIO_INSET, TRUST = 0.4245, 0.05, 0.16
-"""By the shear alone the share is r/(1 - RATIO r) less about RATIO_INSET, r being what the shear lacks to the bound in
-the last cell over that in the one behind: to 2e-4 on a front along the cells (without the inset), to 0.1 on others. It
-begins to take over where the share by the slip is larger by TRUST, and has done so at twice that."""
+"""By the reserve alone the share is r/(1 - RATIO r) less about RATIO_INSET, with r the reserve in the last cell over
+that in the one behind: to 2e-4 on a front along the cells (without the inset), to 0.1 on others. This share begins to
+replace the one by the slip if that is larger by TRUST, and has replaced it at twice that."""
 
 LIKE_A_ROOT = 0.65
-"""That ratio is no less than 0.7 farther in, behind a front that has eaten into the stick zone, but for 0.61 next to a
-front that is about to reach a cell."""
+"""Behind a front that has moved into the stick zone, that ratio is at least 0.7 farther in, or 0.61 next to a front
+that is about to reach a cell."""
 
 STEEP = 0.72
-"""Behind a front that has gained ground over some increments that ratio is no more than 0.55, and 0.65 one cell farther
-in yet, where it is no less than 0.78 behind others."""
+"""Behind a front of a stick zone that has grown over some increments that ratio is at most 0.55, and 0.65 one cell
+farther in, where it is at least 0.78 behind other fronts."""
 
 GAINED, GAINED_BEYOND = 1.5, 0.12
-"""A stick zone that gains ground does so without a singularity of the shear's rate, or the bound would be exceeded
-behind its front: what the shear lacks to the bound goes like s^GAINED there. Its ratio in the last two cells tells
-the front's place, which on the discrete grid is GAINED_BEYOND of a link farther out: for spheres pressed on a body that
-differs, where Spence's theory is exact, to 0.02 of h in the mean and within 0.03 of that from one place in a cell to
-another. The slip, in increments smaller than a cell, knows no more than which cell the front has reached."""
+"""A stick zone grows without a singularity of the shear traction's rate, or the friction limit would be exceeded behind
+its front: the reserve goes like s^GAINED there. Its ratio in the last two cells gives the front's place, which on the
+discrete grid is GAINED_BEYOND of a link farther out: for spheres pressed on a dissimilar body, for which Spence's
+theory is exact, to 0.02 of h on average, and within 0.03 of that from one place in a cell to another. In increments
+smaller than a cell, the slip shows only which cell the front has reached."""
 
 MARGIN = 4
-"""IndexArray kept around a zone: those that a link's share may refer to."""
+"""Cells kept around a zone, to which a link's share may refer."""
 
 
 def contact_area(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances) -> float:
-    """Area (mm^2) of the contact: `pressure` (MPa) and `gap` (mm, may be infinite), both (nx, ny)."""
+    """Return the area (mm^2) of the contact from `pressure` (MPa) and `gap` (mm, may be infinite), both (nx, ny)."""
     contact = pressure > 0.0
     if not contact.any():
         return 0.0
@@ -90,16 +86,16 @@ def stick_area(
     pressure: FloatArray,
     gap: FloatArray,
     shear: FloatArray,
-    bound: FloatArray,
+    limit: FloatArray,
     slip: FloatArray,
     zone: NDArray[np.uint8],
     grid: Grid,
     materials: Compliances,
     contact: float,
 ) -> float:
-    """Area (mm^2) of the stick zone, no larger than `contact`, that of the contact.
+    """Return the area (mm^2) of the stick zone, no larger than `contact`, that of the contact.
 
-    bound: friction coefficient times pressure (MPa), and zone: of `Zone`, both (nx, ny); shear (MPa) and slip, the
+    limit: friction coefficient times pressure (MPa), and zone: of `Zone`, both (nx, ny); shear (MPa) and slip, the
     slip increment (mm): (2, nx, ny); the others as for `contact_area`.
     """
     sticking = zone == Zone.STICK
@@ -113,7 +109,7 @@ def stick_area(
     slips = part.cut(slipping, False)
     if not slips.any():
         return _area(part, at_edge)
-    reserve = part.cut(bound, 0.0) - np.hypot(part.cut(shear[0], 0.0), part.cut(shear[1], 0.0))
+    reserve = part.cut(limit, 0.0) - np.hypot(part.cut(shear[0], 0.0), part.cut(shear[1], 0.0))
     reserve = np.maximum(reserve, 0.0)
     at_slip = _slip_share(part, reserve, part.cut(slip[0], 0.0), part.cut(slip[1], 0.0), materials)
 
@@ -142,7 +138,7 @@ class _Part:
 
     @classmethod
     def around(cls, zone: BoolArray, grid: Grid) -> _Part:
-        """The part that holds all of `zone` (nx, ny; not empty), with a margin, beyond the grid if need be."""
+        """Return the part that holds all of `zone` (nx, ny; not empty) and a margin, beyond the grid if needed."""
         spans = [np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1)]
         low = [int(span[0]) - MARGIN for span in spans]
         high = [int(span[-1]) + MARGIN + 1 for span in spans]
@@ -157,7 +153,7 @@ class _Part:
         return cls(slices, (missing[0], missing[1]), strides, (grid.dx, grid.dy), inside.ravel(), deep.ravel())
 
     def cut(self, field: FloatArray, beyond: float) -> FloatArray:
-        """The part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
+        """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
         cells = field[self.slices]
         if self.missing != ((0, 0), (0, 0)):
             cells = np.pad(cells, self.missing, constant_values=beyond)
@@ -177,8 +173,8 @@ def _contact_share(part: _Part, pressure: FloatArray, gap: FloatArray, materials
 def _slip_share(
     part: _Part, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
 ) -> Share:
-    """`reserve`: how far the shear is from the bound. A front across the slip has the contact modulus, one along it
-    that of antiplane shear."""
+    """Return the shares by slip and `reserve`. A front across the slip has the contact modulus, one along it that of
+    antiplane shear."""
     across, along = materials.contact_modulus, 2.0 / materials.torsional
 
     def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:
@@ -189,20 +185,20 @@ def _slip_share(
         known = np.logical_and.reduce([part.inside[cells] for cells in behind])
         first, second, third, fourth = (reserve[cells] for cells in behind)
         known &= first < second
-        eaten = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
-        gained = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
-        gained &= first < second / 2.0**GAINED  # where the front is within the link
-        expected = first / np.where(eaten, second - RATIO * first, np.inf) - RATIO_INSET
+        receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+        growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
+        growing &= first < second / 2.0**GAINED  # where the front is within the link
+        expected = first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET
         excess = found - expected
         trusted = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
-        ratio = (np.where(gained, first, 0.0) / np.where(gained, second, 1.0)) ** (1.0 / GAINED)
-        return np.where(gained, ratio / (1.0 - ratio) + GAINED_BEYOND, np.where(eaten, trusted, found))
+        ratio = (np.where(growing, first, 0.0) / np.where(growing, second, 1.0)) ** (1.0 / GAINED)
+        return np.where(growing, ratio / (1.0 - ratio) + GAINED_BEYOND, np.where(receding, trusted, found))
 
     return share
 
 
 def _balance(part: _Part, load: FloatArray, opening: FloatArray, inner: IndexArray, axis: int) -> FloatArray:
-    """Share at which the inner cells' `load` and what opens past them balance; NaN where that opens too far."""
+    """Return the share at which the inner cells' `load` and the opening past them balance; NaN if that is too large."""
     length = part.spacing[axis]
     behind = np.zeros(inner.shape)
     for i in (-1, 0, 1):
@@ -216,7 +212,7 @@ def _balance(part: _Part, load: FloatArray, opening: FloatArray, inner: IndexArr
 
 
 def _area(part: _Part, share: Share) -> float:
-    """Area of the cells inside, by the squares between four centres: whole ones, and those that the front crosses."""
+    """Return the area inside, from the squares between four centres: whole ones, and those that the front crosses."""
     dx, dy = part.spacing
     inside = part.inside.reshape(-1, part.strides[0]).view(np.uint8)
     count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
@@ -246,7 +242,7 @@ def _area(part: _Part, share: Share) -> float:
 
 
 def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:
-    """Area between the segments and a smooth front `inset` from them, which turns around `turns` times in all.
+    """Return the area between the segments and a smooth front `inset` from them, which turns `turns` times in all.
 
     A curved front of length l bulges past its chord by l^3/12 times its curvature, here the mean one, and an inset d
     takes its length times d less half the angle turned times d^2.
@@ -262,7 +258,7 @@ def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:
 def _shares_of_links(
     part: _Part, corner: IndexArray, axis: int, lever: FloatArray, share: Share
 ) -> tuple[FloatArray, FloatArray]:
-    """Shares inside of the two links along an axis of the squares with their first cell at `corner`."""
+    """Return the shares inside of the two links along an axis of the squares with their first cell at `corner`."""
     found = []
     for side in (0, part.strides[1 - axis]):
         first = corner + side

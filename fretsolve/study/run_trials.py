@@ -14,7 +14,7 @@ from fretsolve.case.load_components import PAIRS
 from fretsolve.errors import FretsolveError, NoSolutionError
 from fretsolve.export.text_report import relevant_columns
 from fretsolve.result import SAME_COMMAND, HistoryWriter, Result, open_result
-from fretsolve.simulation.run_to_file import record
+from fretsolve.simulation.run_to_file import Saving, missing_states
 from fretsolve.simulation.simulation import run
 from fretsolve.study.quantity import Observable
 from fretsolve.study.trial import Trial
@@ -78,10 +78,15 @@ def make_runs(
 def _solve(trial: Trial, stop: StopRequest, show: Show) -> bool:
     """Solve and save what is missing, until the end or a failure (True), or until a signal."""
     with HistoryWriter.open(trial.out, trial.header, resume=True, advice=SAME_COMMAND) as writer:
+        saving = Saving(writer, trial.setup.load_path.increments, lambda summary, _: show(trial, summary))
         try:
-            return record(trial.setup, writer, stop, lambda summary, _: show(trial, summary))
+            with saving:
+                states = missing_states(trial.setup, writer)
+                while not stop.requested and (state := next(states, None)) is not None:
+                    saving.append(state)
         except NoSolutionError:
             return True
+        return saving.complete
 
 
 def _warm_up(trial: Trial, missing: Sequence[Trial], warm: set[object], stop: StopRequest) -> None:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from fretsolve.errors import FileError
-from fretsolve.result.header_reader import read_attributes
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import contiguous_parts, parts_folder
+from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.manifest import Manifest, Row
 
 if TYPE_CHECKING:

@@ -137,7 +137,7 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
         return Report(row.index, 0)
 
     from fretsolve.result import SAME_COMMAND, HistoryWriter
-    from fretsolve.simulation.run_to_file import record
+    from fretsolve.simulation.run_to_file import Saving, missing_states
     from fretsolve.sweep.base import identity
 
     reason, code, busy = "", 0, False
@@ -153,7 +153,11 @@ def run_case(manifest: Manifest, base: Base, row: Row, stop: Stop) -> Report:
             if writer.complete:  # another process has been faster
                 return Report(row.index, 0)
             try:
-                code = 0 if record(setup, writer, stop, lambda *_: None, manifest.threads) else EXIT_STOPPED
+                with Saving(writer, setup.load_path.increments) as saving:
+                    states = missing_states(setup, writer, manifest.threads)
+                    while not stop.requested and (state := next(states, None)) is not None:
+                        saving.append(state)
+                code = 0 if saving.complete else EXIT_STOPPED
             finally:
                 increments = len(writer.summaries)
     except BusyError as error:

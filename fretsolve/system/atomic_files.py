@@ -1,7 +1,7 @@
 # ruff: noqa: PTH102, PTH105, PTH106, PTH108
-"""Changes on disk that survive a kill or a power cut: a file appears whole under its name, or not at all.
+"""Change files so that a kill or a power cut leaves each of them whole: with its old content or its new one.
 
-Every call that changes something goes through this module's `os`, which the tests replace to make each fail.
+Every call that changes something goes through this module's `os`, which the tests replace to make each call fail.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
-
-import h5py
+from typing import TYPE_CHECKING, Any
 
 from fretsolve.system.files import writing
+
+if TYPE_CHECKING:
+    import h5py
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """Read by HDF5 1.10 and later, and with checksums on all metadata."""
@@ -27,7 +28,7 @@ LIBRARY_VERSIONS = ("v110", "v110")
 TEMPORARY_SUFFIX = ".tmp"
 
 STALE = 3600.0
-"""Age in seconds at which a temporary file was left by a kill, where other processes may be writing the same file."""
+"""Age in seconds at which a temporary file counts as left by a kill, if other processes may write the same file."""
 
 
 class WriteThroughFile(io.RawIOBase):
@@ -35,10 +36,11 @@ class WriteThroughFile(io.RawIOBase):
 
     HDF5 cannot recover from a write that fails while it closes a file: the interpreter then crashes at exit.
     So HDF5 writes through this object (h5py's file-like driver), which drops all writes after a failed one
-    and reports the failure afterwards, in `sync`.
+    and reports the failure afterwards, in `check`.
     """
 
     def __init__(self, path: Path):
+        self.path = path
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._position = 0
         self._error: OSError | None = None
@@ -62,12 +64,15 @@ class WriteThroughFile(io.RawIOBase):
 
     def write(self, data: Any) -> int:
         view = memoryview(data).cast("B")
+        position, self._position = self._position, self._position + len(view)
+        written = len(view)
         try:
-            self._write_at(self._position, view)
+            while view and self._error is None:
+                count = os.pwrite(self._descriptor, view, position)
+                view, position = view[count:], position + count
         except OSError as error:
             self._error = error
-        self._position += len(view)
-        return len(view)
+        return written
 
     def truncate(self, size: int | None = None) -> int:
         size = self._position if size is None else size
@@ -84,7 +89,7 @@ class WriteThroughFile(io.RawIOBase):
             raise self._error
 
     def sync(self) -> None:
-        """Raise the first error of a write, if any; then wait until all is on the disk."""
+        """Wait until all is on the disk. Raises OSError, also that of an earlier write."""
         self.check()
         os.fsync(self._descriptor)
 
@@ -102,25 +107,23 @@ class WriteThroughFile(io.RawIOBase):
             os.close(self._descriptor)
         super().close()
 
-    def _write_at(self, position: int, view: memoryview) -> None:
-        while view and self._error is None:
-            written = os.pwrite(self._descriptor, view, position)
-            view, position = view[written:], position + written
-
 
 @contextmanager
-def new_file(target: Path, folder: Path) -> Iterator[WriteThroughFile]:
-    """A file to write, which replaces `target` in one step once the block is left without an error.
+def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) -> Iterator[WriteThroughFile]:
+    """Open a new file, which replaces `target` in one step once the block ends without an error.
 
-    Until then it lies in `folder` under a name of its own, so that several processes may write `target` at the same
-    time (`remove_temporaries` clears up after a kill). `folder` must be on the file system of `target`. Raises OSError.
+    Until then it lies in `folder` (default: that of `target`; on the same file system) under a name of its own, so that
+    several processes may write `target` at the same time; `remove_temporaries` clears up after a kill.
+    durable: wait until file and name are on the disk, so that a power cut does not take them back. Raises OSError.
     """
-    temporary = folder / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
+    temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
     file = WriteThroughFile(temporary)
     try:
         try:
             yield file
-            file.sync()
+            file.check()
+            if durable:
+                file.sync()
         finally:
             file.close()
         os.replace(temporary, target)
@@ -128,31 +131,33 @@ def new_file(target: Path, folder: Path) -> Iterator[WriteThroughFile]:
         with suppress(OSError):
             os.unlink(temporary)
         raise
-    sync_folder(target.parent)
+    if durable:
+        sync_folder(target.parent)
 
 
 @contextmanager
-def new_hdf5(target: Path, folder: Path, image: bytes = b"") -> Iterator[h5py.File]:
-    """`new_file` as an HDF5 file; image: one to begin with. Raises OSError."""
+def new_hdf5(target: Path, folder: Path | None = None) -> Iterator[h5py.File]:
+    """Open a new HDF5 file as `new_file` does. Raises OSError."""
+    import h5py
+
     with new_file(target, folder) as raw:
         try:
-            raw.write(image)
-            with h5py.File(raw, "r+" if image else "w", libver=LIBRARY_VERSIONS) as file:
+            with h5py.File(raw, "w", libver=LIBRARY_VERSIONS) as file:
                 yield file
         except Exception:
-            raw.check()  # whatever HDF5 met after a failed write, that write is the cause
+            raw.check()  # whatever HDF5 reports after a failed write, that write is the cause
             raise
 
 
 def write_text(target: Path, text: str) -> None:
-    """Write a small file in `target`'s own folder. Raises OSError."""
-    with new_file(target, target.parent) as file:
+    """Write a small file. Raises OSError."""
+    with new_file(target) as file:
         file.write(text.encode())
 
 
 @contextmanager
 def reported(target: Path) -> Iterator[None]:
-    """Around writing a file anew: clears up what a kill has left of it, and raises FileError for an OSError."""
+    """Clear up what kills have left of `target`, which the block writes, and turn an OSError into a FileError."""
     with writing(target):
         remove_stale(target)
         yield
@@ -164,21 +169,21 @@ def sync_folder(folder: Path) -> None:
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno != errno.EINVAL:  # some network file systems know no sync of a folder
+        if error.errno != errno.EINVAL:  # some network file systems cannot sync a folder
             raise
     finally:
         os.close(descriptor)
 
 
-def make_folder(folder: Path) -> None:
-    """Create `folder` if there is none. Raises OSError."""
+def add_folder(folder: Path) -> None:
+    """Create `folder` unless it exists. Raises OSError."""
     with suppress(FileExistsError):
         os.mkdir(folder)
         sync_folder(folder.parent)
 
 
 def remove(*files: Path) -> None:
-    """Remove files of one folder, in order; those that are not there are passed over. Raises OSError."""
+    """Remove the files of one folder that exist, in order. Raises OSError."""
     removed = False
     for file in files:
         with suppress(FileNotFoundError):
@@ -188,20 +193,21 @@ def remove(*files: Path) -> None:
         sync_folder(files[0].parent)
 
 
-def remove_folder(folder: Path, file: Path) -> None:
-    """Remove a folder and the only file in it. Raises OSError."""
-    os.unlink(file)
+def remove_folder(folder: Path, *files: Path) -> None:
+    """Remove a folder, and first all the files in it. Raises OSError."""
+    for file in files:
+        os.unlink(file)
     os.rmdir(folder)
     sync_folder(folder.parent)
 
 
 def remove_temporaries(folder: Path) -> None:
-    """Clear up what a killed run left half written, in a folder that nobody else writes to. Raises OSError."""
+    """Remove what a kill has left half written, in a folder that no other process writes to. Raises OSError."""
     remove(*sorted(folder.glob("*" + TEMPORARY_SUFFIX)))
 
 
 def remove_stale(target: Path) -> None:
-    """Clear up what kills have left of a file that other processes may be writing. Raises OSError."""
+    """Remove what kills have left of a file that other processes may be writing. Raises OSError."""
     begun = time.time() - STALE
     for path in target.parent.glob(f"{glob.escape(target.name)}.*{TEMPORARY_SUFFIX}"):
         with suppress(FileNotFoundError):

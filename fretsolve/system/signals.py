@@ -1,6 +1,6 @@
-"""Signals: the first asks to stop after the increment, the second stops at once.
+"""Signals: the first one stops a run after the increment, the second one at once.
 
-Imported before anything heavy, since a signal that arrives during an import would end the process unasked.
+Import this before anything heavy: a signal that arrives during an import would end the process.
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ from typing import Any
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
 
 EXIT_STOPPED = 75
-"""EX_TEMPFAIL of sysexits.h: stopped, the completed increments are saved, `--resume` goes on.
-
-It holds as well for a stop at once, which loses but the increment under way.
-"""
+"""Exit code (EX_TEMPFAIL of sysexits.h) of a run that was stopped: its completed increments are saved, and `--resume`
+goes on. A stop at once loses only the increment under way."""
 
 SAME_SIGNAL = 0.05
 """Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
@@ -29,17 +27,17 @@ IDLE_NOTICE = "ended before anything was run"
 
 
 def end_by(number: signal.Signals) -> None:
-    """End as a process does that does not catch the signal, so that a shell's loop over cases ends as well."""
+    """End the process as an uncaught signal does, so that a shell's loop over cases ends as well."""
     signal.signal(number, signal.SIG_DFL)
     signal.raise_signal(number)
 
 
 class StopRequest:
-    """Catches SIGTERM, SIGINT and SIGUSR1 inside a `with` block, which must be in the main thread.
+    """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
 
-    `requested` tells the load path to stop after its increment; `notice` is a line written to standard error
-    as soon as that is so (empty for none), `at_once` one at a second signal. idle: a signal ends the process at once
-    until `begin` is called, since nothing has been done that could be saved.
+    requested: whether a signal has come, so that the run is to stop after its increment. notice: the line written to
+    standard error at the first signal, empty for none; at_once: at the second. idle: a signal ends the process at once
+    until `begin` is called, since there is nothing to save.
     """
 
     def __init__(self, notice: str = NOTICE, *, at_once: str = AT_ONCE_NOTICE, idle: bool = False):
@@ -71,20 +69,20 @@ class StopRequest:
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self._idle:
-            self._tell(number, IDLE_NOTICE)
+            self._write(number, IDLE_NOTICE)
             if number == signal.SIGINT:
                 end_by(signal.SIGINT)
             os._exit(EXIT_STOPPED)
         if self._first is None:
             self._first = now
             if self._notice:
-                self._tell(number, self._notice)
+                self._write(number, self._notice)
         elif now - self._first > SAME_SIGNAL:
             if self._notice:
-                self._tell(number, self._at_once)
-            os._exit(EXIT_STOPPED)  # nothing to save: what is committed stays, and HDF5 holds no file open
+                self._write(number, self._at_once)
+            os._exit(EXIT_STOPPED)  # nothing to save: committed increments stay, and HDF5 has no file open
 
     @staticmethod
-    def _tell(number: int, text: str) -> None:
-        with suppress(OSError):  # whoever read the messages may have ended by the same signal
+    def _write(number: int, text: str) -> None:
+        with suppress(OSError):  # the same signal may have ended the reader of the messages
             os.write(2, f"fretsolve: {signal.Signals(number).name}: {text}\n".encode())

@@ -1,4 +1,4 @@
-"""How many threads there may be, and what the libraries must be told of it before they are loaded."""
+"""Set thread limits. Must run before NumPy is imported."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import sys
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def available(threads: int) -> int:
-    """`threads`, but no more than processors that this process may use, which would wait for one another."""
+    """Return `threads`, or the number of processors with a warning if there are fewer: more threads would wait."""
     if threads > processors():
         text = f"warning: {threads} threads asked for, {processors()} processors are there: using those"
         print(text, file=sys.stderr)
@@ -20,5 +20,5 @@ def available(threads: int) -> int:
 
 
 def set_up_numerics() -> None:
-    """Keep OpenBLAS, which has nothing to do here, from starting a thread per core; before it is loaded."""
+    """Keep OpenBLAS, which is not used here, from starting a thread per core."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -15,7 +15,7 @@ from fake_states import fake_header, fake_states
 from faulty_os import FaultyOs, SimulatedKillError
 
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, lock, open_result, writer
+from fretsolve.result import HistoryWriter, open_result, writer
 from fretsolve.result.state import State
 from fretsolve.system import atomic_files
 
@@ -107,7 +107,6 @@ def faults(out: Path, options: dict[str, bool], patch: pytest.MonkeyPatch) -> It
     counter = FaultyOs()
     with patch.context() as context:
         context.setattr(atomic_files, "os", counter)
-        context.setattr(lock, "os", counter)
         run(out, [], **options)
     previous = ""
     for number, call in enumerate(counter.calls):
@@ -160,7 +159,6 @@ def test_fault_at_every_change_loses_nothing(
         reported = list(range(BEFORE)) if "resume" in options else []
         with monkeypatch.context() as context:
             context.setattr(atomic_files, "os", faulty)
-            context.setattr(lock, "os", faulty)
             try:
                 run(out, reported, **options)
             except FileError as error:

@@ -48,7 +48,7 @@ def test_there_and_back(cache):
 
 def test_nothing_new_is_not_written(cache, monkeypatch):
     save_wisdom()
-    monkeypatch.setattr(wisdom.tempfile, "mkstemp", lambda **options: pytest.fail("it was written again"))
+    monkeypatch.setattr(wisdom.atomic_files, "new_file", lambda *_, **__: pytest.fail("it was written again"))
     save_wisdom()
     assert wisdom_file().exists()
 

@@ -184,13 +184,11 @@ def test_resume_of_another_case_names_what_differs(out: Path, stop_after: int | 
     message = str(caught.value)
     assert "load_path.0.increments is 6 there, 9 now; solver.tolerance is 1e-06 there, 1e-08 now" in message
     assert "\n" not in message
-    assert fake_header().fingerprint != other.fingerprint
 
 
 def test_resume_may_change_what_has_no_effect_on_numbers(out: Path) -> None:
     write(out, fake_header(), stop_after=2)
     other = fake_header(title="better title", max_iterations=9000)
-    assert other.fingerprint == fake_header().fingerprint
     write(out, other, resume=True)
     with open_result(out) as result:
         assert result.case_yaml == "title: better title\n"
@@ -308,7 +306,7 @@ def test_resume_and_overwrite_exclude_each_other(out: Path) -> None:
 
 def test_overwrite_leaves_files_alone_that_are_no_results(out: Path) -> None:
     out.write_text("title: another case\n")
-    with pytest.raises(FileError, match="is no HDF5 file"):
+    with pytest.raises(FileError, match="is not an HDF5 file"):
         HistoryWriter.open(out, fake_header(), overwrite=True)
     assert out.read_text() == "title: another case\n"
 

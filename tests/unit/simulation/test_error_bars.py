@@ -1,8 +1,9 @@
-"""Error bars: where companions stand, what they add up to, and their way through files and commands."""
+"""Error bars: the coarse runs, the sum of the errors, and their way through files and commands."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +20,17 @@ from fretsolve.commands.run import run_case
 from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
-from fretsolve.result.state import SummaryErrors
+from fretsolve.result.state import State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import error_bars
 from fretsolve.simulation.coarse_runs import (
     ESTIMATED,
-    Companion,
-    Place,
+    CoarseRun,
+    PathPoint,
     coarser,
+    common_points,
     fewer_increments,
-    nodes,
 )
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -51,6 +52,11 @@ class StopAfter(StopRequest):
         return self._left <= 0
 
 
+def with_bars(setup: ProblemSetup, **options: Any) -> list[tuple[State, SummaryErrors]]:
+    rows = [(state, state.errors) for state in run_with_error_bars(setup, **options)]
+    return [(state, errors) for state, errors in rows if errors is not None]
+
+
 def setup_of(points: int = 16, **parts: Any) -> ProblemSetup:
     return set_up(build(grid={"points": points}, **parts))
 
@@ -61,7 +67,7 @@ def some_errors(step: int) -> SummaryErrors:
 
 def append_all(writer: HistoryWriter, stop_after: int = 6) -> None:
     for state in fake_states(stop_after, writer.last_state):
-        writer.append(state, some_errors(state.summary.step))
+        writer.append(replace(state, errors=some_errors(state.summary.step)))
 
 
 def test_every_estimated_value_is_one_of_the_history() -> None:
@@ -84,7 +90,7 @@ def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
 
 
 @pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 1e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
-def test_companions_are_never_stricter(tolerance: float, looser: float) -> None:
+def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
     setup = setup_of(solver={"tolerance": tolerance})
     assert coarser(setup, (1,)).case.solver.tolerance == pytest.approx(looser)
 
@@ -110,52 +116,52 @@ def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, A
     assert setup_of(**parts).load_path.path_dependent is matter
 
 
-def test_points_at_which_both_companions_have_an_increment() -> None:
+def test_points_at_which_both_coarse_runs_have_an_increment() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
     fine = setup_of(bodies=DISSIMILAR, load_path=path).load_path
     fewer = fine.with_counts(fewer_increments(fine.counts))
     assert fewer.counts == (2, 2, 2)
-    assert nodes(fine, fewer, 0) == (Place(0, 0.0), Place(0, 0.5), 0.5)
-    assert nodes(fine, fewer, 1) == (Place(0, 0.5), Place(0, 0.5), 0.0)
-    assert nodes(fine, fewer, 2) == (Place(0, 0.5), Place(0, 1.0), 0.5)
-    assert nodes(fine, fewer, 4) == (Place(1, 1.0), Place(1, 1.0), 0.0)
-    first, second, share = nodes(fine, fewer, 5)
-    assert (first, second) == (Place(1, 1.0), Place(2, 0.5))
+    assert common_points(fine, fewer, 0) == (PathPoint(0, 0.0), PathPoint(0, 0.5), 0.5)
+    assert common_points(fine, fewer, 1) == (PathPoint(0, 0.5), PathPoint(0, 0.5), 0.0)
+    assert common_points(fine, fewer, 2) == (PathPoint(0, 0.5), PathPoint(0, 1.0), 0.5)
+    assert common_points(fine, fewer, 4) == (PathPoint(1, 1.0), PathPoint(1, 1.0), 0.0)
+    first, second, share = common_points(fine, fewer, 5)
+    assert (first, second) == (PathPoint(1, 1.0), PathPoint(2, 0.5))
     assert share == pytest.approx(0.4)
 
 
-def test_companion_goes_as_far_as_it_is_asked() -> None:
-    companion = Companion(setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
-    assert companion.values(-1) is not None
-    assert companion.applications == 0
-    one, three = companion.values(1), companion.values(3)
+def test_coarse_run_goes_as_far_as_it_is_asked() -> None:
+    coarse = CoarseRun(setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
+    assert coarse.values(-1) is not None
+    assert coarse.applications == 0
+    one, three = coarse.values(1), coarse.values(3)
     assert one is not None and three is not None
-    spent = companion.applications
-    middle = companion.values_at(Place(1, 0.5))
-    between = companion.values_at(Place(1, 0.625))
-    assert companion.applications == spent
+    spent = coarse.applications
+    middle = coarse.values_at(PathPoint(1, 0.5))
+    between = coarse.values_at(PathPoint(1, 0.625))
+    assert coarse.applications == spent
     assert middle is not None and between is not None
     assert between[ESTIMATED.index("Qx")] == pytest.approx(12.5)
     np.testing.assert_allclose(between, 0.5 * (middle + three))
 
 
 def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
-    (state, errors), = run_with_error_bars(setup_of(32, friction=0.0))
+    ((state, errors),) = with_bars(setup_of(32, friction=0.0))
     found = state.summary
     exact = {"delta_z": HERTZ.delta_z, "contact_radius": HERTZ.contact_radius, "max_pressure": HERTZ.max_pressure}
     for name, value in exact.items():
         bar = getattr(errors, f"{name}_error")
         assert abs(getattr(found, name) - value) < bar < 0.01 * value
     assert errors.P_error < 1e-6 * found.P
-    assert 0.0 < errors.companion_applications < 0.5 * found.operator_applications
-    assert errors.companion_wall_time > 0.0
+    assert 0.0 < errors.coarse_runs_applications < 0.5 * found.operator_applications
+    assert errors.coarse_runs_wall_time > 0.0
 
 
 def test_increments_have_their_part_in_the_bar() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 30, "increments": 4}]
-    rows = list(run_with_error_bars(setup_of(20, bodies=DISSIMILAR, load_path=path)))
+    rows = with_bars(setup_of(20, bodies=DISSIMILAR, load_path=path))
     fine = [{**stage, "increments": 16} for stage in path]
-    few, many = rows[-1], list(run_with_error_bars(setup_of(20, bodies=DISSIMILAR, load_path=fine)))[-1]
+    few, many = rows[-1], with_bars(setup_of(20, bodies=DISSIMILAR, load_path=fine))[-1]
     assert few[1].work_total_error > 2.0 * many[1].work_total_error
     assert abs(few[0].summary.work_total - many[0].summary.work_total) < few[1].work_total_error
     assert sum(errors.work_error for _, errors in rows) >= 0.5 * few[1].work_total_error
@@ -166,7 +172,7 @@ def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
 
     def end(force: float, increments: int) -> tuple[float, float]:
         setup = setup_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
-        *_, (state, errors) = run_with_error_bars(setup)
+        *_, (state, errors) = with_bars(setup)
         return state.summary.delta_x, errors.delta_x_error
 
     (few, bar), (many, _) = end(39.99, 10), end(39.99, 40)
@@ -177,7 +183,7 @@ def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
 
 def test_imposed_values_have_the_bar_of_their_residual() -> None:
     setup = setup_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
-    rows = list(run_with_error_bars(setup))
+    rows = with_bars(setup)
     assert rows[-1][1].P_error < 1e-6 * 400.0
     assert rows[-1][1].delta_x_error < 1e-6 * 5e-4
     assert rows[-1][1].Qx_error > 1e-3
@@ -187,26 +193,26 @@ def test_imposed_values_have_the_bar_of_their_residual() -> None:
 
 def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
     setup = setup_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
-    rows = list(run_with_error_bars(setup))
+    rows = with_bars(setup)
     assert rows[-1][0].summary.stick_radius == 0.0
     assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * setup.grid.dx)
-    (_, frictionless), = run_with_error_bars(setup_of(friction=0.0))
+    ((_, frictionless),) = with_bars(setup_of(friction=0.0))
     assert frictionless.stick_radius_error < 0.1 * setup.grid.dx
 
 
 def test_bars_go_on_where_a_run_goes_on() -> None:
     setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": 4}])
-    whole = list(run_with_error_bars(setup))
+    whole = with_bars(setup)
     summaries = [state.summary for state, _ in whole]
     for done in (1, 4):
-        resumed = run_with_error_bars(setup, whole[done - 1][0], summaries[:done])
+        resumed = with_bars(setup, start=whole[done - 1][0], history=summaries[:done])
         for (state, errors), (expected, bars) in zip(resumed, whole[done:], strict=True):
             assert state.summary.delta_x == expected.summary.delta_x
-            for name in vars(bars).keys() - {"companion_wall_time"}:
+            for name in vars(bars).keys() - {"coarse_runs_wall_time"}:
                 assert getattr(errors, name) == getattr(bars, name), name
 
 
-def test_companion_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     setup = setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
 
     def slides(one: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
@@ -216,11 +222,11 @@ def test_companion_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(error_bars, "coarser", slides)
     told: list[str] = []
-    rows = list(run_with_error_bars(setup, tell=told.append))
+    rows = with_bars(setup, warn=told.append)
     assert len(rows) == 4
     assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
-    what = "the companion run on 8 x 8 cells has no solution: gross sliding under Qx = 59 N"
+    what = "the coarse run on 8 x 8 cells has no solution: gross sliding under Qx = 59 N"
     assert told[0].startswith(f"no error bars from increment 3 on: {what}")
     assert "\n" not in told[0]
 
@@ -229,14 +235,14 @@ def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("16", "[32, 15]") + "solver: {error_bars: true}\n")
     with pytest.raises(CaseError) as caught:
         load_case(case)
-    what = "32 x 15 are too few for an error estimate; 16 or more per side are needed"
+    what = "32 x 15 are too few for error bars; 16 or more per side are needed"
     assert str(caught.value) == f"{case}:6: grid.points: {what}"
     assert load_case(case, ["grid.points=16"]).solver.error_bars
     with pytest.raises(CaseError, match=r"solver.error_bars: 'maybe' is not allowed"):
         load_case(case, ["solver.error_bars=maybe"])
 
 
-def test_memory_and_time_count_the_companions() -> None:
+def test_memory_and_time_count_the_coarse_runs() -> None:
     plain, barred = (
         estimate(setup_of(2048, solver={"error_bars": asked}, load_path=[{"P": 400}, {"Qx": 20}]))
         for asked in (False, True)
@@ -280,7 +286,7 @@ def test_failed_result_is_taken_up_with_its_bars(tmp_path: Path) -> None:
 def test_bars_come_with_every_increment_or_none(tmp_path: Path) -> None:
     state = next(fake_states(1))
     with HistoryWriter.open(tmp_path / "a.h5", fake_header()) as writer, pytest.raises(ValueError, match="error bars"):
-        writer.append(state, some_errors(0))
+        writer.append(replace(state, errors=some_errors(0)))
     with HistoryWriter.open(tmp_path / "b.h5", fake_header(errors=True)) as writer, pytest.raises(ValueError):
         writer.append(state)
 
@@ -289,7 +295,7 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
     case, out = write_case(tmp_path), tmp_path / "case.h5"
     ran = invoke("run", case, "--error-bars")
     assert ran.exit_code == 0, ran.stderr
-    assert "error bars: companion runs took" in ran.stdout
+    assert "error bars: coarse runs took" in ran.stdout
     with h5py.File(out) as file:
         column = file["history/delta_x_error"]
         assert (column.attrs["units"], column.shape) == ("mm", (5,))
@@ -328,9 +334,9 @@ def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
 
 def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
     setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
-    (first, _), (second, bars) = run_with_error_bars(setup)
+    (first, _), (second, bars) = with_bars(setup)
     again = ErrorBars(setup, [first.summary]).of(second.summary)
-    assert again.companion_applications == bars.companion_applications
+    assert again.coarse_runs_applications == bars.coarse_runs_applications
 
 
 def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
