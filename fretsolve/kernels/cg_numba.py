@@ -1,6 +1,6 @@
-"""The pointwise kernels of the inner iterations compiled by numba; see `fretsolve.kernels.cg_numpy`.
+"""Kernels of the conjugate gradients, compiled by numba. Each does what its namesake in `cg_numpy` does.
 
-Sums run over a row in the arrays' own precision, over the rows in double.
+Sums along a row are in the precision of the arrays, sums over rows in double precision.
 """
 
 from __future__ import annotations
@@ -14,10 +14,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def finish_search(
-    image: Any, residual: Any, weight: Any, normal: Any, constraints: Any, moments: Any
-) -> float:
-    """As `fretsolve.kernels.cg_numpy.finish_search`."""
+def finish_search(image: Any, residual: Any, weight: Any, normal: Any, constraints: Any, moments: Any) -> float:
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
@@ -53,7 +50,6 @@ def finish_search(
 
 @kernel
 def turn(direction: Any, image: Any, weight: Any, constraints: Any, moments: Any, growth: float) -> None:
-    """As `fretsolve.kernels.cg_numpy.turn`."""
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
@@ -77,7 +73,6 @@ def finish_image(
     constraints: Any,
     moments: Any,
 ) -> float:
-    """As `fretsolve.kernels.cg_numpy.finish_image`."""
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     product = 0.0
@@ -114,7 +109,6 @@ def finish_image(
 def advance(
     solution: Any, residual: Any, direction: Any, image: Any, constraints: Any, moments: Any, length: float
 ) -> float:
-    """As `fretsolve.kernels.cg_numpy.advance`."""
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -139,7 +133,6 @@ def advance(
 
 @kernel
 def restrict(field: Any, normal: Any, zone: Any) -> None:
-    """As `fretsolve.kernels.cg_numpy.restrict`."""
     components, nx, ny = field.shape
     zero = field.dtype.type(0.0)
     for i in range(nx):
@@ -157,7 +150,6 @@ def restrict(field: Any, normal: Any, zone: Any) -> None:
 
 @kernel
 def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> None:
-    """As `fretsolve.kernels.cg_numpy.weigh_moments`."""
     components, nx, ny = field.shape
     moments[:] = 0.0
     for m in range(len(moments)):
@@ -171,7 +163,6 @@ def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> No
 
 @kernel
 def remove(field: Any, constraints: Any, moments: Any) -> float:
-    """As `fretsolve.kernels.cg_numpy.remove`."""
     components, nx, ny = field.shape
     squares = np.zeros(ny, field.dtype)
     for i in range(nx):
@@ -192,7 +183,6 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
 
 @kernel
 def add(field: Any, change: Any, factor: float) -> None:
-    """As `fretsolve.kernels.cg_numpy.add`."""
     components, nx, ny = field.shape
     for part in range(components):
         for i in range(nx):
@@ -202,7 +192,6 @@ def add(field: Any, change: Any, factor: float) -> None:
 
 @kernel
 def largest_part(field: Any) -> float:
-    """As `fretsolve.kernels.cg_numpy.largest_part`."""
     components, nx, ny = field.shape
     sizes = np.zeros(ny, field.dtype)
     for part in range(components):

@@ -1,4 +1,4 @@
-"""The pointwise kernels of the slip law compiled by numba; see `fretsolve.kernels.friction_numpy`."""
+"""Kernels of the slip law, compiled by numba. Each does what its namesake in `friction_numpy` does."""
 
 from __future__ import annotations
 
@@ -12,16 +12,8 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 @kernel
 def take_slip(
-    slip: Any,
-    elastic_slip: Any,
-    rigid: Any,
-    x: Any,
-    y: Any,
-    normal: Any,
-    weight: Any,
-    sums: Any,
+    slip: Any, elastic_slip: Any, rigid: Any, x: Any, y: Any, normal: Any, weight: Any, sums: Any
 ) -> None:
-    """As `fretsolve.kernels.friction_numpy.take_slip`."""
     nx, ny = weight.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -57,7 +49,6 @@ def move(
     unit: float,
     stiffest: float,
 ) -> None:
-    """As `fretsolve.kernels.friction_numpy.move`."""
     nx, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
@@ -82,7 +73,6 @@ def move(
 
 @kernel
 def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.gram`."""
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -107,7 +97,6 @@ def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
 
 @kernel
 def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.add_motion`."""
     nx, ny = weight.shape
     for i in range(nx):
         for j in range(ny):
@@ -120,7 +109,6 @@ def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any)
 
 @kernel
 def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
-    """As `fretsolve.kernels.friction_numpy.violation`."""
     nx, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -139,7 +127,6 @@ def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, floa
 
 @kernel
 def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.scale_tangential`."""
     _, nx, ny = slip.shape
     for i in range(nx):
         for j in range(ny):
@@ -151,7 +138,6 @@ def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None
 
 @kernel
 def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.return_to_circle`."""
     nx, ny = bound.shape
     for i in range(nx):
         for j in range(ny):
@@ -168,7 +154,6 @@ def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal
 
 @kernel
 def excess(shear: Any, bound: Any) -> float:
-    """As `fretsolve.kernels.friction_numpy.excess`."""
     nx, ny = bound.shape
     largest = np.full(ny, -math.inf)
     for i in range(nx):

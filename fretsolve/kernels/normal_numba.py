@@ -1,4 +1,4 @@
-"""The pointwise kernels of the normal problem compiled by numba; see `fretsolve.kernels.normal_numpy`."""
+"""Kernels of the normal problem, compiled by numba. Each does what its namesake in `normal_numpy` does."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 @kernel
 def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.rigid_displacement`."""
     nx, ny = field.shape
     for i in range(nx):
         along = rigid[0] + rigid[2] * x[i]
@@ -21,7 +20,6 @@ def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
 
 @kernel
 def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, sums: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.sum_gaps`."""
     nx, ny = uz.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -39,7 +37,6 @@ def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any,
 def take_gap(
     separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, gap: Any
 ) -> tuple[float, float, float]:
-    """As `fretsolve.kernels.normal_numpy.take_gap`."""
     nx, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -56,7 +53,6 @@ def take_gap(
 
 @kernel
 def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.take_residual`."""
     nx, ny = gap.shape
     for i in range(nx):
         for j in range(ny):
@@ -65,7 +61,6 @@ def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
 
 @kernel
 def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.gram`."""
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -86,7 +81,6 @@ def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
 
 @kernel
 def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.sum_modes`."""
     nx, ny = field.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -101,7 +95,6 @@ def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
 
 @kernel
 def stretch(pressure: Any, rigid: Any, x: Any, y: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.stretch`."""
     nx, ny = pressure.shape
     for i in range(nx):
         along = 1.0 + rigid[0] + rigid[2] * x[i]
