@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
+def rigid_displacement(rigid, x, y, field):
     nx, ny = field.shape
     for i in range(nx):
         along = rigid[0] + rigid[2] * x[i]
@@ -19,7 +17,7 @@ def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
 
 
 @kernel
-def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, sums: Any) -> None:
+def sum_gaps(separation, uz, rigid, x, y, contact, sums):
     nx, ny = uz.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -34,9 +32,7 @@ def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any,
 
 
 @kernel
-def take_gap(
-    separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, gap: Any
-) -> tuple[float, float, float]:
+def take_gap(separation, uz, rigid, x, y, contact, gap):
     nx, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -52,7 +48,7 @@ def take_gap(
 
 
 @kernel
-def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
+def take_residual(gap, contact, factor, residual):
     nx, ny = gap.shape
     for i in range(nx):
         for j in range(ny):
@@ -60,7 +56,7 @@ def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
 
 
 @kernel
-def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
+def gram(weight, x, y, result):
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -80,7 +76,7 @@ def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
 
 
 @kernel
-def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
+def sum_modes(field, x, y, sums):
     nx, ny = field.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -94,7 +90,7 @@ def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
 
 
 @kernel
-def stretch(pressure: Any, rigid: Any, x: Any, y: Any) -> None:
+def stretch(pressure, rigid, x, y):
     nx, ny = pressure.shape
     for i in range(nx):
         along = 1.0 + rigid[0] + rigid[2] * x[i]

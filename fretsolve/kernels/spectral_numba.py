@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from fretsolve.kernels.numba_options import kernel as compiled
@@ -13,7 +11,7 @@ TILE = 8
 
 
 @compiled
-def join_rows(upper: Any, lower: Any, lines: Any) -> None:
+def join_rows(upper, lower, lines):
     rows, ny = upper.shape
     for r in range(rows):
         if r < lower.shape[0]:
@@ -26,7 +24,7 @@ def join_rows(upper: Any, lower: Any, lines: Any) -> None:
 
 
 @compiled
-def split_rows(lines: Any, upper: Any, lower: Any) -> None:
+def split_rows(lines, upper, lower):
     rows, ny = upper.shape
     for r in range(rows):
         for j in range(ny):
@@ -37,7 +35,7 @@ def split_rows(lines: Any, upper: Any, lower: Any) -> None:
 
 
 @compiled
-def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
+def split_spectra(lines, upper, lower):
     rows, columns = upper.shape
     length = lines.shape[1]
     half = upper.real.dtype.type(0.5)
@@ -55,7 +53,7 @@ def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
 
 
 @compiled
-def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
+def join_spectra(upper, lower, lines):
     rows, columns = upper.shape
     length = lines.shape[1]
     nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
@@ -74,7 +72,7 @@ def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
 
 
 @compiled
-def take_columns(spectrum: Any, lines: Any) -> None:
+def take_columns(spectrum, lines):
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for first in range(0, whole_columns, TILE):
@@ -92,7 +90,7 @@ def take_columns(spectrum: Any, lines: Any) -> None:
 
 
 @compiled
-def give_columns(lines: Any, spectrum: Any) -> None:
+def give_columns(lines, spectrum):
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for start in range(0, whole_rows, TILE):
@@ -109,7 +107,7 @@ def give_columns(lines: Any, spectrum: Any) -> None:
 
 
 @compiled
-def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
+def multiply(kernel, odd, field, result):
     lines, length = field.shape
     half = kernel.shape[1]
     one = kernel.dtype.type(1.0)
@@ -122,7 +120,7 @@ def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
 
 
 @compiled
-def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: Any) -> None:
+def multiply_pair(kernels, odd, fields, results, products):
     direct_x, direct_y, mixed = kernels
     field_x, field_y = fields
     result_x, result_y = results
@@ -142,7 +140,7 @@ def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: 
 
 
 @compiled
-def multiply_coupled(direct: Any, mixed: Any, odd: Any, fields: Any) -> None:
+def multiply_coupled(direct, mixed, odd, fields):
     direct_z, direct_x, direct_y = direct
     mixed_zx, mixed_zy, mixed_xy = mixed
     field_z, field_x, field_y = fields

@@ -120,21 +120,23 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     Raises FileError if the file is missing or cannot be read, and CaseError (at `key` or below) if it does not hold a
     map: wrong dimensions, no such dataset, no spacing, no finite value.
     """
-    file = source.file
-    suffix = file.suffix.lower()
+    from zipfile import BadZipFile
+
+    file, suffix = source.file, source.file.suffix.lower()
     try:
         file.open("rb").close()
-    except OSError as error:
-        raise _unreadable(file, error) from error
-    if suffix in HDF5_SUFFIXES:
-        content = _read_hdf5(file, source.dataset, (*key, "dataset"))
-    elif suffix in NUMPY_SUFFIXES:
-        content = _read_numpy(file, source.dataset, (*key, "dataset"))
-    elif suffix in TEXT_SUFFIXES:
-        content = _read_text(file, source.unit)
-    else:
-        known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
-        raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+        if suffix in HDF5_SUFFIXES:
+            content = _read_hdf5(file, source.dataset, (*key, "dataset"))
+        elif suffix in NUMPY_SUFFIXES:
+            content = _read_numpy(file, source.dataset, (*key, "dataset"))
+        elif suffix in TEXT_SUFFIXES:
+            content = _read_text(file, source.unit)
+        else:
+            known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
+            raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+    except (OSError, EOFError, TypeError, ValueError, BadZipFile) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or " ".join(str(error).split())
+        raise FileError(f"the height map cannot be read: {reason}", file) from error
     _require_unit(content.units, source, (*key, "unit"))
     values = _checked(content.values, file, (*key, "file"))
     values *= -source.unit if source.invert else source.unit
@@ -196,48 +198,36 @@ def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read a dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
     import h5py
 
-    try:
-        with h5py.File(file, "r") as stored:
-            nodes: list[tuple[str, Any]] = []
-            stored.visititems(lambda *node: nodes.append(node))
-            datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
-            node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
-            attributes = node.attrs
-            separate = [attributes[name] for name in ("dx", "dy") if name in attributes]
-            spacing = tuple(float(step) for step in np.ravel(attributes.get("spacing", separate)))
-            units = attributes.get("units", "")
-            return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
-    except (OSError, TypeError, ValueError) as error:
-        raise _unreadable(file, error) from error
+    with h5py.File(file, "r") as stored:
+        nodes: list[tuple[str, Any]] = []
+        stored.visititems(lambda *node: nodes.append(node))
+        datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
+        node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
+        separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
+        spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))
+        units = node.attrs.get("units", "")
+        return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
 
 
 def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read the array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
-    from zipfile import BadZipFile
-
-    try:
-        with file.open("rb") as stream:
-            stored = np.load(stream, allow_pickle=False)
-            if isinstance(stored, np.ndarray):
-                if dataset is not None:
-                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
-                return _Content(stored)
-            return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise _unreadable(file, error) from error
+    with file.open("rb") as stream:
+        stored = np.load(stream, allow_pickle=False)
+        if isinstance(stored, np.ndarray):
+            if dataset is not None:
+                raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
+            return _Content(stored)
+        return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
 
 
 def _read_text(file: Path, unit: float) -> _Content:
     """Read a matrix, or points x, y, z (all in `unit`) of a regular grid."""
-    try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-        first = next((line for line in lines if line.split("#")[0].strip()), None)
-        if first is None:
-            raise ValueError("it holds no numbers")
-        delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
-        values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise _unreadable(file, error) from error
+    lines = file.read_text(encoding="utf-8-sig").splitlines()
+    first = next((line for line in lines if line.split("#")[0].strip()), None)
+    if first is None:
+        raise ValueError("it holds no numbers")
+    delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
+    values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
     return _gridded(values, unit) or _Content(values)
 
 
@@ -265,9 +255,3 @@ def _chosen(dataset: str | None, names: list[str], file: Path, key: KeyPath) -> 
         return dataset
     wanted = "dataset is missing" if dataset is None else f"there is no dataset {dataset!r} in {file.name!r}"
     raise CaseError(f"{wanted}; {file.name!r} has {', '.join(sorted(names)) or 'none'}", key)
-
-
-def _unreadable(file: Path, error: Exception) -> FileError:
-    known = isinstance(error, OSError) and error.strerror
-    reason = known or " ".join(str(error).split())
-    return FileError(f"the height map cannot be read: {reason}", file)
