@@ -95,10 +95,12 @@ class ElasticOperator:
 
     def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` (nx, ny) from pressure (nx, ny)."""
+        self.applications += 1
         self._convolve(((self._spectra["zz"],),), (pressure,), (uz,))
 
     def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
+        self.applications += 1
         spectra = self._spectra
         if self.terms.in_plane_coupling:
             kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
@@ -106,23 +108,23 @@ class ElasticOperator:
         else:
             self._one_direction("xx", shear[0], displacement[0])
             self._one_direction("yy", shear[1], displacement[1])
-            self.applications += 1
 
     def _one_direction(self, name: Influence, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute the displacement along the shear, without a transform if the shear is 0."""
         if shear.any():
             self._convolve(((self._spectra[name],),), (shear,), (displacement,))
-            self.applications -= 1
         else:
             displacement[:] = 0.0
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""
+        self.applications += 1
         kernels = ((self._spectra["xz"],), (self._spectra["yz"],))
         self._convolve(kernels, (pressure,), (displacement[0], displacement[1]), turn_field=True)
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` (nx, ny) from shear (2, nx, ny); `terms` must couple."""
+        self.applications += 1
         kernels = ((self._spectra["xz"], self._spectra["yz"]),)
         self._convolve(kernels, (shear[0], shear[1]), (uz,), turn_displacement=True)
 
@@ -131,8 +133,9 @@ class ElasticOperator:
         if not self.terms.normal_tangential_coupling:
             self.normal(pressure, uz)
             self.tangential(shear, displacement)
-            self.applications -= 1
+            self.applications -= 1  # both together count once
             return
+        self.applications += 1
         spectra = self._spectra
         kernels = (
             (spectra["zz"], spectra["xz"], spectra["yz"]),
@@ -177,7 +180,6 @@ class ElasticOperator:
         turn_displacement: bool = False,
     ) -> None:
         self._convolution.apply(kernels, fields, displacements, self._space, turn_field, turn_displacement)
-        self.applications += 1
 
 
 @dataclass(frozen=True)
