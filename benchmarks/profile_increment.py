@@ -1,4 +1,4 @@
-"""Where the time of one coupled increment goes: ``python benchmarks/profile_increment.py [POINTS ..]`` prints a table.
+"""Print where the time of one coupled increment goes: ``python benchmarks/profile_increment.py [POINTS ..]``.
 
 Mode I.3 of the base case on 0.9 mm, increments 31 to 35 (from B on towards C), by the part of the package that spends
 it. Time in functions of NumPy and FFTW counts for the part that calls them; elastic operator and preconditioner share
@@ -25,22 +25,35 @@ PRODUCTS = "elastic operator: products with the influence spectra"
 PRECONDITIONER = "preconditioner"
 
 PARTS = {
-    TRANSFORMS: ("convolution", "elastic", "spectral_numpy", "spectral_numba"),
+    TRANSFORMS: ("convolution", "operator", "thread_team", "incremental_update", "spectral_numpy", "spectral_numba"),
     PRODUCTS: (),
-    PRECONDITIONER: ("symbol_inverse",),
-    "conjugate gradients": ("projected_cg", "cg_numpy", "cg_numba"),
+    PRECONDITIONER: ("preconditioner",),
+    "conjugate gradients": ("projected_cg", "workspace", "cg_numpy", "cg_numba"),
     "slip law and balance": ("tangential", "rigid_modes", "friction_numpy", "friction_numba"),
-    "normal problem": ("normal", "modes", "normal_numpy", "normal_numba"),
-    "first estimates, window, alternation": ("alternation", "increment", "level", "coarse", "window", "sliding"),
-    "certificate and state": ("certificate", "simulation", "edges"),
-    "influence coefficients": ("influence", "influence_spectra"),
+    "normal problem": ("normal", "normal_numpy", "normal_numba"),
+    "first estimates, active region, staggered iteration": (
+        "staggered_iteration",
+        "anderson",
+        "increment",
+        "grid_hierarchy",
+        "grid_transfer",
+        "active_region",
+        "working_state",
+        "load_checks",
+        "limit_load",
+        "load_path",
+    ),
+    "coupled Newton": ("coupled_step", "coupled_newton", "coupled_equations", "gmres"),
+    "certificate and state": ("certificate", "simulation", "slip_and_work", "zone_areas", "state"),
+    "influence coefficients": ("influence",),
 }
+"""Modules of the package by part, named by their stems."""
 
 Function = tuple[str, int, str]
 
 
 def profile(points: int) -> tuple[pstats.Stats, int]:
-    """Profile of the chosen increments and their number."""
+    """Profile the chosen increments; return their number too."""
     profiler, count = cProfile.Profile(), 0
     for step, _ in enumerate(fretsolve.run(setup_of(JOBS[3], points))):
         if step == FIRST - 1:
@@ -54,7 +67,7 @@ def profile(points: int) -> tuple[pstats.Stats, int]:
 
 
 def by_part(stats: pstats.Stats) -> dict[str, float]:
-    """Seconds of each part; a function outside of the package counts for its callers."""
+    """Return the seconds of each part; a function outside of the package counts for its callers."""
     package = Path(fretsolve.__file__).parent
     part_of_module = {module: part for part, modules in PARTS.items() for module in modules}
     seconds: dict[str, float] = defaultdict(float)
@@ -83,14 +96,14 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
 
 
 def share_of_inverse(stats: pstats.Stats) -> float:
-    """Part of the time of all convolutions that the preconditioner asks for."""
+    """Return the share of the preconditioner in the time of all convolutions."""
     convolve = next(at for at in stats.stats if Path(at[0]).stem == "convolution" and at[2] == "apply")
     times = {caller: entry[3] for caller, entry in stats.stats[convolve][4].items()}
-    return sum(time for caller, time in times.items() if Path(caller[0]).stem == "symbol_inverse") / sum(times.values())
+    return sum(time for caller, time in times.items() if Path(caller[0]).stem == "preconditioner") / sum(times.values())
 
 
 def print_table(grids: list[int]) -> None:
-    """Shares of the parts on each grid."""
+    """Print the shares of the parts on each grid."""
     compile_kernels()
     found = {}
     for points in grids:

@@ -23,8 +23,8 @@ import numpy as np
 import pyfftw
 from marked import put_parts_into
 
-from fretsolve.elastic.convolution import RowSpace, padded_length
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.transform_length import padded_length
 from fretsolve.model.materials import compliances
 from fretsolve.model.terms import Terms
 
@@ -95,7 +95,7 @@ def compared(points: int, dtype: type[np.floating]) -> Comparison:
     """Both convolutions of Hertz's pressure."""
     cell, shape, half = SIDE / points, (points, points), points // 2
     operator = ElasticOperator(
-        shape, (cell, cell), compliances(Steel(), Steel()), Terms(False, False, False), 1, RowSpace(), dtype
+        shape, (cell, cell), compliances(Steel(), Steel()), Terms(False, False, False), dtype=dtype
     )
     x = (np.arange(points) - 0.5 * (points - 1)) * cell
     pressure = np.sqrt(np.maximum(1.0 - (x[:, None] ** 2 + x[None, :] ** 2) / (0.4 * SIDE) ** 2, 0.0)).astype(dtype)

@@ -1,4 +1,4 @@
-"""How long FFTW takes for lines of one length and another: what `fretsolve.elastic.convolution.TIME_BY_TWOS` rests on.
+"""Measure how long FFTW takes for lines of different lengths, for `fretsolve.elastic.transform_length.TIME_BY_TWOS`.
 
     python benchmarks/transform_lengths.py            # lengths of 64 to 1024, about a minute
     python benchmarks/transform_lengths.py 64 400
@@ -19,7 +19,8 @@ import numpy as np
 import pyfftw
 from scipy.fft import next_fast_len
 
-from fretsolve.elastic.convolution import CACHE_BYTES, TIME_BY_TWOS
+from fretsolve.elastic.convolution import CACHE_BYTES
+from fretsolve.elastic.transform_length import TIME_BY_TWOS
 
 REPETITIONS = 30
 

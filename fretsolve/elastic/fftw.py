@@ -1,7 +1,7 @@
-"""pyFFTW without what its wrappers import, which nothing here uses.
+"""pyFFTW, imported without the packages that only its wrappers need.
 
-SciPy's transforms take a tenth of a second of every process, Dask, where it is installed (the extra `scale`), 0.6 s and
-90 MB. So both count as absent while pyFFTW is imported.
+SciPy's transforms would take 0.1 s of every process; Dask, if installed (the extra `scale`), 0.6 s and 90 MB. Both
+count as absent while pyFFTW is imported.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def _without(module: str) -> Iterator[None]:
-    """Have `module` count as absent, unless it is imported already."""
+    """Let `module` count as absent, unless it is already imported."""
     hidden = module not in sys.modules
     if hidden:
         sys.modules[module] = None  # type: ignore[assignment]

@@ -1,4 +1,4 @@
-"""FFTW's wisdom: what its planner measured on this machine, kept between runs in the user's cache folder."""
+"""FFTW's wisdom: the measurements of its planner on this machine, kept between runs in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from fretsolve.elastic.fftw import pyfftw
 from fretsolve.system import atomic_files
 
 MEASURED_POINTS = 300 * 300
-"""Padded sizes up to this many points are planned by FFTW's estimate: measuring takes 0.4 s and gains a tenth."""
+"""Largest padded grid that is planned by estimate: measuring would take 0.4 s and gain a tenth."""
 
 
 def planner_effort(padded: tuple[int, int]) -> str:
-    """FFTW's planner flag for a padded grid."""
+    """Return FFTW's planner flag for a padded grid."""
     return "FFTW_ESTIMATE" if padded[0] * padded[1] <= MEASURED_POINTS else "FFTW_MEASURE"
 
 
-_measured_plans = 0  # as FFTW's wisdom itself, this and what follows is the process's
+_measured_plans = 0  # like FFTW's wisdom, this and the next line belong to the process
 _known_file: tuple[str, int, int, int] | None = None
 
 
 def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
-    """A plan of FFTW; measured ones are counted in `measured_plans`."""
+    """Make a plan of FFTW, and count it in `measured_plans` if it is measured."""
     global _measured_plans
     _measured_plans += "FFTW_MEASURE" in flags
     return pyfftw.FFTW(*arguments, flags=flags, **options)
 
 
 def measured_plans() -> int:
-    """How many measured plans this process has made: as many may be new since the wisdom was last saved.
+    """Return how many measured plans this process has made. Any made since the last save may hold new wisdom.
 
-    Those that FFTW estimates are the same each time, with the same wisdom.
+    Estimated plans are the same each time, with the same wisdom.
     """
     return _measured_plans
 
 
 def wisdom_file() -> Path:
-    """Where the wisdom is kept: ``$FRETSOLVE_CACHE``, or fretsolve in the user's cache folder."""
+    """Return the wisdom's file, in ``$FRETSOLVE_CACHE`` or in fretsolve's part of the user's cache folder."""
     folder = os.environ.get("FRETSOLVE_CACHE")
     if folder is None:
         cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -48,10 +48,7 @@ def wisdom_file() -> Path:
 
 
 def load_wisdom() -> bool:
-    """Tell FFTW what earlier runs measured; False where there is nothing, or nothing readable.
-
-    Nothing is read where this process knows the file already.
-    """
+    """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
     global _known_file
     try:
         path = wisdom_file()
@@ -67,8 +64,7 @@ def load_wisdom() -> bool:
 
 
 def save_wisdom() -> None:
-    """Keep what FFTW knows by now, and what other processes have saved meanwhile; a cache that cannot be written is no
-    error."""
+    """Save what FFTW knows and what other processes have saved meanwhile. A cache that cannot be written is ignored."""
     global _known_file
     load_wisdom()
     with contextlib.suppress(OSError, RuntimeError):
@@ -84,6 +80,6 @@ def save_wisdom() -> None:
 
 
 def _state_of(path: Path) -> tuple[str, int, int, int]:
-    """What changes when the file is written anew."""
+    """Return what changes when the file is written again."""
     status = path.stat()
     return str(path), status.st_ino, status.st_mtime_ns, status.st_size

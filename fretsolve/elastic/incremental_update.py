@@ -1,7 +1,7 @@
-"""Displacements kept up with tractions that change: what is convolved is the change.
+"""Incremental update of displacements: only the change of a traction is convolved.
 
-In single precision where its rounding counts for nothing against the tolerance, since the change is small; in double
-elsewhere.
+The change is small, so its displacement is computed in single precision wherever that leaves a rounding error well
+below the tolerance, and in double precision elsewhere.
 """
 
 from __future__ import annotations
@@ -16,50 +16,51 @@ from fretsolve.kernels import cg
 from fretsolve.system.arrays import FloatArray
 
 SHARE = 0.3
-"""Of the tolerance that the rounding of one change may take up; those that come after it are smaller."""
+"""Part of the tolerance that the rounding of one update may take. The updates that follow it are smaller."""
 
 NOTHING = 1e-3
-"""Part of the tolerance below which a displacement need not be added."""
+"""Part of the tolerance below which a displacement is not added."""
 
 
 @dataclass(frozen=True)
 class Room:
-    """What a change is convolved in: double (2, nx, ny), and two of single precision (2, nx, ny)."""
+    """Working arrays of an update: one in double precision (2, nx, ny), two in single precision (2, nx, ny)."""
 
     double: FloatArray
     single: tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
-class Follower:
-    """Adds what changes of a traction of `given` components do to a displacement of `found` components.
+class IncrementalUpdate:
+    """Adds to a displacement what a change of a traction does.
 
-    single: the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa, None
-    where single precision must do. Both are applied as ``apply(traction, displacement)`` to fields (components, nx, ny)
-    that may share their memory.
+    single: the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa, or None
+    where single precision is all there is; tractions, displacements: numbers of components. The operators are applied
+    to fields (components, nx, ny) that may be the same array.
     """
 
     single: Apply
     double: Apply | None
     unit: float
-    given: int
-    found: int
+    tractions: int
+    displacements: int
 
-    def follow(
-        self, displacement: FloatArray, room: Room, bearable: float, sign: float = 1.0, expected: float = 0.0
+    def add(
+        self, displacement: FloatArray, room: Room, allowed: float, sign: float = 1.0, expected: float = 0.0
     ) -> None:
-        """Add `sign` times the displacement that the change of the traction in `room.double` causes.
+        """Add `sign` times the displacement that the change of the traction in ``room.double`` causes.
 
-        bearable: error (mm) that counts as much as the tolerance; expected: about how large the displacement is (mm).
+        allowed: error (mm) that is as large as the tolerance; expected: about how large the displacement is (mm).
         """
-        change, moved = room.double[: self.given], room.double[: self.found]
+        change, moved = room.double[: self.tractions], room.double[: self.displacements]
         largest = cg.largest_part(change)
         factor = self.unit * largest
-        if factor * max(displacement.shape) <= NOTHING * bearable:  # by less than that it moves the surfaces
+        # The surfaces move by less than the left side.
+        if factor * max(displacement.shape) <= NOTHING * allowed:
             return
-        limit = SHARE * bearable / SINGLE_ROUNDING
+        limit = SHARE * allowed / SINGLE_ROUNDING
         if self.double is None or limit > expected:
-            field, image = room.single[0][: self.given], room.single[1][: self.found]
+            field, image = room.single[0][: self.tractions], room.single[1][: self.displacements]
             np.divide(change, largest, out=field, casting="same_kind")
             self.single(field, image)
             if self.double is None or factor * cg.largest_part(image) <= limit:

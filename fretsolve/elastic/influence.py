@@ -1,7 +1,7 @@
 """Influence coefficients: surface displacement at a cell's centre from unit traction on another cell.
 
-Sources: Love (1929), Johnson, Contact Mechanics (1985), section 3; Boussinesq and Cerruti point solutions
-integrated over a rectangle. Both bodies are summed; the displacement is u2 - u1, in the direction of the
+Sources: Love (1929); Johnson, Contact Mechanics (1985), section 3. The point solutions of Boussinesq and Cerruti are
+integrated over a rectangular cell. Both bodies are summed; the displacement is u2 - u1, in the direction of the
 traction on body 2. With A, B, C, E* of `fretsolve.model.materials`:
 
     uz from p   1/(pi E*) int 1/r
@@ -9,64 +9,129 @@ traction on body 2. With A, B, C, E* of `fretsolve.model.materials`:
     ux from qy  B/(2 pi)  int x y/r^3                  = uy from qx
     ux from p   C/(4 pi)  int x/r^2                    uz from qx = -(ux from p); y alike
 
-Every integral is even or odd in x and in y, so only the quadrant of offsets x, y >= 0 is ever computed.
+Every integral is even or odd in x and in y, so only the quadrant of offsets x, y >= 0 is computed.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
+from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution
+from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray
 
-Function = Callable[[DoubleArray, DoubleArray], DoubleArray]
+Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
+"""A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
 
-KernelFunction = Callable[[DoubleArray, DoubleArray, float, float], DoubleArray]
+Function = Callable[[DoubleArray, DoubleArray], DoubleArray]
+Integral = Callable[[DoubleArray, DoubleArray, float, float], DoubleArray]
 
 QUADRATURE = ((12.0, 0), (30.0, 4), (300.0, 3), (np.inf, 2))
-"""(reach in cell sides, Gauss points per side; 0 for corner differences).
+"""(distance r in cell sides h up to which it is used, Gauss points per side; 0 stands for corner differences).
 
-Corner differences lose (r/h)^2 of their digits; n Gauss points err by about 2.3e-5 (h/r)^8 for n = 4,
-3.6e-4 (h/r)^6 for n = 3 and 5.6e-3 (h/r)^4 for n = 2 of the value: everywhere below 1e-12 on square cells.
+Corner differences lose (r/h)^2 of their digits. The relative error of n Gauss points is about 2.3e-5 (h/r)^8 for n = 4,
+3.6e-4 (h/r)^6 for n = 3 and 5.6e-3 (h/r)^4 for n = 2: everywhere below 1e-12 on square cells.
 """
 
 
+class InfluenceSpectra(dict[Influence, KernelSpectrum]):
+    """Spectra of the influence coefficients (mm/MPa) on the padded grid of `convolution`.
+
+    Each is computed when it is first asked for. spacing: sides of a cell (mm).
+    """
+
+    def __init__(self, convolution: PaddedConvolution, spacing: tuple[float, float], compliances: Compliances):
+        super().__init__()
+        self._convolution, self._spacing, self._compliances = convolution, spacing, compliances
+
+    def __missing__(self, name: Influence) -> KernelSpectrum:
+        shape, spacing = self._convolution.shape, self._spacing
+        if name == "yy" and shape[0] == shape[1] and spacing[0] == spacing[1]:
+            # On a square grid x and y may change places.
+            self[name] = KernelSpectrum(np.ascontiguousarray(self["xx"].values.T), odd_x=False)
+        else:
+            self[name] = self._compute(name)
+        return self[name]
+
+    def _compute(self, name: Influence) -> KernelSpectrum:
+        coefficients = influence_coefficients(name, self._convolution.shape, self._spacing, self._compliances)
+        odd_x, odd_y = name in ("xy", "xz"), name in ("xy", "yz")
+        return self._convolution.kernel_spectrum(coefficients, odd_x, odd_y)
+
+
+class ScaledSpectra(dict[Influence, KernelSpectrum]):
+    """The spectra of `source` times `factor`, in the precision `dtype`, each computed when it is first asked for."""
+
+    def __init__(self, source: dict[Influence, KernelSpectrum], factor: float, dtype: type[np.floating]):
+        super().__init__()
+        self._source, self._factor, self._dtype = source, factor, dtype
+
+    def __missing__(self, name: Influence) -> KernelSpectrum:
+        self[name] = self._source[name].scaled(self._factor, self._dtype)
+        return self[name]
+
+
+def influence_coefficients(
+    name: Influence, shape: tuple[int, int], spacing: tuple[float, float], compliances: Compliances
+) -> DoubleArray:
+    """Return an influence (mm/MPa) at the offsets 0..nx-1, 0..ny-1 in cells of `spacing` (mm), ``(nx, ny)``."""
+    dx, dy = spacing
+    x, y = np.arange(shape[0], dtype=np.float64) * dx, np.arange(shape[1], dtype=np.float64) * dy
+
+    def term(integral: Integral, factor: float) -> DoubleArray:
+        values = integral(x, y, dx, dy)
+        values *= factor
+        return values
+
+    if name in ("zz", "xx", "yy"):
+        values = term(inverse_distance, compliances.A / (2 * math.pi))
+        if name != "zz" and compliances.B:
+            values += term(along_x if name == "xx" else along_y, compliances.B / (2 * math.pi))
+        return values
+    if name == "xy":
+        return term(across, compliances.B / (2 * math.pi))
+    return term(radial_x if name == "xz" else radial_y, compliances.C / (4 * math.pi))
+
+
 def inverse_distance(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of 1/r over cells ``dx`` by ``dy`` at offsets ``x`` (nx,), ``y`` (ny,), both >= 0: (nx, ny)."""
+    """Return the integral of 1/r over cells ``dx`` by ``dy`` at offsets ``x`` (nx,), ``y`` (ny,) >= 0: (nx, ny)."""
     return _integrate(_inverse_distance_corner, lambda u, v: 1.0 / np.hypot(u, v), x, y, dx, dy)
 
 
 def along_x(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of x^2/r^3 over the cell; arguments as for `inverse_distance`."""
+    """Return the integral of x^2/r^3 over the cell; arguments as for `inverse_distance`."""
     return _integrate(_along_x_corner, lambda u, v: u * u / _cubed(u, v), x, y, dx, dy)
 
 
 def along_y(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of y^2/r^3 over the cell; arguments as for `inverse_distance`."""
+    """Return the integral of y^2/r^3 over the cell; arguments as for `inverse_distance`."""
     return np.ascontiguousarray(along_x(y, x, dy, dx).T)
 
 
 def across(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of x y/r^3 over the cell, odd in x and y; arguments as for `inverse_distance`."""
+    """Return the integral of x y/r^3 over the cell, odd in x and y; arguments as for `inverse_distance`."""
     return _integrate(lambda u, v: -np.hypot(u, v), lambda u, v: u * v / _cubed(u, v), x, y, dx, dy)
 
 
 def radial_x(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of x/r^2 over the cell, odd in x; arguments as for `inverse_distance`."""
+    """Return the integral of x/r^2 over the cell, odd in x; arguments as for `inverse_distance`."""
     return _integrate(_radial_x_corner, lambda u, v: u / (u * u + v * v), x, y, dx, dy)
 
 
 def radial_y(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """Integral of y/r^2 over the cell, odd in y; arguments as for `inverse_distance`."""
+    """Return the integral of y/r^2 over the cell, odd in y; arguments as for `inverse_distance`."""
     return np.ascontiguousarray(radial_x(y, x, dy, dx).T)
 
 
 def _integrate(
     corner: Function, integrand: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float
 ) -> DoubleArray:
-    """Corner differences of the antiderivative near the cell, Gauss quadrature of the integrand far away."""
+    """Integrate over each cell: by corner differences of the antiderivative nearby, by Gauss quadrature far away."""
     side = max(dx, dy)
     result = np.empty((x.size, y.size))
     inner = (0, 0)
@@ -86,7 +151,7 @@ def _integrate(
 
 
 def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
-    """F at the four corners of each cell, of alternating sign (exact, but for cancellation far away)."""
+    """Sum the antiderivative at the corners of each cell with alternating signs. Digits cancel far away."""
     if x.size == 0 or y.size == 0:
         return np.empty((x.size, y.size))
     corners_x = np.append(x - dx / 2, x[-1] + dx / 2)[:, None]
@@ -96,7 +161,7 @@ def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: fl
 
 
 def _gauss(integrand: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float, points: int) -> DoubleArray:
-    """Tensor Gauss-Legendre quadrature over each cell."""
+    """Integrate over each cell by Gauss-Legendre quadrature with `points` nodes per side."""
     if x.size == 0 or y.size == 0:
         return np.empty((x.size, y.size))
     nodes, weights = _gauss_legendre(points)
@@ -120,7 +185,7 @@ def _cubed(u: DoubleArray, v: DoubleArray) -> DoubleArray:
 
 
 def _log_sum(v: DoubleArray, u: DoubleArray, r: DoubleArray) -> DoubleArray:
-    """ln(v + r) with r = hypot(u, v), without cancellation where v < 0."""
+    """Return ln(v + r), r = hypot(u, v), without cancellation where v < 0."""
     positive = r + np.abs(v)
     return np.where(v >= 0.0, np.log(positive), 2.0 * np.log(np.abs(u)) - np.log(positive))
 

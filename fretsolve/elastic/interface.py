@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from fretsolve.system.arrays import FloatArray
 
 Apply = Callable[[FloatArray, FloatArray], None]
+"""A linear map, ``apply(field, result)``; both are (c, nx, ny) and may be the same array."""
 
 
 @dataclass(frozen=True)
 class Operators:
-    """B and F on fields (c, nx, ny), as ``apply(field, out)``; `out` may be the field."""
+    """The elastic operator B and its preconditioner F."""
 
     elastic: Apply
     inverse: Apply

@@ -1,7 +1,7 @@
-"""The elastic operator: displacements u2 - u1 of the two half-spaces' surfaces under pressure and shear.
+"""The elastic operator: displacements u2 - u1 of the surfaces of two half-spaces under pressure and shear.
 
-Sign convention: pressure >= 0 compressive, shear as it acts on body 2, displacement in the direction of the
-shear on body 2; uz opens the gap. The block operator on (p, qx, qy) is symmetric and positive definite.
+Signs: pressure >= 0 is compressive; shear is that on body 2, and tangential displacements have its direction; uz opens
+the gap. The block operator on (p, qx, qy) is symmetric and positive definite.
 """
 
 from __future__ import annotations
@@ -13,31 +13,30 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic import influence
-from fretsolve.elastic.convolution import KernelMatrix, PaddedConvolution, RowSpace
-from fretsolve.elastic.incremental_update import Follower
-from fretsolve.elastic.influence_spectra import Influence, InfluenceSpectra, ScaledSpectra, Spectra
+from fretsolve.elastic.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution, RowSpace
+from fretsolve.elastic.incremental_update import IncrementalUpdate
+from fretsolve.elastic.influence import Influence, InfluenceSpectra, ScaledSpectra, along_x, inverse_distance
 from fretsolve.elastic.interface import Apply, Operators
-from fretsolve.elastic.preconditioner import SymbolInverse
-from fretsolve.elastic.thread_team import ALONE, Team
+from fretsolve.elastic.preconditioner import Preconditioner
+from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.system.arrays import FloatArray
 
 INNER_PRECISION = np.float32
-"""Of the inner iterations; residuals are computed in double precision."""
+"""Precision of the inner iterations. Residuals are computed in double precision."""
 
 UNIT_OF_COMPLIANCE = 2.0
-"""Unit of the inner iterations in self-coefficients of a cell; from one to three the iterations hardly differ."""
+"""Unit of the inner iterations, in self-coefficients of a cell. From one to three the iterations hardly differ."""
 
 
 class ElasticOperator:
     """Applies the influence coefficients on a grid of ``shape`` cells of ``spacing`` (mm).
 
-    Displacements in mm from tractions in MPa, written into the array given as the last argument. `applications`
-    counts the calls of its methods; `transforms` the forward-and-inverse pairs of transforms of one field.
-    space: room for row spectra, which operators that take turns may share; spectra: of the influence coefficients, in
-    the precision `dtype`, where they are not to be computed.
+    Its methods compute displacements (mm) from tractions (MPa) and write them into their last argument.
+    `applications` counts the calls; `transforms` counts a forward and an inverse transform of one field as one.
+    space: memory for row spectra, which operators that take turns may share; spectra: of the influence coefficients in
+    the precision `dtype`, if they are known already.
     """
 
     def __init__(
@@ -46,109 +45,97 @@ class ElasticOperator:
         spacing: tuple[float, float],
         compliances: Compliances,
         terms: Terms,
-        team: Team = ALONE,
+        threads: ThreadTeam = ONE_THREAD,
         space: RowSpace | None = None,
         dtype: type[np.floating] = np.float64,
-        spectra: Spectra | None = None,
+        spectra: dict[Influence, KernelSpectrum] | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
-        self.team, self.dtype = team, dtype
+        self.threads, self.dtype = threads, dtype
         self.applications = 0
         self._space = space or RowSpace()
         self._given_spectra = spectra
 
     @cached_property
     def inner(self) -> InnerOperators:
-        """This operator and an approximate inverse for inner iterations, in units of their own."""
+        """This operator and its preconditioner for the inner iterations, in units of their own."""
         unit = UNIT_OF_COMPLIANCE * self.self_coefficient
-        elastic = ElasticOperator(
-            self.shape,
-            self.spacing,
-            self.compliances,
-            self.terms,
-            self.team,
-            self._space,
-            INNER_PRECISION,
-            ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION),
-        )
-        inverse = SymbolInverse(
-            self.shape,
-            self.spacing,
-            self.compliances,
-            self.terms.in_plane_coupling,
-            unit,
-            INNER_PRECISION,
-            self.team,
-            self._space,
-        )
-        return InnerOperators(unit, INNER_PRECISION, elastic, inverse)
+        place = self.shape, self.spacing, self.compliances
+        shared = self.threads, self._space, INNER_PRECISION
+        spectra = ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION)
+        elastic = ElasticOperator(*place, self.terms, *shared, spectra)
+        return InnerOperators(unit, elastic, Preconditioner(*place, self.terms.in_plane_coupling, unit, *shared))
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self.dtype, self.team)
+        return PaddedConvolution(self.shape, self.dtype, self.threads)
 
     @cached_property
-    def _spectra(self) -> Spectra:
-        return self._given_spectra or InfluenceSpectra(self._convolution, self.spacing, self.compliances)
+    def _spectra(self) -> dict[Influence, KernelSpectrum]:
+        if self._given_spectra is not None:
+            return self._given_spectra
+        return InfluenceSpectra(self._convolution, self.spacing, self.compliances)
 
     @property
     def total_applications(self) -> int:
-        """Applications so far, with those of the inner iterations."""
+        """Applications so far, including those of the inner iterations."""
         return self.applications + (self.inner.elastic.applications if "inner" in self.__dict__ else 0)
 
     @property
     def transforms(self) -> float:
-        """Pairs of transforms made so far, without those of the inner iterations."""
+        """Forward and inverse transforms so far, counted in pairs, without those of the inner iterations."""
         return self._convolution.transforms
 
     @cached_property
     def self_coefficient(self) -> float:
-        """Tangential displacement (mm) of a cell's centre under a unit shear (MPa) on the cell, along x."""
+        """Displacement ux (mm) of a cell's centre under a unit shear qx (1 MPa) on the cell."""
         origin, (dx, dy) = np.zeros(1), self.spacing
-        inverse_distance = influence.inverse_distance(origin, origin, dx, dy)[0, 0]
-        along = influence.along_x(origin, origin, dx, dy)[0, 0]
-        return float(self.compliances.A * inverse_distance + self.compliances.B * along) / (2 * math.pi)
+        direct, along = (integral(origin, origin, dx, dy)[0, 0] for integral in (inverse_distance, along_x))
+        return float(self.compliances.A * direct + self.compliances.B * along) / (2 * math.pi)
 
     def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
-        """``uz`` (nx, ny) from pressure (nx, ny)."""
+        """Compute ``uz`` (nx, ny) from pressure (nx, ny)."""
+        self.applications += 1
         self._convolve(((self._spectra["zz"],),), (pressure,), (uz,))
 
     def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
-        """Tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
+        """Compute the tangential displacement (2, nx, ny) from shear (2, nx, ny)."""
+        self.applications += 1
         spectra = self._spectra
         if self.terms.in_plane_coupling:
             kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
             self._convolve(kernels, (shear[0], shear[1]), (displacement[0], displacement[1]))
         else:
-            self._along_its_own("xx", shear[0], displacement[0])
-            self._along_its_own("yy", shear[1], displacement[1])
-            self.applications += 1
+            self._one_direction("xx", shear[0], displacement[0])
+            self._one_direction("yy", shear[1], displacement[1])
 
-    def _along_its_own(self, name: Influence, shear: FloatArray, displacement: FloatArray) -> None:
-        """Displacement in the direction of the shear; nothing to do where there is none, as where no load is."""
+    def _one_direction(self, name: Influence, shear: FloatArray, displacement: FloatArray) -> None:
+        """Compute the displacement along the shear, without a transform if the shear is 0."""
         if shear.any():
             self._convolve(((self._spectra[name],),), (shear,), (displacement,))
-            self.applications -= 1
         else:
             displacement[:] = 0.0
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
-        """Tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""
+        """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny); `terms` must couple."""
+        self.applications += 1
         kernels = ((self._spectra["xz"],), (self._spectra["yz"],))
-        self._convolve(kernels, (pressure,), (displacement[0], displacement[1]), turned_field=0)
+        self._convolve(kernels, (pressure,), (displacement[0], displacement[1]), turn_field=True)
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
-        """``uz`` (nx, ny) from shear (2, nx, ny); `terms` must couple."""
+        """Compute ``uz`` (nx, ny) from shear (2, nx, ny); `terms` must couple."""
+        self.applications += 1
         kernels = ((self._spectra["xz"], self._spectra["yz"]),)
-        self._convolve(kernels, (shear[0], shear[1]), (uz,), turned_displacement=0)
+        self._convolve(kernels, (shear[0], shear[1]), (uz,), turn_displacement=True)
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
-        """Normal and tangential displacement from pressure and shear, with every term that is kept."""
+        """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
         if not self.terms.normal_tangential_coupling:
             self.normal(pressure, uz)
             self.tangential(shear, displacement)
-            self.applications -= 1
+            self.applications -= 1  # both together count once
             return
+        self.applications += 1
         spectra = self._spectra
         kernels = (
             (spectra["zz"], spectra["xz"], spectra["yz"]),
@@ -156,56 +143,56 @@ class ElasticOperator:
             (spectra["yz"], spectra["xy"], spectra["yy"]),
         )
         fields = (pressure, shear[0], shear[1])
-        self._convolve(kernels, fields, (uz, displacement[0], displacement[1]), 0, 0)
+        self._convolve(kernels, fields, (uz, displacement[0], displacement[1]), True, True)
 
     @property
-    def following_normal(self) -> Follower:
-        """Adds to uz (1, nx, ny) what a change of the pressure does."""
-        return self._follower(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), 1, 1)
+    def incremental_normal(self) -> IncrementalUpdate:
+        """Update of uz (1, nx, ny) after a change of the pressure."""
+        return self._update(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), 1, 1)
 
     @property
-    def following_tangential(self) -> Follower:
-        """Adds to the tangential displacement (2, nx, ny) what a change of the shear does."""
-        return self._follower(self.inner.elastic.tangential, self.tangential, 2, 2)
+    def incremental_tangential(self) -> IncrementalUpdate:
+        """Update of the tangential displacement (2, nx, ny) after a change of the shear."""
+        return self._update(self.inner.elastic.tangential, self.tangential, 2, 2)
 
     @property
-    def following_tangential_from_pressure(self) -> Follower:
-        """Adds to the tangential displacement (2, nx, ny) what a change of the pressure does; `terms` must couple."""
+    def incremental_tangential_from_pressure(self) -> IncrementalUpdate:
+        """Update of the tangential displacement (2, nx, ny) after a change of the pressure; `terms` must couple."""
         single, double = self.inner.elastic.tangential_from_pressure, self.tangential_from_pressure
-        return self._follower(lambda p, moved: single(p[0], moved), lambda p, moved: double(p[0], moved), 1, 2)
+        return self._update(lambda p, moved: single(p[0], moved), lambda p, moved: double(p[0], moved), 1, 2)
 
     @property
-    def following_normal_from_shear(self) -> Follower:
-        """Adds to uz (1, nx, ny) what a change of the shear does; `terms` must couple."""
+    def incremental_normal_from_shear(self) -> IncrementalUpdate:
+        """Update of uz (1, nx, ny) after a change of the shear; `terms` must couple."""
         single, double = self.inner.elastic.normal_from_shear, self.normal_from_shear
-        return self._follower(lambda shear, uz: single(shear, uz[0]), lambda shear, uz: double(shear, uz[0]), 2, 1)
+        return self._update(lambda shear, uz: single(shear, uz[0]), lambda shear, uz: double(shear, uz[0]), 2, 1)
 
-    def _follower(self, single: Apply, double: Apply, given: int, found: int) -> Follower:
-        return Follower(single, double if self.dtype is np.float64 else None, self.inner.unit, given, found)
+    def _update(self, single: Apply, double: Apply, tractions: int, displacements: int) -> IncrementalUpdate:
+        in_double = double if self.dtype is np.float64 else None
+        return IncrementalUpdate(single, in_double, self.inner.unit, tractions, displacements)
 
     def _convolve(
         self,
         kernels: KernelMatrix,
         fields: Sequence[FloatArray],
         displacements: Sequence[FloatArray],
-        turned_field: int | None = None,
-        turned_displacement: int | None = None,
+        turn_field: bool = False,
+        turn_displacement: bool = False,
     ) -> None:
-        self._convolution.apply(kernels, fields, displacements, self._space, turned_field, turned_displacement)
-        self.applications += 1
+        self._convolution.apply(kernels, fields, displacements, self._space, turn_field, turn_displacement)
 
 
 @dataclass(frozen=True)
 class InnerOperators:
-    """What the inner iterations apply, to fields of `dtype` (c, nx, ny).
+    """The operators of the inner iterations, on fields (c, nx, ny) in single precision.
 
-    unit: mm per MPa, the unit of compliance; elastic: displacements over it; inverse: tractions times it.
+    elastic: displacements over `unit` (mm per MPa), the unit of compliance; inverse: tractions times it.
     """
 
     unit: float
-    dtype: type[np.floating]
     elastic: ElasticOperator
-    inverse: SymbolInverse
+    inverse: Preconditioner
+    dtype: type[np.floating] = INNER_PRECISION
 
     @property
     def normal(self) -> Operators:
@@ -219,5 +206,5 @@ class InnerOperators:
 
 
 def _on_planes(apply: Apply) -> Apply:
-    """`apply` of planes (nx, ny) on fields (1, nx, ny)."""
+    """Return `apply`, which takes planes (nx, ny), as a map of fields (1, nx, ny)."""
     return lambda field, image: apply(field[0], image[0])

@@ -1,10 +1,10 @@
-"""The inverse of the half-space's symbol on a periodic grid: a preconditioner of the contact's linear equations.
+"""Preconditioner of the contact's linear equations: the inverse of the half-space's symbol on a periodic grid.
 
-In an unbounded half-space a traction of wave vector k meets the compliance A/k where it is normal, A/k where it is a
-shear along k and (A + B)/k where it is a shear across k. The inverse acts over a few cells only (its kernel falls as
-1/r^3), so the window needs no zero-padding and single precision is enough: an application costs a small part of the
-elastic operator's. The elastic operator's own padded spectra will not do: they ripple about the symbol, down to
-negative values where dx and dy differ.
+In an unbounded half-space a traction of wave vector k meets the compliance A/k if it is normal, A/k if it is a shear
+along k and (A + B)/k if it is a shear across k. The inverse of this symbol acts over a few cells only (its kernel
+falls like 1/r^3). So the contact needs no zero-padding, single precision is enough, and an application costs a small
+part of one of the elastic operator. The spectra of the elastic operator would not do: they ripple about the symbol,
+down to negative values if dx and dy differ.
 """
 
 from __future__ import annotations
@@ -14,19 +14,20 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution, RowSpace, fast_length
-from fretsolve.elastic.thread_team import ALONE, Team
+from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution, RowSpace
+from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
+from fretsolve.elastic.transform_length import fast_length
 from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import FloatArray
 
 APART = 2
-"""Cells of zeros at least between one period and the next."""
+"""Least number of cells of zeros between one period and the next."""
 
 
-class SymbolInverse:
-    """Tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`.
+class Preconditioner:
+    """Computes tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`.
 
-    cross: the shears along x and y are linked (ux from qy and uy from qx are kept); space: room shared with others.
+    in_plane_coupling: qx depends on uy as well, and qy on ux; space: memory for row spectra, shared with others.
     """
 
     def __init__(
@@ -34,42 +35,42 @@ class SymbolInverse:
         shape: tuple[int, int],
         spacing: tuple[float, float],
         compliances: Compliances,
-        cross: bool,
+        in_plane_coupling: bool,
         factor: float,
-        dtype: type[np.floating],
-        team: Team = ALONE,
+        threads: ThreadTeam = ONE_THREAD,
         space: RowSpace | None = None,
+        dtype: type[np.floating] = np.float64,
     ):
-        self.shape, self._spacing, self._material, self._cross = shape, spacing, compliances, cross
+        self.shape, self._spacing, self._material, self._in_plane = shape, spacing, compliances, in_plane_coupling
         self._size = (fast_length(shape[0] + APART), fast_length(shape[1] + APART))
-        self._factor, self._dtype, self._team = factor, dtype, team
+        self._factor, self._dtype, self._threads = factor, dtype, threads
         self._space = space or RowSpace()
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self._dtype, self._team, self._size)
+        return PaddedConvolution(self.shape, self._dtype, self._threads, self._size)
 
     @property
     def transforms(self) -> float:
-        """Pairs of transforms made so far, in parts of one padded to twice the size."""
+        """Forward and inverse transforms so far, counted in pairs, in units of one that is padded to twice the size."""
         return self._convolution.transforms * self._size[0] * self._size[1] / (4 * self.shape[0] * self.shape[1])
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
-        """``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
-        self._alone(self._normal, displacement[0], traction[0])
+        """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
+        self._one_component(self._normal, displacement[0], traction[0])
 
     def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
-        """``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
+        """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
         along_x, along_y, mixed = self._tangential
-        if self._cross:
+        if self._in_plane:
             kernels = ((along_x, mixed), (mixed, along_y))
             self._convolution.apply(kernels, (*displacement,), (*traction,), self._space)
         else:
-            self._alone(along_x, displacement[0], traction[0])
-            self._alone(along_y, displacement[1], traction[1])
+            self._one_component(along_x, displacement[0], traction[0])
+            self._one_component(along_y, displacement[1], traction[1])
 
-    def _alone(self, inverse: KernelSpectrum, displacement: FloatArray, traction: FloatArray) -> None:
-        """One component by itself; nothing to do where it is 0, as where no load is."""
+    def _one_component(self, inverse: KernelSpectrum, displacement: FloatArray, traction: FloatArray) -> None:
+        """Compute one component by itself, without a transform if the displacement is 0."""
         if displacement.any():
             self._convolution.apply(((inverse,),), (displacement,), (traction,), self._space)
         else:
@@ -77,44 +78,44 @@ class SymbolInverse:
 
     @cached_property
     def _normal(self) -> KernelSpectrum:
-        return self._stored(1.0 / self._symbol())
+        return self._scaled(1.0 / self._symbol())
 
     @cached_property
     def _tangential(self) -> tuple[KernelSpectrum, KernelSpectrum, KernelSpectrum]:
-        """Spectra from ux to qx, from uy to qy, and from each to the other."""
+        """Spectra from ux to qx, from uy to qy, and from each to the other (the inverse of the 2 x 2 symbol)."""
         share = self._material.B / self._material.A
         kx, ky = self._wave_numbers()
         length = np.hypot(kx, ky)
         length[0, 0] = 1.0
         along_x, along_y = kx / length, ky / length
         inverse = 1.0 / self._symbol()
-        if not self._cross:
+        if not self._in_plane:
             ux_to_qx, uy_to_qy = inverse / (1.0 + share * along_y**2), inverse / (1.0 + share * along_x**2)
-            return self._stored(ux_to_qx), self._stored(uy_to_qy), self._stored(np.zeros((1, 1)))
+            return self._scaled(ux_to_qx), self._scaled(uy_to_qy), self._scaled(np.zeros((1, 1)))
         inverse /= 1.0 + share
         ux_to_qx, uy_to_qy = inverse * (1.0 + share * along_x**2), inverse * (1.0 + share * along_y**2)
         inverse *= share * along_x * along_y
-        # The highest wave number of an even period stands for both signs, where this odd function is 0.
+        # The highest wave number of an even period stands for both signs; the odd function is 0 there.
         (mx, my) = self._size
         if mx % 2 == 0:
             inverse[:, -1] = 0.0
         if my % 2 == 0:
             inverse[-1] = 0.0
-        return self._stored(ux_to_qx), self._stored(uy_to_qy), self._stored(inverse, odd_x=True)
+        return self._scaled(ux_to_qx), self._scaled(uy_to_qy), self._scaled(inverse, odd_x=True)
 
-    def _stored(self, spectrum: FloatArray, odd_x: bool = False) -> KernelSpectrum:
-        """With the factor, and the one that FFTW leaves out of inverse transforms."""
+    def _scaled(self, spectrum: FloatArray, odd_x: bool = False) -> KernelSpectrum:
+        """Multiply by the factor, and by the one that FFTW leaves out of inverse transforms."""
         return KernelSpectrum(spectrum, odd_x).scaled(self._factor / (self._size[0] * self._size[1]), self._dtype)
 
     def _wave_numbers(self) -> tuple[FloatArray, FloatArray]:
-        """The angular wave numbers that are not negative, along x ``(1, mx//2 + 1)`` and y ``(my//2 + 1, 1)``."""
+        """Return the non-negative angular wave numbers along x ``(1, mx//2 + 1)`` and y ``(my//2 + 1, 1)``."""
         (mx, my), (dx, dy) = self._size, self._spacing
         return 2.0 * math.pi * np.fft.rfftfreq(mx, dx)[None, :], 2.0 * math.pi * np.fft.rfftfreq(my, dy)[:, None]
 
     def _symbol(self) -> FloatArray:
-        """A/k times the spectrum of a cell, with the nearest aliases.
+        """Return A/k times the spectrum of a cell, summed over the nearest aliases.
 
-        A wave longer than the grid counts as one of its length: k = 0 has no value of its own.
+        A wave longer than the grid counts as one of its length, because A/k is infinite at k = 0.
         """
         kx, ky = self._wave_numbers()
         dx, dy = self._spacing

@@ -1,4 +1,4 @@
-"""Threads that share out the parts of a task which do not touch each other."""
+"""Threads that share the independent parts of a task."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ from typing import TypeVar
 Part = TypeVar("Part")
 
 
-class Team:
-    """`count` threads, the caller's among them. What is computed does not depend on who does which part."""
+class ThreadTeam:
+    """`count` threads, the caller's among them. Results do not depend on which thread does which part."""
 
     def __init__(self, count: int = 1):
         self.count = count
         self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
 
-    def share(self, work: Callable[[int, Part], None], parts: Sequence[Part]) -> None:
-        """``work(member, part)`` for all parts, those of one member (0 to `count` - 1) one after another.
+    def members(self, parts: Sequence[Part]) -> range:
+        """Return the numbers of the threads that `parts` keep busy."""
+        return range(min(self.count, len(parts)))
 
-        Raises what `work` raises, once all members have ended. Not to be called within `work`: it would wait for ever.
+    def share(self, work: Callable[[int, Part], None], parts: Sequence[Part]) -> None:
+        """Call ``work(member, part)`` for all parts; each member works on one part at a time.
+
+        Raises what `work` raises, once all members have ended. `work` must not call `share`: it would wait for ever.
         """
         left = iter(parts)
 
@@ -27,8 +31,7 @@ class Team:
             for part in left:
                 work(member, part)
 
-        members = min(self.count, len(parts))
-        others = [] if self._others is None else [self._others.submit(take, member) for member in range(1, members)]
+        others = [] if self._others is None else [self._others.submit(take, one) for one in self.members(parts)[1:]]
         try:
             take(0)
         finally:
@@ -37,4 +40,4 @@ class Team:
             other.result()
 
 
-ALONE = Team()
+ONE_THREAD = ThreadTeam()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.convolution import padded_length
+from fretsolve.elastic.transform_length import padded_length
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fretsolve.elastic.convolution import RowSpace
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.thread_team import ALONE, Team
+from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
 from fretsolve.errors import ContactLostError
 from fretsolve.increment.grid_transfer import Coarsening
 from fretsolve.increment.load_checks import require_supported
@@ -44,7 +44,7 @@ class Level:
         self,
         grid: Grid,
         model: Model,
-        team: Team = ALONE,
+        threads: ThreadTeam = ONE_THREAD,
         space: RowSpace | None = None,
         dtype: type[np.floating] = np.float64,
     ):
@@ -52,11 +52,11 @@ class Level:
         self._sheared = model.has_shear
         space = space or RowSpace()
         self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, space, dtype
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space, dtype
         )
         self._coarsening = Coarsening(grid)
         coarse = self._coarsening.coarse
-        self.coarser = Level(coarse, model, team, space, dtype) if coarse is not None else None
+        self.coarser = Level(coarse, model, threads, space, dtype) if coarse is not None else None
 
     @cached_property
     def normal(self) -> NormalSolver:

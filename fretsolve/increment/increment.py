@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.elastic.convolution import RowSpace
-from fretsolve.elastic.thread_team import Team
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.active_region import FREE_CELLS, Window, window_around
 from fretsolve.increment.certificate import Evidence, Examiner, Solution
@@ -70,10 +70,10 @@ class IncrementSolver:
     ):
         self._map_border = map_border
         self.grid, self.separation, self.model = grid, separation, model
-        self.tolerance, self.max_iterations, self._team = tolerance, max_iterations, Team(threads)
+        self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, ThreadTeam(threads)
         self._space = RowSpace()
         self._precision = precision
-        self.level = Level(grid, model, self._team, self._space, precision)
+        self.level = Level(grid, model, self._threads, self._space, precision)
         self._examiner = Examiner(
             separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.may_slip, precision
         )
@@ -161,7 +161,7 @@ class IncrementSolver:
                 self._spent += before - self.applications
             whole = window.count == self.grid.nx * self.grid.ny
             level = self.level if whole else Level(
-                window.part_of(self.grid), self.model, self._team, self._space, self._precision
+                window.part_of(self.grid), self.model, self._threads, self._space, self._precision
             )
             alternation = Alternation(
                 level, self.separation[window.cells], self.model, self.max_iterations, self.tolerance

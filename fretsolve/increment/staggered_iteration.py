@@ -250,7 +250,7 @@ class Alternation:
         room = self.level.tangential.room
         np.subtract(work.pressure, self._pressure, out=room.double[0])
         np.copyto(self._pressure, work.pressure)
-        self.level.operator.following_tangential_from_pressure.follow(
+        self.level.operator.incremental_tangential_from_pressure.add(
             self._elastic_slip, room, self._kept_tolerance * self._slip_scale, -1.0
         )
 
@@ -331,5 +331,5 @@ class Alternation:
         else:
             room = self.level.tangential.room
             np.subtract(work.shear, self._shear, out=room.double)
-            operator.following_normal_from_shear.follow(self._uz, room, self._kept_tolerance * work.approach)
+            operator.incremental_normal_from_shear.add(self._uz, room, self._kept_tolerance * work.approach)
         np.copyto(self._shear, work.shear)

@@ -1,7 +1,8 @@
-"""Pointwise kernels: compiled by numba where it is installed (extra `fast`), in NumPy elsewhere.
+"""Pointwise kernels of the solvers: arrays come in and are overwritten, a sum or a largest value goes out.
 
-`FRETSOLVE_NUMBA=0` in the environment chooses NumPy. Both give the same results, up to the order in which sums are
-rounded. Compiled, each array is read and written once.
+They are compiled by numba where it is installed (extra `fast`), and run in NumPy elsewhere or with `FRETSOLVE_NUMBA=0`
+in the environment. Compiled, each array is read and written once. Both forms give the same results up to the order of
+sums. Example: ``fretsolve.kernels.cg.largest_part(field)``.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ from fretsolve.system.optional import compiler_wanted
 
 COMPILED = False
 WHY_NOT = ""
-"""What numba says where it is installed and cannot be used."""
+"""Numba's message if it is installed and cannot be used."""
 
 
 def compile_seconds() -> float:
-    """Wall-clock time (s) that compiling the kernels has taken in this process."""
+    """Return the wall-clock time (s) of compiling the kernels in this process."""
     return 0.0
 
 
 def readying_seconds() -> float:
-    """The same with reading them from disk, which is no part of any increment's time."""
+    """Return the same including reading them from disk, which is not part of the time of an increment."""
     return 0.0
 
 

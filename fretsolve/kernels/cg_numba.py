@@ -1,12 +1,11 @@
-"""The pointwise kernels of the inner iterations compiled by numba; see `fretsolve.kernels.cg_numpy`.
+"""Kernels of the conjugate gradients, compiled by numba. Each does what its namesake in `cg_numpy` does.
 
-Sums run over a row in the arrays' own precision, over the rows in double.
+Sums along a row are in the precision of the arrays, sums over rows in double precision.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -14,10 +13,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def finish_search(
-    image: Any, residual: Any, weight: Any, normal: Any, constraints: Any, moments: Any
-) -> float:
-    """As `fretsolve.kernels.cg_numpy.finish_search`."""
+def finish_search(image, residual, weight, normal, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
@@ -52,8 +48,7 @@ def finish_search(
 
 
 @kernel
-def turn(direction: Any, image: Any, weight: Any, constraints: Any, moments: Any, growth: float) -> None:
-    """As `fretsolve.kernels.cg_numpy.turn`."""
+def turn(direction, image, weight, constraints, moments, growth):
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
@@ -67,17 +62,7 @@ def turn(direction: Any, image: Any, weight: Any, constraints: Any, moments: Any
 
 
 @kernel
-def finish_image(
-    image: Any,
-    direction: Any,
-    stiffness: Any,
-    normal: Any,
-    zone: Any,
-    weight: Any,
-    constraints: Any,
-    moments: Any,
-) -> float:
-    """As `fretsolve.kernels.cg_numpy.finish_image`."""
+def finish_image(image, direction, stiffness, normal, zone, weight, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     product = 0.0
@@ -111,10 +96,7 @@ def finish_image(
 
 
 @kernel
-def advance(
-    solution: Any, residual: Any, direction: Any, image: Any, constraints: Any, moments: Any, length: float
-) -> float:
-    """As `fretsolve.kernels.cg_numpy.advance`."""
+def advance(solution, residual, direction, image, constraints, moments, length):
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -138,8 +120,7 @@ def advance(
 
 
 @kernel
-def restrict(field: Any, normal: Any, zone: Any) -> None:
-    """As `fretsolve.kernels.cg_numpy.restrict`."""
+def restrict(field, normal, zone):
     components, nx, ny = field.shape
     zero = field.dtype.type(0.0)
     for i in range(nx):
@@ -156,8 +137,7 @@ def restrict(field: Any, normal: Any, zone: Any) -> None:
 
 
 @kernel
-def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> None:
-    """As `fretsolve.kernels.cg_numpy.weigh_moments`."""
+def weigh_moments(field, weight, constraints, moments):
     components, nx, ny = field.shape
     moments[:] = 0.0
     for m in range(len(moments)):
@@ -170,8 +150,7 @@ def weigh_moments(field: Any, weight: Any, constraints: Any, moments: Any) -> No
 
 
 @kernel
-def remove(field: Any, constraints: Any, moments: Any) -> float:
-    """As `fretsolve.kernels.cg_numpy.remove`."""
+def remove(field, constraints, moments):
     components, nx, ny = field.shape
     squares = np.zeros(ny, field.dtype)
     for i in range(nx):
@@ -191,8 +170,7 @@ def remove(field: Any, constraints: Any, moments: Any) -> float:
 
 
 @kernel
-def add(field: Any, change: Any, factor: float) -> None:
-    """As `fretsolve.kernels.cg_numpy.add`."""
+def add(field, change, factor):
     components, nx, ny = field.shape
     for part in range(components):
         for i in range(nx):
@@ -201,8 +179,7 @@ def add(field: Any, change: Any, factor: float) -> None:
 
 
 @kernel
-def largest_part(field: Any) -> float:
-    """As `fretsolve.kernels.cg_numpy.largest_part`."""
+def largest_part(field):
     components, nx, ny = field.shape
     sizes = np.zeros(ny, field.dtype)
     for part in range(components):

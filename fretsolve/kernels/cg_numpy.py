@@ -1,7 +1,8 @@
-"""The pointwise kernels of the inner iterations in NumPy, through blocks of rows that stay in cache.
+"""Kernels of the conjugate gradients in NumPy. They work on blocks of rows that stay in cache.
 
-Fields are (c, nx, ny) with one or two components, planes (nx, ny), constraints (n, c, nx, ny), moments (n,). The
-symbols are those of `fretsolve.solvers.projected_cg`. `normal` and `stiffness` matter with two components only.
+Fields are (c, nx, ny) with one or two components, planes (nx, ny), constraints N (n, c, nx, ny), moments (n,). The
+symbols T, B, S, W, N are those of `fretsolve.solvers.projected_cg`. `normal` and `stiffness` are used for two
+components only.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 BLOCK_BYTES = 100 * 1024
-"""Size of a plane's part in a block."""
+"""Size of a block of one plane."""
 
 
 def finish_search(
@@ -26,7 +27,10 @@ def finish_search(
     constraints: FloatArray,
     moments: FloatArray,
 ) -> float:
-    """``image = T (W image + (1 - W^2) W residual)``, its products with `residual` (returned) and the constraints."""
+    """Compute ``image = T (W image + (1 - W^2) W residual)`` and ``moments = N' image``.
+
+    Return the product of the image with `residual`.
+    """
     product = 0.0
     moments[:] = 0.0
     for rows in _blocks(weight):
@@ -51,7 +55,7 @@ def turn(
     moments: FloatArray,
     growth: float,
 ) -> None:
-    """``image -= W constraints moments``; ``direction = growth direction + image``."""
+    """Compute ``image -= W N moments`` and ``direction = growth direction + image``."""
     for rows in _blocks(weight):
         block = image[:, rows]
         for constraint, moment in zip(constraints, moments, strict=True):
@@ -70,8 +74,10 @@ def finish_image(
     constraints: FloatArray,
     moments: FloatArray,
 ) -> float:
-    """``image = T (image + S direction)`` in the zone, its products with `direction` (returned), and weighted ones
-    with the constraints."""
+    """Compute ``image = T (image + S direction)`` in the zone, 0 outside, and ``moments = N' W image``.
+
+    Return the product of the image with `direction`.
+    """
     product = 0.0
     moments[:] = 0.0
     for rows in _blocks(weight):
@@ -96,7 +102,10 @@ def advance(
     moments: FloatArray,
     length: float,
 ) -> float:
-    """``solution += length direction``; ``residual -= length (image - constraints moments)``. Its largest length."""
+    """Compute ``solution += length direction`` and ``residual -= length (image - N moments)``.
+
+    Return the largest length of the residual in a cell.
+    """
     largest = 0.0
     for rows in _blocks(solution[0]):
         solution[:, rows] += length * direction[:, rows]
@@ -109,7 +118,7 @@ def advance(
 
 
 def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
-    """``field = T field`` in the zone, 0 out of it."""
+    """Compute ``field = T field`` in the zone, 0 outside."""
     for rows in _blocks(zone):
         if len(field) == 2:
             _take_tangential(field[:, rows], normal[:, rows])
@@ -117,7 +126,7 @@ def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
 
 
 def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
-    """Products of W `field` with the constraints."""
+    """Compute ``moments = N' W field``."""
     moments[:] = 0.0
     for rows in _blocks(weight):
         weighted = weight[rows] * field[:, rows]
@@ -126,7 +135,7 @@ def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray
 
 
 def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> float:
-    """``field -= constraints moments``; its largest length."""
+    """Compute ``field -= N moments``. Return its largest length in a cell."""
     largest = 0.0
     for rows in _blocks(field[0]):
         block = field[:, rows]
@@ -137,13 +146,13 @@ def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> f
 
 
 def add(field: FloatArray, change: FloatArray, factor: float) -> None:
-    """``field += factor change``, in the precision of `field`."""
+    """Compute ``field += factor change``, in the precision of `field`."""
     for rows in _blocks(field[0]):
         field[:, rows] += np.multiply(change[:, rows], factor, dtype=field.dtype)
 
 
 def largest_part(field: FloatArray) -> float:
-    """The largest component's size."""
+    """Return the largest absolute value."""
     return float(np.maximum(field.max(), -field.min()))
 
 

@@ -1,9 +1,8 @@
-"""The pointwise kernels of the slip law compiled by numba; see `fretsolve.kernels.friction_numpy`."""
+"""Kernels of the slip law, compiled by numba. Each does what its namesake in `friction_numpy` does."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -11,17 +10,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def take_slip(
-    slip: Any,
-    elastic_slip: Any,
-    rigid: Any,
-    x: Any,
-    y: Any,
-    normal: Any,
-    weight: Any,
-    sums: Any,
-) -> None:
-    """As `fretsolve.kernels.friction_numpy.take_slip`."""
+def take_slip(slip, elastic_slip, rigid, x, y, normal, weight, sums):
     nx, ny = weight.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -44,20 +33,7 @@ def take_slip(
 
 
 @kernel
-def move(
-    slip: Any,
-    rigid: Any,
-    x: Any,
-    y: Any,
-    normal: Any,
-    bound: Any,
-    slipping: Any,
-    stiffness: Any,
-    weight: Any,
-    unit: float,
-    stiffest: float,
-) -> None:
-    """As `fretsolve.kernels.friction_numpy.move`."""
+def move(slip, rigid, x, y, normal, bound, slipping, stiffness, weight, unit, stiffest):
     nx, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
@@ -81,8 +57,7 @@ def move(
 
 
 @kernel
-def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.gram`."""
+def gram(weight, normal, x, y, result):
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -106,8 +81,7 @@ def gram(weight: Any, normal: Any, x: Any, y: Any, result: Any) -> None:
 
 
 @kernel
-def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.add_motion`."""
+def add_motion(shear, rigid, x, y, weight, normal):
     nx, ny = weight.shape
     for i in range(nx):
         for j in range(ny):
@@ -119,8 +93,7 @@ def add_motion(shear: Any, rigid: Any, x: Any, y: Any, weight: Any, normal: Any)
 
 
 @kernel
-def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, float]:
-    """As `fretsolve.kernels.friction_numpy.violation`."""
+def violation(slip, normal, slipping):
     nx, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -138,8 +111,7 @@ def violation(slip: Any, normal: Any, slipping: Any) -> tuple[float, float, floa
 
 
 @kernel
-def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.scale_tangential`."""
+def scale_tangential(slip, normal, factor, result):
     _, nx, ny = slip.shape
     for i in range(nx):
         for j in range(ny):
@@ -150,8 +122,7 @@ def scale_tangential(slip: Any, normal: Any, factor: float, result: Any) -> None
 
 
 @kernel
-def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal: Any) -> None:
-    """As `fretsolve.kernels.friction_numpy.return_to_circle`."""
+def return_to_circle(shear, bound, contact, slipping, normal):
     nx, ny = bound.shape
     for i in range(nx):
         for j in range(ny):
@@ -167,8 +138,7 @@ def return_to_circle(shear: Any, bound: Any, contact: Any, slipping: Any, normal
 
 
 @kernel
-def excess(shear: Any, bound: Any) -> float:
-    """As `fretsolve.kernels.friction_numpy.excess`."""
+def excess(shear, bound):
     nx, ny = bound.shape
     largest = np.full(ny, -math.inf)
     for i in range(nx):

@@ -1,8 +1,8 @@
-"""The pointwise kernels of the slip law in NumPy.
+"""Kernels of the slip law in NumPy; see "The tangential problem" in docs/theory.md.
 
-Vectors are (2, nx, ny), planes (nx, ny), `x` (nx,), `y` (ny,) the cells' centres; a rigid motion of amplitudes
-(a, b, c) is (a - c y, b + c x). `normal` is the shear's direction in the slip zone and 0 elsewhere; `weight` is
-positive in the contact and 0 elsewhere. Tangential is what is across `normal`.
+Vectors are (2, nx, ny), planes (nx, ny); `x` (nx,) and `y` (ny,) are the cells' centres. A rigid motion of amplitudes
+(a, b, c) is (a - c y, b + c x). `normal` is n = q/|q| in the slip zone and 0 elsewhere; the tangential part T v of a
+vector is that across n. `weight` is positive in the contact and 0 elsewhere. `bound` is the friction limit mu p.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ def take_slip(
     weight: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """``slip = elastic slip + rigid motion`` in the contact; weighted sums of its tangential part times each
-    of the rigid motions."""
+    """Compute ``slip = elastic_slip + rigid motion`` in the contact.
+
+    sums: weighted sums of T slip times each of the rigid motions.
+    """
     np.copyto(slip, elastic_slip)
     _add_motion(slip, rigid, x, y)
     slip *= weight > 0.0
@@ -48,9 +50,9 @@ def move(
     unit: float,
     stiffest: float,
 ) -> None:
-    """Add a rigid motion to the slip in the contact; cells that slip against the shear stick.
+    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear.
 
-    ``stiffness = min(slip along the shear / bound / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + it)``.
+    ``stiffness = min(slip along n / bound / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + stiffness)``.
     """
     contact = weight > 0.0
     motion = np.zeros_like(slip)
@@ -71,7 +73,7 @@ def move(
 
 
 def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
-    """Weighted sums of products of the rigid motions' tangential parts, (3, 3)."""
+    """Compute the weighted sums of products of the tangential parts of the rigid motions, (3, 3)."""
     across_x, across_y = x[:, None], y[None, :]
     along = normal[1] * across_x - normal[0] * across_y
     w_x, w_y = weight * normal[0], weight * normal[1]
@@ -87,14 +89,14 @@ def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, r
 def add_motion(
     shear: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, weight: FloatArray, normal: FloatArray
 ) -> None:
-    """Add the weighted tangential part of a rigid motion."""
+    """Add the weighted tangential part of a rigid motion to the shear."""
     motion = np.zeros_like(shear)
     _add_motion(motion, rigid, x, y)
     shear += weight * _tangential(motion, normal)
 
 
 def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tuple[float, float, float]:
-    """Largest slip; largest tangential part in the slip zone; largest slip out of it."""
+    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside of it."""
     tangential = _tangential(slip, normal)
     squared = np.einsum("kij,kij->ij", tangential, tangential)
     in_slip = float(np.max(squared, where=slipping, initial=0.0))
@@ -104,15 +106,14 @@ def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tupl
 
 
 def scale_tangential(slip: FloatArray, normal: FloatArray, factor: float, result: FloatArray) -> None:
-    """``result = factor`` times the slip's tangential part, in the precision of `result`."""
+    """Compute ``result = factor T slip``, in the precision of `result`."""
     np.multiply(_tangential(slip, normal), factor, out=result, casting="same_kind")
 
 
 def return_to_circle(
     shear: FloatArray, bound: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
 ) -> None:
-    """Shear beyond the bound slips; in the slip zone the shear gets the length of the bound and `normal` its
-    direction."""
+    """Let cells slip whose shear is beyond the bound; scale the shear of slipping cells to it; set n there."""
     length = np.hypot(shear[0], shear[1])
     slipping |= length > bound
     slipping &= contact
@@ -124,7 +125,7 @@ def return_to_circle(
 
 
 def excess(shear: FloatArray, bound: FloatArray) -> float:
-    """Largest length of the shear beyond the bound; negative where none is."""
+    """Return the largest length of the shear beyond the bound, negative if it is below everywhere."""
     return float((np.hypot(shear[0], shear[1]) - bound).max())
 
 

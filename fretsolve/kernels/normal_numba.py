@@ -1,8 +1,6 @@
-"""The pointwise kernels of the normal problem compiled by numba; see `fretsolve.kernels.normal_numpy`."""
+"""Kernels of the normal problem, compiled by numba. Each does what its namesake in `normal_numpy` does."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -10,8 +8,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.rigid_displacement`."""
+def rigid_displacement(rigid, x, y, field):
     nx, ny = field.shape
     for i in range(nx):
         along = rigid[0] + rigid[2] * x[i]
@@ -20,8 +17,7 @@ def rigid_displacement(rigid: Any, x: Any, y: Any, field: Any) -> None:
 
 
 @kernel
-def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, sums: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.sum_gaps`."""
+def sum_gaps(separation, uz, rigid, x, y, contact, sums):
     nx, ny = uz.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -36,10 +32,7 @@ def sum_gaps(separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any,
 
 
 @kernel
-def take_gap(
-    separation: Any, uz: Any, rigid: Any, x: Any, y: Any, contact: Any, gap: Any
-) -> tuple[float, float, float]:
-    """As `fretsolve.kernels.normal_numpy.take_gap`."""
+def take_gap(separation, uz, rigid, x, y, contact, gap):
     nx, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -55,8 +48,7 @@ def take_gap(
 
 
 @kernel
-def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.take_residual`."""
+def take_residual(gap, contact, factor, residual):
     nx, ny = gap.shape
     for i in range(nx):
         for j in range(ny):
@@ -64,8 +56,7 @@ def take_residual(gap: Any, contact: Any, factor: float, residual: Any) -> None:
 
 
 @kernel
-def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.gram`."""
+def gram(weight, x, y, result):
     nx, ny = weight.shape
     result[:, :] = 0.0
     for i in range(nx):
@@ -85,8 +76,7 @@ def gram(weight: Any, x: Any, y: Any, result: Any) -> None:
 
 
 @kernel
-def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.sum_modes`."""
+def sum_modes(field, x, y, sums):
     nx, ny = field.shape
     sums[:] = 0.0
     for i in range(nx):
@@ -100,8 +90,7 @@ def sum_modes(field: Any, x: Any, y: Any, sums: Any) -> None:
 
 
 @kernel
-def stretch(pressure: Any, rigid: Any, x: Any, y: Any) -> None:
-    """As `fretsolve.kernels.normal_numpy.stretch`."""
+def stretch(pressure, rigid, x, y):
     nx, ny = pressure.shape
     for i in range(nx):
         along = 1.0 + rigid[0] + rigid[2] * x[i]

@@ -1,7 +1,7 @@
-"""The pointwise kernels of the normal problem in NumPy.
+"""Kernels of the normal problem in NumPy; see "The normal problem" in docs/theory.md.
 
-Fields are (nx, ny), `x` (nx,), `y` (ny,) the cells' centres; a rigid displacement of amplitudes (a, b, c) is
-a + b y + c x. `separation` may be inf, where there is no material and so no contact.
+Fields are (nx, ny); `x` (nx,) and `y` (ny,) are the cells' centres. A rigid displacement of amplitudes (a, b, c) is
+a + b y + c x. `separation` is inf where there is no material.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from fretsolve.system.arrays import BoolArray, FloatArray
 
 
 def rigid_displacement(rigid: FloatArray, x: FloatArray, y: FloatArray, field: FloatArray) -> None:
-    """``field`` = the rigid displacement, in the field's precision."""
+    """Set ``field`` to the rigid displacement, in the precision of the field."""
     np.add(rigid[0] + rigid[1] * y[None, :], rigid[2] * x[:, None], out=field, casting="same_kind")
 
 
@@ -25,7 +25,7 @@ def sum_gaps(
     contact: BoolArray,
     sums: FloatArray,
 ) -> None:
-    """Sums over the contact of the gap times 1, y, x."""
+    """Compute the sums over the contact of the gap times 1, y, x."""
     gap = np.empty_like(uz)
     _gap(separation, uz, rigid, x, y, gap)
     gap[~contact] = 0.0
@@ -41,8 +41,10 @@ def take_gap(
     contact: BoolArray,
     gap: FloatArray,
 ) -> tuple[float, float, float]:
-    """``gap = separation + uz - rigid displacement``; its largest size in contact, the deepest penetration elsewhere,
-    and the largest uz in contact."""
+    """Compute ``gap = separation + uz - rigid displacement``.
+
+    Return its largest absolute value in contact, the deepest penetration elsewhere, and the largest uz in contact.
+    """
     _gap(separation, uz, rigid, x, y, gap)
     in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
     penetration = -float(np.min(gap, where=~contact, initial=0.0))
@@ -50,13 +52,13 @@ def take_gap(
 
 
 def take_residual(gap: FloatArray, contact: BoolArray, factor: float, residual: FloatArray) -> None:
-    """``residual = factor gap`` in contact and 0 elsewhere, in the precision of `residual`."""
+    """Compute ``residual = factor gap`` in contact, 0 elsewhere, in the precision of `residual`."""
     residual[:] = 0.0
     np.multiply(gap, factor, out=residual, where=contact, casting="same_kind")
 
 
 def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
-    """Weighted sums of products of 1, y, x, (3, 3)."""
+    """Compute the weighted sums of products of 1, y, x, (3, 3)."""
     along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)
     one_y, one_x, mixed = along_y @ y, along_x @ x, x @ (weight @ y)
     result[:] = [
@@ -67,13 +69,13 @@ def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: F
 
 
 def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray, sums: FloatArray) -> None:
-    """Sums of the field times 1, y, x."""
+    """Compute the sums of the field times 1, y, x."""
     along_x, along_y = field.sum(axis=1, dtype=np.float64), field.sum(axis=0, dtype=np.float64)
     sums[:] = along_x.sum(), along_y @ y, along_x @ x
 
 
 def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:
-    """Add to the pressure itself times the rigid displacement; none becomes negative."""
+    """Multiply the pressure by 1 + the rigid displacement; negative values become 0."""
     pressure *= 1.0 + (rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None])
     np.maximum(pressure, 0.0, out=pressure)
 

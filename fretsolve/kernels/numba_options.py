@@ -1,4 +1,4 @@
-"""How numba compiles the pointwise kernels."""
+"""Options with which numba compiles the kernels, and the time that this takes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba.core import event
 
 
 def _clock(name: str) -> Any:
-    """What adds up the time of events of the compiler; as the compiler itself, it is the process's."""
+    """Return a sum of the time that the compiler takes for one kind of event in this process."""
     listener = event.TimingListener()  # type: ignore[no-untyped-call]
     event.register(name, listener)  # type: ignore[no-untyped-call]
     return listener
@@ -20,19 +20,19 @@ _READYING = _clock("numba:compiler_lock")
 
 
 def compile_seconds() -> float:
-    """Wall-clock time that the compiler has taken in this process; 0 where all was on disk."""
+    """Return the wall-clock time (s) of compiling in this process; 0 if all kernels were on disk."""
     return float(_COMPILING.duration) if _COMPILING.done else 0.0
 
 
 def readying_seconds() -> float:
-    """Wall-clock time that compiling kernels or reading them from disk has taken in this process."""
+    """Return the wall-clock time (s) of compiling kernels or reading them from disk in this process."""
     return float(_READYING.duration) if _READYING.done else 0.0
 
 
 def kernel(function: Any) -> Any:
-    """Compiled at the first call, and kept on disk where there is a place for it.
+    """Compile `function` at its first call, and keep it on disk if there is a place for it.
 
-    Sums may be reordered into vector instructions; NaN and inf are minded.
+    Sums may be reordered into vector instructions. NaN and inf keep their meaning.
     """
     fast = {"reassoc", "contract", "nsz", "arcp"}
     options: dict[str, Any] = {"nogil": True, "fastmath": fast, "error_model": "numpy"}
@@ -44,15 +44,15 @@ def kernel(function: Any) -> Any:
 
 @kernel
 def larger(value: Any, other: Any) -> Any:
-    """The larger one of two numbers of one precision, or the one that is NaN."""
+    """Return the larger of two numbers of one precision, or the one that is NaN."""
     return value if value > other or value != value else other
 
 
 @kernel
 def largest_of(values: Any) -> float:
-    """The largest number of a row, or NaN where there is one.
+    """Return the largest number of a row, or NaN if it holds one.
 
-    Kernels gather the largest of each column in a row first: vector instructions do that, and lose no NaN.
+    Kernels first gather the largest of each column in a row: vector instructions do that, and keep NaN.
     """
     largest = values[0]
     for j in range(1, len(values)):

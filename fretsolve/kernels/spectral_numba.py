@@ -1,20 +1,18 @@
-"""Products of spectra with kernels compiled by numba; see `fretsolve.kernels.spectral_numpy`."""
+"""Operations on spectra, compiled by numba. Each does what its namesake in `spectral_numpy` does."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from fretsolve.kernels.numba_options import kernel as compiled_kernel
+from fretsolve.kernels.numba_options import kernel as compiled
 
 TILE = 8
-"""Lines and columns that change places at a time: in double precision 8 complex numbers are two lines of cache."""
+"""Rows and columns transposed at a time: in double precision 8 complex numbers fill two cache lines. Loops of
+this fixed length become vector instructions."""
 
 
-@compiled_kernel
-def join_rows(upper: Any, lower: Any, lines: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.join_rows`."""
+@compiled
+def join_rows(upper, lower, lines):
     rows, ny = upper.shape
     for r in range(rows):
         if r < lower.shape[0]:
@@ -26,9 +24,8 @@ def join_rows(upper: Any, lower: Any, lines: Any) -> None:
         lines[r, ny:] = 0.0
 
 
-@compiled_kernel
-def split_rows(lines: Any, upper: Any, lower: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.split_rows`."""
+@compiled
+def split_rows(lines, upper, lower):
     rows, ny = upper.shape
     for r in range(rows):
         for j in range(ny):
@@ -38,13 +35,12 @@ def split_rows(lines: Any, upper: Any, lower: Any) -> None:
                 lower[r, j] = lines[r, j].imag
 
 
-@compiled_kernel
-def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.split_spectra`."""
+@compiled
+def split_spectra(lines, upper, lower):
     rows, columns = upper.shape
     length = lines.shape[1]
     half = upper.real.dtype.type(0.5)
-    mirrored = np.empty(columns, lines.dtype)  # so that all else runs forward, in vector instructions
+    mirrored = np.empty(columns, lines.dtype)  # the loops below then run forward, in vector instructions
     unused = np.empty(columns, lines.dtype)
     for r in range(rows):
         one, other = upper[r], lower[r] if r < lower.shape[0] else unused
@@ -57,9 +53,8 @@ def split_spectra(lines: Any, upper: Any, lower: Any) -> None:
             other[k] = complex(half * (a.imag + b.imag), half * (b.real - a.real))
 
 
-@compiled_kernel
-def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.join_spectra`."""
+@compiled
+def join_spectra(upper, lower, lines):
     rows, columns = upper.shape
     length = lines.shape[1]
     nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
@@ -77,9 +72,8 @@ def join_spectra(upper: Any, lower: Any, lines: Any) -> None:
             lines[r, length // 2] = complex(one[length // 2].real, other[length // 2].real)
 
 
-@compiled_kernel
-def take_columns(spectrum: Any, lines: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.take_columns`."""
+@compiled
+def take_columns(spectrum, lines):
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for first in range(0, whole_columns, TILE):
@@ -96,9 +90,8 @@ def take_columns(spectrum: Any, lines: Any) -> None:
     lines[:, rows:] = 0.0
 
 
-@compiled_kernel
-def give_columns(lines: Any, spectrum: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.give_columns`."""
+@compiled
+def give_columns(lines, spectrum):
     rows, columns = spectrum.shape
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
     for start in range(0, whole_rows, TILE):
@@ -114,9 +107,8 @@ def give_columns(lines: Any, spectrum: Any) -> None:
             spectrum[i, j] = lines[j, i]
 
 
-@compiled_kernel
-def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.multiply`."""
+@compiled
+def multiply(kernel, odd, field, result):
     lines, length = field.shape
     half = kernel.shape[1]
     one = kernel.dtype.type(1.0)
@@ -128,9 +120,8 @@ def multiply(kernel: Any, odd: bool, field: Any, result: Any) -> None:
             result[n, i] = field[n, i] * (sign * kernel[n, length - i])
 
 
-@compiled_kernel
-def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.multiply_pair`."""
+@compiled
+def multiply_pair(kernels, odd, fields, results, products):
     direct_x, direct_y, mixed = kernels
     field_x, field_y = fields
     result_x, result_y = results
@@ -149,9 +140,8 @@ def multiply_pair(kernels: Any, odd: bool, fields: Any, results: Any, products: 
             result_y[n, i] = x * across + y * direct_y[n, length - i]
 
 
-@compiled_kernel
-def multiply_coupled(direct: Any, mixed: Any, odd: Any, fields: Any) -> None:
-    """As `fretsolve.kernels.spectral_numpy.multiply_coupled`."""
+@compiled
+def multiply_coupled(direct, mixed, odd, fields):
     direct_z, direct_x, direct_y = direct
     mixed_zx, mixed_zy, mixed_xy = mixed
     field_z, field_x, field_y = fields

@@ -1,7 +1,7 @@
-"""Products of spectra with kernels in NumPy.
+"""Operations on spectra in NumPy: two real rows in one complex one, transposing, products with kernels.
 
-Fields and results are complex (n, m); kernels are real and hold the non-negative wave numbers along the last axis,
-(n, m//2 + 1): the negative ones are mirrored, with a change of sign where the kernel is odd.
+Fields and results are complex (n, m). Kernels are real and hold the non-negative wave numbers along the last axis,
+(n, m//2 + 1); the negative ones are mirrored, with a change of sign if the kernel is odd.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from fretsolve.system.arrays import ComplexArray, FloatArray
 
 
 def join_rows(upper: FloatArray, lower: FloatArray, lines: ComplexArray) -> None:
-    """``lines = upper + i lower``, (r, m), filled up with zeros; upper: (r, ny), lower: as many rows or one less."""
+    """Compute ``lines = upper + i lower``, (r, m), padded with zeros; upper: (r, ny), lower: as many or one less."""
     ny = upper.shape[1]
     lines[:] = 0.0
     lines.real[:, :ny] = upper
@@ -20,14 +20,14 @@ def join_rows(upper: FloatArray, lower: FloatArray, lines: ComplexArray) -> None
 
 
 def split_rows(lines: ComplexArray, upper: FloatArray, lower: FloatArray) -> None:
-    """The real parts of `lines` (r, m) become `upper` (r, ny), the imaginary ones `lower`."""
+    """Copy the real parts of `lines` (r, m) to `upper` (r, ny) and the imaginary parts to `lower`."""
     ny = upper.shape[1]
     upper[:] = lines.real[:, :ny]
     lower[:] = lines.imag[: len(lower), :ny]
 
 
 def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray) -> None:
-    """Spectra (r, m//2 + 1) of two real rows from that of the one plus i times the other, (r, m)."""
+    """Compute the spectra (r, m//2 + 1) of two real rows from that of the upper one plus i times the lower, (r, m)."""
     columns, count = upper.shape[1], len(lower)
     plain, mirrored = lines[:, 1:columns], lines[:, : lines.shape[1] - columns : -1]
     np.conjugate(mirrored, out=upper[:, 1:])
@@ -39,7 +39,7 @@ def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray)
 
 
 def join_spectra(upper: ComplexArray, lower: ComplexArray, lines: ComplexArray) -> None:
-    """The inverse of `split_spectra`; what is not real of wave numbers that stand for both signs is left out."""
+    """Invert `split_spectra`. Imaginary parts at wave numbers that stand for both signs are left out."""
     length, columns, count = lines.shape[1], upper.shape[1], len(lower)
     both = lines[:count]
     lines[count:, :columns] = upper[count:]
@@ -57,19 +57,19 @@ def join_spectra(upper: ComplexArray, lower: ComplexArray, lines: ComplexArray) 
 
 
 def take_columns(spectrum: ComplexArray, lines: ComplexArray) -> None:
-    """The columns of `spectrum` (nx, n) become `lines` (n, mx), filled up with zeros."""
+    """Copy the columns of `spectrum` (nx, n) to `lines` (n, mx), padded with zeros."""
     nx = len(spectrum)
     lines[:, :nx] = spectrum.T
     lines[:, nx:] = 0.0
 
 
 def give_columns(lines: ComplexArray, spectrum: ComplexArray) -> None:
-    """The first nx numbers of `lines` (n, mx) become the columns of `spectrum` (nx, n)."""
+    """Copy the first nx numbers of `lines` (n, mx) to the columns of `spectrum` (nx, n)."""
     spectrum[:] = lines[:, : len(spectrum)].T
 
 
 def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: ComplexArray) -> None:
-    """``result = kernel field``; `result` may be the field."""
+    """Compute ``result = kernel field``; `result` may be the field."""
     half = kernel.shape[1]
     np.multiply(field[:, :half], kernel, out=result[:, :half])
     mirrored = kernel[:, field.shape[1] - half : 0 : -1]
@@ -85,9 +85,9 @@ def multiply_pair(
     results: tuple[ComplexArray, ComplexArray],
     products: tuple[ComplexArray, ComplexArray],
 ) -> None:
-    """Two results of two fields by the symmetric matrix of kernels (xx, yy, xy), `odd` that of xy.
+    """Multiply two fields by the symmetric matrix of kernels (xx, yy, xy); `odd` is that of xy.
 
-    products: room for the size of a field, used up; `results` may be the fields.
+    products: working arrays of the size of a field; `results` may be the fields.
     """
     direct_x, direct_y, mixed = kernels
     from_x, from_y = products
@@ -104,17 +104,17 @@ def multiply_coupled(
     odd: tuple[bool, bool, bool],
     fields: tuple[ComplexArray, ComplexArray, ComplexArray],
 ) -> None:
-    """In place, three results (z, x, y) of three fields by the symmetric matrix of kernels (zz, xx, yy; zx, zy, xy).
+    """Multiply three fields (z, x, y), in place, by the symmetric matrix of kernels (zz, xx, yy; zx, zy, xy).
 
-    odd: those of `mixed`.
+    odd: of the kernels `mixed`.
     """
     results = [np.empty_like(field) for field in fields]
     for kernel, field, result in zip(direct, fields, results, strict=True):
         multiply(kernel, False, field, result)
-    room = np.empty_like(fields[0])
+    product = np.empty_like(fields[0])
     for kernel, is_odd, pair in zip(mixed, odd, ((0, 1), (0, 2), (1, 2)), strict=True):
         for source, target in (pair, pair[::-1]):
-            multiply(kernel, is_odd, fields[source], room)
-            results[target] += room
+            multiply(kernel, is_odd, fields[source], product)
+            results[target] += product
     for field, result in zip(fields, results, strict=True):
         field[...] = result

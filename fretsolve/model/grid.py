@@ -5,23 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
+import numpy as np
 
-    from fretsolve.system.arrays import DoubleArray
-
+from fretsolve.system.arrays import DoubleArray
 
 LARGE_GRID = 5e5
-"""Cells from which on memory counts for more than the time to get it again: one window is kept, and arrays are given
-back as soon as they hold nothing of use."""
+"""Number of cells beyond which memory matters more than the time to allocate it again: one active region is kept, and
+arrays are freed as soon as they hold nothing of use."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """``nx`` by ``ny`` cells with sides ``dx``, ``dy`` (mm) about the point (``x0``, ``y0``) (mm).
+    """``nx`` by ``ny`` cells with sides ``dx``, ``dy`` (mm), centred at (``x0``, ``y0``) (mm).
 
-    Raises ValueError where there is no cell or a side is not positive and finite.
+    Raises ValueError if there is no cell or a side is not positive and finite.
     """
 
     nx: int
@@ -41,11 +39,9 @@ class Grid:
     def from_size(
         cls, points: tuple[int, int], size: tuple[float, float], center: tuple[float, float] = (0.0, 0.0)
     ) -> Grid:
-        """Cut the rectangle `size` (mm) centred at `center` (mm) into `points` = (nx, ny) cells."""
-        nx, ny = points
-        if min(points) < 1:
-            raise ValueError(f"a grid needs at least one cell per direction, got {nx} x {ny}")
-        return cls(nx, ny, size[0] / nx, size[1] / ny, center[0], center[1])
+        """Cut the rectangle `size` (mm), centred at `center` (mm), into `points` = (nx, ny) cells."""
+        nx, ny = points  # a number below 1 is refused by the class
+        return cls(nx, ny, size[0] / max(nx, 1), size[1] / max(ny, 1), center[0], center[1])
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -79,17 +75,15 @@ class Grid:
 
     @cached_property
     def farthest(self) -> float:
-        """Largest coordinate of a cell's centre (mm)."""
+        """Largest absolute coordinate of a cell's centre (mm)."""
         return max(abs(float(end)) for end in (self.x[0], self.x[-1], self.y[0], self.y[-1]))
 
 
 def cell_centers(count: int, spacing: float, center: float) -> DoubleArray:
-    """`count` read-only points `spacing` apart about `center`.
+    """Return `count` points `spacing` apart about `center`, read-only.
 
     About the origin they are antisymmetric to the last bit, so that a mirror-symmetric case stays so.
     """
-    import numpy as np
-
     centers: DoubleArray = (np.arange(count, dtype=np.float64) - (count - 1) / 2) * spacing + center
     centers.flags.writeable = False
     return centers

@@ -1,33 +1,31 @@
-"""Measured height maps: read from a file, and interpolated onto a grid's cell centres.
+"""Measured height maps: reading them from a file, and interpolating them onto the cell centres of a grid.
 
-Files: HDF5 (``.h5``, ``.hdf5``, ``.hdf``), NumPy (``.npy``, ``.npz``) and text (``.txt``, ``.csv``, ``.dat``,
-``.xyz``: numbers separated by white space, commas or semicolons; ``#`` begins a comment). The first index, in
-text the row, runs along x and the second along y. Text of three columns that list every point x, y, z of a
-regular grid once is read as such points, all three in the unit of the heights. The spacing is the case's, or
-else that of the points, or of the attributes `spacing`, or `dx` and `dy`, of an HDF5 dataset (mm). The map is
-centred on the surface's centre. Values that are not finite are holes.
+Files are HDF5 (``.h5``, ``.hdf5``, ``.hdf``), NumPy (``.npy``, ``.npz``) or text (``.txt``, ``.csv``, ``.dat``,
+``.xyz``: numbers separated by white space, commas or semicolons; ``#`` begins a comment). The first index, in text the
+row, runs along x, the second along y. Text of three columns that lists every point x, y, z of a regular grid once is
+read as such points, all three in the unit of the heights. The spacing is that of the case, or else that of the points,
+or of the attributes `spacing`, or `dx` and `dy`, of an HDF5 dataset (mm). The map is centred on the surface's centre.
+Values that are not finite are holes.
 
-Interpolation is bilinear: measured maps are rough and have holes, where a spline would overshoot and carry
-a hole's or a step's effect across the map. It is exact at the map's own points; between them it lies above a
-paraboloid of radius R by up to spacing^2/8R per direction.
+Interpolation is bilinear. Measured maps are rough and have holes; a spline would overshoot and carry the effect of a
+hole or a step across the map. It is exact at the points of the map; between them it lies above a paraboloid of radius R
+by up to spacing^2/8R per direction.
 """
 
 from __future__ import annotations
 
 import math
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.quantities import LENGTH, QuantityError, to_internal
+from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
-
-if TYPE_CHECKING:
-    from fretsolve.case.surface_specs import HeightsSurface
 
 Pair = tuple[float, float]
 
@@ -36,29 +34,30 @@ NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
 SNAP = 1e-6
-"""Slack, in spacings, for rounding: about the map's border, and about the reach of a hole."""
+"""Slack for rounding, in spacings, at the border of the map and at the reach of a hole."""
+
 CHUNK_POINTS = 1 << 18
-"""Points interpolated at a time, to bound the memory of coordinates and results."""
+"""Points interpolated at a time; it bounds the memory of coordinates and results."""
 
 
 def height_map_separation(source: HeightsSurface, x: DoubleArray, y: DoubleArray, key: KeyPath) -> DoubleArray:
-    """Separation (mm) at ascending `x` (nx,), `y` (ny,), in mm from the map's centre: ``(nx, ny)``.
+    """Return the separation (nx, ny) in mm at ascending `x` (nx,), `y` (ny,) in mm from the map's centre.
 
-    +inf off the map and about its holes. `key` is the source's place in the case. Raises what
-    `load_height_map` does, and CaseError if no cell lies on the map.
+    It is +inf off the map and around its holes. key: place of the source in the case. Raises as `load_height_map`, and
+    CaseError if no cell lies on the map.
     """
     height_map = load_height_map(source, key)
     result = height_map.sample(x, y)
     if not np.isfinite(result).any():
         spans = " x ".join(f"{span:g}" for span in height_map.span)
         message = f"no cell of the grid lies on the map {source.file.name!r} of {spans} mm"
-        raise CaseError(f"{message} or all do in its holes; move its center or the grid", key)
+        raise CaseError(f"{message} or all lie in its holes; move its center or the grid", key)
     return result
 
 
 @dataclass(frozen=True)
 class HeightMap:
-    """Separation at points `spacing` apart about the origin, in mm; `values` (mx, my), NaN in holes."""
+    """Separation `values` (mx, my) in mm, NaN in holes, at points `spacing` (mm) apart about the origin."""
 
     values: DoubleArray
     spacing: Pair
@@ -70,7 +69,7 @@ class HeightMap:
         return (mx - 1) * self.spacing[0], (my - 1) * self.spacing[1]
 
     def sample(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Separation at ascending `x` (nx,), `y` (ny,), in mm: (nx, ny), +inf off the map and about holes."""
+        """Return the separation (nx, ny) at ascending `x` (nx,), `y` (ny,) in mm, +inf off the map and around holes."""
         from scipy.ndimage import map_coordinates
 
         result = np.full((x.size, y.size), np.inf)
@@ -92,7 +91,7 @@ class HeightMap:
         return result
 
     def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
-        """Cells at `x` (nx,), `y` (ny,) that are the map's last ones before it ends within the grid: (nx, ny)."""
+        """Return the cells (nx, ny) at `x` (nx,), `y` (ny,) that are the last before the map ends within the grid."""
         last = np.zeros((x.size, y.size), dtype=bool)
         u, first_u = self._coordinates(x, 0)
         v, first_v = self._coordinates(y, 1)
@@ -106,7 +105,7 @@ class HeightMap:
         return last
 
     def _coordinates(self, positions: DoubleArray, axis: int) -> tuple[DoubleArray, int]:
-        """The `positions` on the map, in spacings from its first point, and the first one's index."""
+        """Return the `positions` that lie on the map, in spacings from its first point, and the index of the first."""
         count = self.values.shape[axis]
         index = positions / self.spacing[axis] + (count - 1) / 2
         on_map = np.flatnonzero((index >= -SNAP) & (index <= count - 1 + SNAP))
@@ -116,26 +115,28 @@ class HeightMap:
 
 
 def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
-    """Read `source`, whose place in the case is `key`.
+    """Read the height map `source`, whose place in the case is `key`.
 
-    Raises FileError where the file is missing or cannot be read, CaseError (at `key` or below) where what it
-    holds is no map: wrong dimensions, no such dataset, no spacing, no finite value.
+    Raises FileError if the file is missing or cannot be read, and CaseError (at `key` or below) if it does not hold a
+    map: wrong dimensions, no such dataset, no spacing, no finite value.
     """
-    file = source.file
-    suffix = file.suffix.lower()
+    from zipfile import BadZipFile
+
+    file, suffix = source.file, source.file.suffix.lower()
     try:
         file.open("rb").close()
-    except OSError as error:
-        raise _unreadable(file, error) from error
-    if suffix in HDF5_SUFFIXES:
-        content = _read_hdf5(file, source.dataset, (*key, "dataset"))
-    elif suffix in NUMPY_SUFFIXES:
-        content = _read_numpy(file, source.dataset, (*key, "dataset"))
-    elif suffix in TEXT_SUFFIXES:
-        content = _read_text(file, source.unit)
-    else:
-        known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
-        raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+        if suffix in HDF5_SUFFIXES:
+            content = _read_hdf5(file, source.dataset, (*key, "dataset"))
+        elif suffix in NUMPY_SUFFIXES:
+            content = _read_numpy(file, source.dataset, (*key, "dataset"))
+        elif suffix in TEXT_SUFFIXES:
+            content = _read_text(file, source.unit)
+        else:
+            known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
+            raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+    except (OSError, EOFError, TypeError, ValueError, BadZipFile) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or " ".join(str(error).split())
+        raise FileError(f"the height map cannot be read: {reason}", file) from error
     _require_unit(content.units, source, (*key, "unit"))
     values = _checked(content.values, file, (*key, "file"))
     values *= -source.unit if source.invert else source.unit
@@ -144,7 +145,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
 
 @dataclass(frozen=True)
 class _Content:
-    """What a file holds: an array as it stands there, and the spacing (mm) and units if the file tells them."""
+    """The array in a file, as it is there, with the spacing (mm) and units if the file gives them."""
 
     values: NDArray[Any]
     spacing: tuple[float, ...] | None = None
@@ -152,11 +153,7 @@ class _Content:
 
 
 def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
-    """Refuse a map whose file states another unit of length than the case; other texts are not looked at."""
-    from fretsolve.case.quantities import LENGTH, QuantityError, to_internal
-
-    if not units:
-        return
+    """Refuse a map whose file states another unit of length than the case; ignore texts that are not such a unit."""
     try:
         stated = to_internal(units, LENGTH, bare_unit=True)
     except QuantityError:
@@ -170,7 +167,7 @@ def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
 
 
 def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
-    """`values` as floats, NaN where not finite."""
+    """Return `values` as floats, NaN where not finite."""
     if values.ndim != 2 or min(values.shape) < 2:
         shape = " x ".join(map(str, values.shape)) or "scalar"
         raise CaseError(f"{file.name!r} holds a {shape} array; at least 2 x 2 heights are needed", key)
@@ -185,7 +182,7 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
 
 
 def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> Pair:
-    """The case's spacing, or else the file's (mm)."""
+    """Return the spacing (mm) of the case, or else that of the file."""
     if source.spacing is not None:
         return source.spacing
     example = "give that of the map's points, such as [1 um, 1 um]"
@@ -198,54 +195,44 @@ def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> Pair:
 
 
 def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
-    """A dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
+    """Read a dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
     import h5py
 
-    try:
-        with h5py.File(file, "r") as stored:
-            nodes: list[tuple[str, Any]] = []
-            stored.visititems(lambda *node: nodes.append(node))
-            datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
-            node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
-            attributes = node.attrs
-            separate = [attributes[name] for name in ("dx", "dy") if name in attributes]
-            spacing = tuple(float(step) for step in np.ravel(attributes.get("spacing", separate)))
-            units = attributes.get("units", "")
-            return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
-    except (OSError, TypeError, ValueError) as error:
-        raise _unreadable(file, error) from error
+    with h5py.File(file, "r") as stored:
+        nodes: list[tuple[str, Any]] = []
+        stored.visititems(lambda *node: nodes.append(node))
+        datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
+        node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
+        separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
+        spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))
+        units = node.attrs.get("units", "")
+        return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
 
 
 def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
-    """The array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
-    try:
-        with file.open("rb") as stream:
-            stored = np.load(stream, allow_pickle=False)
-            if isinstance(stored, np.ndarray):
-                if dataset is not None:
-                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
-                return _Content(stored)
-            return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise _unreadable(file, error) from error
+    """Read the array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
+    with file.open("rb") as stream:
+        stored = np.load(stream, allow_pickle=False)
+        if isinstance(stored, np.ndarray):
+            if dataset is not None:
+                raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
+            return _Content(stored)
+        return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
 
 
 def _read_text(file: Path, unit: float) -> _Content:
-    """A matrix, or points x, y, z (all in `unit`) of a regular grid."""
-    try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-        first = next((line for line in lines if line.split("#")[0].strip()), None)
-        if first is None:
-            raise ValueError("it holds no numbers")
-        delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
-        values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise _unreadable(file, error) from error
+    """Read a matrix, or points x, y, z (all in `unit`) of a regular grid."""
+    lines = file.read_text(encoding="utf-8-sig").splitlines()
+    first = next((line for line in lines if line.split("#")[0].strip()), None)
+    if first is None:
+        raise ValueError("it holds no numbers")
+    delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
+    values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
     return _gridded(values, unit) or _Content(values)
 
 
 def _gridded(points: DoubleArray, unit: float) -> _Content | None:
-    """Rows x, y, z as a map if they list every point of a regular grid once, in any order; None otherwise."""
+    """Return the map whose points x, y, z the rows list in any order; None if they are not a regular grid."""
     if points.shape[1] != 3:
         return None
     x, column = np.unique(points[:, 0], return_inverse=True)
@@ -261,16 +248,10 @@ def _gridded(points: DoubleArray, unit: float) -> _Content | None:
 
 
 def _chosen(dataset: str | None, names: list[str], file: Path, key: KeyPath) -> str:
-    """The dataset asked for, or the only one."""
+    """Return the name of the dataset asked for, or of the only one."""
     if dataset is None and len(names) == 1:
         return names[0]
     if dataset in names:
         return dataset
     wanted = "dataset is missing" if dataset is None else f"there is no dataset {dataset!r} in {file.name!r}"
     raise CaseError(f"{wanted}; {file.name!r} has {', '.join(sorted(names)) or 'none'}", key)
-
-
-def _unreadable(file: Path, error: Exception) -> FileError:
-    known = isinstance(error, OSError) and error.strerror
-    reason = known or " ".join(str(error).split())
-    return FileError(f"the height map cannot be read: {reason}", file)

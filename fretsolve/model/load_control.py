@@ -1,7 +1,7 @@
-"""What is imposed on three rigid modes, force or displacement, and the amplitudes of those whose force is imposed.
+"""Load control of three rigid modes: a resultant or a displacement is imposed on each.
 
-Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z), and (P, Mx, My) and
-(Qx, Qy, Mz).
+Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z), and those of the resultants
+(P, Mx, My) and (Qx, Qy, Mz).
 """
 
 from __future__ import annotations
@@ -15,21 +15,19 @@ from fretsolve.system.arrays import Vector
 
 @dataclass(frozen=True)
 class LoadControl:
-    """What is imposed for three rigid modes: ``forced[i]`` tells a resultant from a displacement.
-
-    values: the imposed resultant (N, N mm) where forced, the imposed displacement (mm, rad) elsewhere.
-    """
+    """forced: whether the resultant of each mode is imposed; values: the imposed resultants (N, N mm) or else
+    displacements (mm, rad)."""
 
     forced: tuple[bool, bool, bool]
     values: tuple[float, float, float]
 
     def relative_to(self, rigid: Vector) -> LoadControl:
-        """The same with the imposed displacements counted from `rigid`."""
+        """Return the same with imposed displacements counted from `rigid`."""
         x, y, z = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
         return LoadControl(self.forced, (x, y, z))
 
     def with_loads_scaled(self, factor: float) -> LoadControl:
-        """The same with the imposed resultants multiplied by `factor`."""
+        """Return the same with imposed resultants multiplied by `factor`."""
         x, y, z = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
         return LoadControl(self.forced, (x, y, z))
 

@@ -1,8 +1,8 @@
-"""The load path: stages cut into increments, and what is imposed at the end of each.
+"""The load path: stages cut into increments, and what is imposed at the end of each increment.
 
-A stage moves the components that it names from where they stand to their new totals, in equal steps or in steps that
-`spacing` chooses; the rest stays as it is. A component that changes from force to displacement control, or back,
-starts from the value that the contact had at the stage's start.
+A stage moves the components that it names from where they stand to their new totals, in equal or in graded increments.
+The other components stay as they are. A component that changes between force and displacement control starts from the
+value that the contact had at the start of the stage.
 """
 
 from __future__ import annotations
@@ -10,37 +10,30 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from fretsolve.case import Stage
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
-from fretsolve.model.increment_grading import Course, Courses
+from fretsolve.model.increment_grading import IncrementGrading, StageGrading
 from fretsolve.model.load_control import LoadControl
-
-if TYPE_CHECKING:
-    from fretsolve.case import Stage
-    from fretsolve.model.required_terms import Model
-    from fretsolve.result.state import Summary
+from fretsolve.model.required_terms import Model
+from fretsolve.result.state import Summary
 
 INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
-"""What is imposed until a stage names something else of the pair."""
+"""What is imposed until a stage names a component of the same pair."""
 
 DRAWN_INCREMENTS = 10
-"""Of an automatic stage at least: a loop needs points to be drawn, also where the path between them has no effect."""
+"""Least number of automatic increments under tangential load: a loop needs points to be drawn."""
 
-INCREMENTS_PER_MOTION = 25
-"""Of an automatic stage in which the slip depends on the path, for a contact or stick zone that arises or vanishes
-(`spacing.Course.motion`). Then displacements are within about half a per cent of what more increments give, and work
-within one to three, as docs/verification.md has them."""
+INCREMENTS_PER_EDGE_MOTION = 25
+"""Automatic increments per unit of `StageGrading.edge_motion`, where the slip depends on the path. Displacements are
+then within about 0.5 % of what more increments give, the dissipated energy within 1 to 3 % (docs/verification.md)."""
 
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Increment:
-    """What is imposed at the end of an increment, as totals (N, mm, N mm, rad).
-
-    step: 0-based over the whole path; key: where the stage stands in the case file.
-    """
+    """What is imposed at the end of an increment, as totals (N, mm, N mm, rad). step: from 0 over the whole path."""
 
     step: int
     stage: Stage
@@ -50,9 +43,9 @@ class Increment:
 
 @dataclass(frozen=True)
 class _PlannedStage:
-    """A stage with its first step, its number of increments, and what is imposed before and at its end.
+    """A stage with its first step, its number of increments, and what is imposed before it and at its end.
 
-    needed: increments that the slip's course takes; course: by which its steps are chosen, None where they are equal.
+    needed: number of increments that the automatic choice would take; grading: None for equal increments.
     """
 
     stage: Stage
@@ -61,43 +54,44 @@ class _PlannedStage:
     needed: int
     before: dict[str, float]
     after: dict[str, float]
-    course: Course | None
+    grading: StageGrading | None
 
     def share(self, step: int) -> float:
-        """The share of the stage that is done after `step`; 1 at its end."""
+        """Return the share of the stage that is done after `step`, 1 at its end."""
         part = (step - self.first + 1) / self.increments
-        return part if self.course is None else self.course.share(part)
+        return part if self.grading is None else self.grading.share(part)
 
 
 class LoadPath:
-    """The stages of a case with the increments of each settled.
+    """The stages of a case, each with its increments.
 
-    refinement: factor on the number of automatic ones where the slip depends on them; matters: whether it does in any
-    stage; slip_width: the largest that Cattaneo and Mindlin let expect, over the contact radius; 0 where they do not.
+    refinement: factor on the automatic numbers of increments where the slip depends on them. path_dependent: whether it
+    does so in any stage; slip_width: largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius,
+    0 if they do not apply.
     """
 
     def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
         self._model = model
         self._planned: list[_PlannedStage] = []
-        courses = Courses(model.friction)
-        before, first = dict(INITIAL), 0
-        moved: set[str] = set()
         self.path_dependent = False
         self.slip_width = 0.0
+        increment_grading = IncrementGrading(model.friction)
+        before, first = dict(INITIAL), 0
+        moved: set[str] = set()
         for stage in stages:
             after = _after(before, stage)
-            # Shear stays behind where it has once been, so the load that is taken off again does not count.
+            # A tangential component that returns to 0 still counts: shear stays behind.
             moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
-            matters = depends_on_path(stage, moved, model)
-            self.path_dependent = self.path_dependent or matters
-            course = courses.following(before, after)
-            chosen = automatic_increments(matters, bool(moved), model, course.motion * refinement)
-            count, needed = stage.increments or chosen, chosen if matters else 1
+            path_dependent = _depends_on_path(stage, moved, model)
+            self.path_dependent = self.path_dependent or path_dependent
+            grading = increment_grading.next_stage(before, after)
             if model.has_shear:
-                self.slip_width = max(self.slip_width, course.slip_width)
-            spacing = stage.spacing or ("graded" if matters and not stage.increments else "equal")
-            steps = course if spacing == "graded" else None
-            self._planned.append(_PlannedStage(stage, first, count, needed, before, after, steps))
+                self.slip_width = max(self.slip_width, grading.slip_width)
+            automatic = _automatic_increments(path_dependent, bool(moved), model, grading.edge_motion * refinement)
+            count, needed = stage.increments or automatic, automatic if path_dependent else 1
+            spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
+            chosen = grading if spacing == "graded" else None
+            self._planned.append(_PlannedStage(stage, first, count, needed, before, after, chosen))
             before, first = after, first + count
         self.increments = first
 
@@ -106,14 +100,6 @@ class LoadPath:
         """The last step of each stage."""
         return tuple(planned.first + planned.increments - 1 for planned in self._planned)
 
-    def with_counts(self, counts: Sequence[int]) -> LoadPath:
-        """The same stages with other numbers of increments, one per stage, spaced alike."""
-        stages = [
-            replace(planned.stage, increments=count, spacing="graded" if planned.course else "equal")
-            for planned, count in zip(self._planned, counts, strict=True)
-        ]
-        return LoadPath(stages, self._model)
-
     @property
     def counts(self) -> tuple[int, ...]:
         """The number of increments of each stage."""
@@ -121,7 +107,7 @@ class LoadPath:
 
     @property
     def needed(self) -> tuple[int, ...]:
-        """The number of increments that the slip's course takes in each stage; 1 where the path has no effect."""
+        """The number of increments that each stage needs; 1 where the path has no effect."""
         return tuple(planned.needed for planned in self._planned)
 
     @property
@@ -131,15 +117,23 @@ class LoadPath:
 
     @property
     def graded(self) -> tuple[bool, ...]:
-        """Whether the steps of each stage follow the edges of contact and stick zone."""
-        return tuple(planned.course is not None for planned in self._planned)
+        """Whether the increments of each stage are graded."""
+        return tuple(planned.grading is not None for planned in self._planned)
+
+    def with_counts(self, counts: Sequence[int]) -> LoadPath:
+        """Return the same stages with other numbers of increments, one per stage, graded alike."""
+        stages = [
+            replace(planned.stage, increments=count, spacing="graded" if planned.grading else "equal")
+            for planned, count in zip(self._planned, counts, strict=True)
+        ]
+        return LoadPath(stages, self._model)
 
     def normal_loads(self) -> tuple[LoadControl, ...]:
-        """What is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage, as far as the case names it."""
-        return tuple(_balance(planned.after, PAIRS[:3]) for planned in self._planned)
+        """Return what is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage."""
+        return tuple(_load_control(planned.after, PAIRS[:3]) for planned in self._planned)
 
     def increment(self, step: int, history: Sequence[Summary]) -> Increment:
-        """What is imposed at `step`; `history` holds the summaries of all steps before it."""
+        """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
         planned = next(p for p in reversed(self._planned) if p.first <= step)
         start = history[planned.first - 1] if planned.first else None
         part = planned.share(step)
@@ -147,25 +141,21 @@ class LoadPath:
             name: _between(_start_value(name, planned.before, start), end, part)
             for name, end in planned.after.items()
         }
-        return Increment(step, planned.stage, _balance(values, PAIRS[:3]), _balance(values, PAIRS[3:]))
+        return Increment(step, planned.stage, _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:]))
 
 
-def automatic_increments(matters: bool, moved: bool, model: Model, motion: float) -> int:
-    """As many increments as the stage needs; one where one is exact: where nothing can slip.
-
-    matters: whether the slip depends on how the stage's end is reached; moved: whether there has been a tangential
-    load; motion: of the edges, times what is asked for beyond the usual.
-    """
-    if not matters:
+def _automatic_increments(path_dependent: bool, moved: bool, model: Model, edge_motion: float) -> int:
+    """Return how many increments a stage needs. moved: a tangential component has moved up to its end."""
+    if not path_dependent:
         return DRAWN_INCREMENTS if model.has_shear and moved else 1
-    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_MOTION * motion - ROUNDING))
+    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * edge_motion - ROUNDING))
 
 
-def depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
-    """Whether the slip of a stage depends on how its end is reached, which increments follow in steps.
+def _depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
+    """Return whether the slip of a stage depends on how its end is reached.
 
-    So it does where pressure and shear act on each other, where the pressure changes under shear, and where the slip
-    turns: under several tangential loads. moved: the tangential components moved up to the end of the stage.
+    It does where pressure and shear act on each other, where the pressure changes under shear, and where slip turns,
+    under several tangential loads. moved: the tangential components moved up to the end of the stage.
     """
     if not model.has_shear:
         return False
@@ -174,6 +164,7 @@ def depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
+    """Return what is imposed at the end of a stage."""
     after = dict(before)
     for name, value in stage.targets:
         partner = next(b if a == name else a for a, b in PAIRS if name in (a, b))
@@ -192,7 +183,7 @@ def _between(start: float, end: float, part: float) -> float:
     return end if part == 1.0 else start + (end - start) * part
 
 
-def _balance(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
+def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
     forced = tuple(force in values for force, _ in pairs)
     imposed = tuple(values[force if force in values else motion] for force, motion in pairs)
     return LoadControl(forced, imposed)  # type: ignore[arg-type]

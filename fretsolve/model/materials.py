@@ -1,4 +1,4 @@
-"""Elastic constants of a pair of bodies, as the half-space solutions need them.
+"""Elastic constants of a pair of bodies in the half-space solutions.
 
 Sources: Johnson, Contact Mechanics (1985), chapters 3 and 5; Dundurs (1969). Moduli are in MPa.
 """
@@ -11,7 +11,7 @@ from typing import Protocol
 
 
 class ElasticBody(Protocol):
-    """What is asked of an elastic body: Young's modulus (MPa) and Poisson's ratio."""
+    """A body with Young's modulus (MPa) and Poisson's ratio."""
 
     @property
     def young_modulus(self) -> float: ...
@@ -22,10 +22,10 @@ class ElasticBody(Protocol):
 
 @dataclass(frozen=True)
 class Compliances:
-    """Sums over both bodies, with G_i = E_i / 2(1 + nu_i); a rigid body adds nothing (1/MPa).
+    """Sums over both bodies (1/MPa), with G_i = E_i / 2(1 + nu_i); a rigid body adds nothing.
 
-    A: sum (1 - nu_i)/G_i.  B: sum nu_i/G_i.  C: (1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2, which couples the normal
-    and the tangential problem and changes sign when the bodies are swapped.
+    A: sum (1 - nu_i)/G_i; B: sum nu_i/G_i; C: (1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2, which couples the normal and the
+    tangential problem and changes sign if the bodies are swapped.
     """
 
     A: float
@@ -39,10 +39,8 @@ class Compliances:
 
     @property
     def dundurs_constant(self) -> float:
-        """Dundurs' second constant beta = (C/2)/A; 0 for two rigid bodies.
-
-        In [-1/2, 1/2] where no Poisson's ratio is negative.
-        """
+        """Dundurs' second constant beta = (C/2)/A, in [-1/2, 1/2] if no Poisson's ratio is negative; 0 for two rigid
+        bodies."""
         return 0.5 * self.C / self.A if self.A else 0.0
 
     @property
@@ -57,14 +55,14 @@ class Compliances:
 
 
 def compliances(body_1: ElasticBody | None, body_2: ElasticBody | None) -> Compliances:
-    """The pair's compliances; body 1 is loaded, body 2 is held, None is a rigid body."""
+    """Return the compliances of a pair; body 1 is loaded, body 2 is held, None is a rigid body."""
     a_1, b_1, c_1 = _body_terms(body_1)
     a_2, b_2, c_2 = _body_terms(body_2)
     return Compliances(A=a_1 + a_2, B=b_1 + b_2, C=c_1 - c_2)
 
 
 def _body_terms(body: ElasticBody | None) -> tuple[float, float, float]:
-    """(1 - nu)/G, nu/G and (1 - 2 nu)/G of one body."""
+    """Return (1 - nu)/G, nu/G and (1 - 2 nu)/G of one body."""
     if body is None:
         return 0.0, 0.0, 0.0
     nu = body.poisson_ratio

@@ -1,35 +1,32 @@
-"""Undeformed separation h(x, y) of the two surfaces: what the case lists under `surface`, summed.
+"""Undeformed separation h(x, y) of the two surfaces: the sum of what the case lists under `surface`.
 
-Curved surfaces are their osculating paraboloids, h = r^2/2R, as in Hertz's theory: the half-space model
-holds for contacts that are small against the radius only, and there the two agree. A negative radius is
-concave. Where a surface ends (past a punch's edge, a cylinder's end, a height map's border or in its holes)
-there is no material, and h = +inf: never in contact. A cell belongs to a surface if its centre does.
+Curved surfaces are replaced by their osculating paraboloids, h = r^2/2R, as in Hertz's theory. The two agree where the
+half-space model holds: in contacts that are small against the radius. A negative radius is concave. Where a surface
+ends (past a punch's edge, a cylinder's end, a height map's border, or in its holes) h = +inf: there is no material, and
+never contact. A cell belongs to a surface if its centre does.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fretsolve.case.surface_specs import CylinderSurface, PunchSurface, Surface
+from fretsolve.model.height_map import HeightMap, height_map_separation, load_height_map
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.case.surface_specs import CylinderSurface, PunchSurface, Surface
-
-
 EDGE_SLACK = 1e-9
-"""How far past an edge, relative to the body's size, a cell's centre still belongs to it: rounding must not
-decide which of two cells that mirror each other does."""
+"""Distance past an edge, over the size of the body, at which a cell's centre still belongs to it. Without it, rounding
+would decide which of two mirrored cells does."""
 
 
 def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> DoubleArray:
-    """Sum of the surfaces' separations at cell centres `x` (nx,), `y` (ny,) in mm: ``(nx, ny)`` in mm.
+    """Return the separation (nx, ny) in mm at cell centres `x` (nx,), `y` (ny,) in mm.
 
-    Raises FileError where a height map cannot be read, CaseError where it does not fit the case; the key of
-    the latter starts with ``("surface", index)``.
+    Raises FileError if a height map cannot be read, CaseError if it does not fit the case; the key of the latter starts
+    with ``("surface", index)``.
     """
     total = np.zeros((x.size, y.size))
     for index, surface in enumerate(surfaces):
@@ -38,31 +35,31 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
 
 
 def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> BoolArray | None:
-    """Cells where a height map ends within the grid, ``(nx, ny)``; None without a map. Raises as `separation`."""
-    border: BoolArray | None = None
-    for index, surface in enumerate(surfaces):
-        if surface.kind == "heights":
-            from fretsolve.model.height_map import load_height_map
+    """Return the cells at which a height map ends within the grid, (nx, ny); None if there is no map.
 
-            of_map = load_height_map(surface, ("surface", index, "heights"))
-            ends = of_map.border(x - surface.center[0], y - surface.center[1])
-            border = ends if border is None else border | ends
+    Raises as `separation`.
+    """
+    border: BoolArray | None = None
+    for (x0, y0), height_map in _height_maps(surfaces):
+        ends = height_map.border(x - x0, y - y0)
+        border = ends if border is None else border | ends
     return border
 
 
 def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
-    """Sides (mm) of the height maps among the surfaces. Raises FileError, CaseError as `separation`."""
-    spans = []
+    """Return the sides (mm) of the height maps among the surfaces. Raises as `separation`."""
+    return [height_map.span for _, height_map in _height_maps(surfaces)]
+
+
+def _height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, float], HeightMap]]:
+    """Read the height maps among the surfaces; yield their centres (mm) with them."""
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":
-            from fretsolve.model.height_map import load_height_map
-
-            spans.append(load_height_map(surface, ("surface", index, "heights")).span)
-    return spans
+            yield surface.center, load_height_map(surface, ("surface", index, "heights"))
 
 
 def _add(total: DoubleArray, surface: Surface, x: DoubleArray, y: DoubleArray, index: int) -> None:
-    """Add one surface to `total`, with `x`, `y` taken from its centre."""
+    """Add one surface to `total`; `x`, `y` are counted from its centre."""
     column, row = x[:, None], y[None, :]
     match surface.kind:
         case "sphere":
@@ -76,15 +73,13 @@ def _add(total: DoubleArray, surface: Surface, x: DoubleArray, y: DoubleArray, i
         case "punch":
             total += _punch(column, row, surface)
         case "heights":
-            from fretsolve.model.height_map import height_map_separation
-
             total += height_map_separation(surface, x, y, ("surface", index, "heights"))
 
 
 def _add_paraboloid(
     total: DoubleArray, x: DoubleArray, y: DoubleArray, radius_1: float, radius_2: float, angle: float
 ) -> None:
-    """Add t1^2/2R1 + t2^2/2R2; axis 1 lies at `angle` from x. `x` (nx, 1) and `y` (1, ny) are broadcast."""
+    """Add t1^2/2R1 + t2^2/2R2, axis 1 at `angle` from x; `x` (nx, 1) and `y` (1, ny) are broadcast."""
     cosine, sine = _direction(angle)
     half_1, half_2 = 0.5 / radius_1, 0.5 / radius_2
     total += (half_1 * cosine**2 + half_2 * sine**2) * x**2
@@ -95,10 +90,10 @@ def _add_paraboloid(
 
 
 def _add_cylinder(total: DoubleArray, x: DoubleArray, y: DoubleArray, cylinder: CylinderSurface) -> None:
-    """Add a cylinder: straight or crowned along its axis, endless or ending within `length`.
+    """Add a cylinder, straight or crowned along its axis, endless or of a given `length`.
 
-    With `end_radius` the ends fall away tangentially, by an arc of that radius over the last `end_radius`
-    of each half-length; without, they are sharp.
+    With `end_radius` its ends fall away tangentially, by an arc of that radius over the last `end_radius` of each
+    half-length; without, they are sharp.
     """
     _add_paraboloid(total, x, y, cylinder.crown_radius or math.inf, cylinder.radius, cylinder.axis)
     if cylinder.length is not None:
@@ -109,7 +104,7 @@ def _add_cylinder(total: DoubleArray, x: DoubleArray, y: DoubleArray, cylinder: 
 
 
 def _punch(x: DoubleArray, y: DoubleArray, punch: PunchSurface) -> DoubleArray:
-    """A flat punch, circular or square with sides along x and y; its edge is rounded within its outline."""
+    """Return a flat punch, circular or square with sides along x and y; its edge is rounded within its outline."""
     size = punch.half_width if punch.radius is None else punch.radius
     assert size is not None, "the case has checked that one of both is given"
     flat = size - punch.edge_radius
@@ -121,7 +116,7 @@ def _punch(x: DoubleArray, y: DoubleArray, punch: PunchSurface) -> DoubleArray:
 
 
 def _rounded_edge(beyond: DoubleArray, edge_radius: float, size: float) -> DoubleArray:
-    """Arc re - sqrt(re^2 - d^2) at distances d `beyond` a flat, +inf where d > re; overwrites `beyond`."""
+    """Return the arc re - sqrt(re^2 - d^2) at distances d `beyond` a flat, +inf for d > re; overwrites `beyond`."""
     outside = beyond > edge_radius + EDGE_SLACK * size
     d = np.clip(beyond, 0.0, edge_radius, out=beyond)
     if edge_radius > 0.0:
@@ -131,6 +126,6 @@ def _rounded_edge(beyond: DoubleArray, edge_radius: float, size: float) -> Doubl
 
 
 def _direction(angle: float) -> tuple[float, float]:
-    """Cosine and sine, exactly 0 along the axes so that a turn by 90 degrees keeps mirror symmetry."""
+    """Return cosine and sine, exactly 0 along the axes, so that a turn by 90 degrees keeps mirror symmetry."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return (0.0 if abs(cosine) < 1e-15 else cosine), (0.0 if abs(sine) < 1e-15 else sine)

@@ -7,12 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Terms:
-    """Which influence coefficients are kept.
-
-    tangential: shear to tangential displacement (ux from qx, uy from qy); in_plane_coupling: ux from qy and uy from
-    qx as well; normal_tangential_coupling: pressure to tangential displacement and, where there is shear, shear to
-    normal displacement.
-    """
+    """tangential: ux from qx and uy from qy; in_plane_coupling: ux from qy and uy from qx as well;
+    normal_tangential_coupling: ux, uy from p and, if there is shear, uz from qx, qy."""
 
     tangential: bool
     in_plane_coupling: bool

@@ -69,7 +69,7 @@ class NormalSolver:
         self._gap = space.planes[0]
         self._room = Room(space.planes[:1], space.cg.spare)
         self._uz = np.zeros((1, *shape))
-        self._follower = operator.following_normal
+        self._update = operator.incremental_normal
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(shape, dtype=bool)
         self._gram = np.zeros((3, 3))
@@ -131,7 +131,7 @@ class NormalSolver:
     def _follow(self, pressure: FloatArray, bearable: float) -> None:
         """Bring uz from the pressure in `_gap` up to `pressure`."""
         np.subtract(pressure, self._gap, out=self._gap)
-        self._follower.follow(self._uz, self._room, bearable)
+        self._update.add(self._uz, self._room, bearable)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
         """Contact where the estimate presses; everywhere at an even pressure if a load finds none."""

@@ -80,7 +80,7 @@ class TangentialSolver:
         self._slip, self._normal = (np.zeros(vector) for _ in range(2))
         self._cg = ProjectedCG(2, shape, operator.inner.dtype)
         self._contact = self._cg.zone
-        self._follower = operator.following_tangential
+        self._update = operator.incremental_tangential
         self.slipping: BoolArray = np.zeros(shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
@@ -157,7 +157,7 @@ class TangentialSolver:
     def _follow(self, elastic_slip: FloatArray, shear: FloatArray, bearable: float, expected: float) -> None:
         """Bring the elastic slip from the shear in `_slip` up to `shear`."""
         np.subtract(shear, self._slip, out=self._slip)
-        self._follower.follow(elastic_slip, self.room, bearable, -1.0, expected)
+        self._update.add(elastic_slip, self.room, bearable, -1.0, expected)
 
     def _start_zones(self, control: LoadControl, bound: FloatArray, shear: FloatArray) -> None:
         """Contact is where friction can carry shear. What is missing of the load goes where it can be borne."""

@@ -10,7 +10,7 @@ import pytest
 from solving import DISSIMILAR, build, solve
 
 from fretsolve import run
-from fretsolve.elastic.influence_spectra import InfluenceSpectra
+from fretsolve.elastic.influence import InfluenceSpectra
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import TangentialSolver
@@ -66,7 +66,7 @@ def calls(monkeypatch):
 
         monkeypatch.setattr(owner, method, counted_call)
 
-    counting(InfluenceSpectra, "_computed", lambda self, name: f"coefficients {name}")
+    counting(InfluenceSpectra, "_compute", lambda self, name: f"coefficients {name}")
     counting(TangentialSolver, "__init__", lambda *_: "tangential solver")
     counting(NormalSolver, "solve", lambda *_: "normal solve")
     for method in ("normal", "tangential", "tangential_from_pressure", "normal_from_shear", "all"):

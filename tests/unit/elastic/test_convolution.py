@@ -5,7 +5,8 @@ import pytest
 from scipy.signal import convolve2d
 
 from fretsolve.elastic import convolution
-from fretsolve.elastic.convolution import PaddedConvolution, RowSpace, padded_length
+from fretsolve.elastic.convolution import PaddedConvolution, RowSpace
+from fretsolve.elastic.transform_length import padded_length
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]
@@ -27,15 +28,9 @@ def whole(values, odd_x, odd_y):
     return np.concatenate([(-1 if odd_y else 1) * rows[:, :0:-1], rows], axis=1)
 
 
-def convolve(padded, kernels, fields, turned_field=None, turned_displacement=None):
-    rows = padded.row_spectra(len(fields) + len(kernels), RowSpace())
-    inputs, outputs = rows[: len(fields)], rows[len(fields) :]
-    for field, spectrum in zip(fields, inputs, strict=True):
-        padded.transform_rows(field, spectrum)
-    padded.multiply_columns(kernels, inputs, outputs, turned_field, turned_displacement)
+def convolve(padded, kernels, fields, turn_field=False):
     results = [np.empty(padded.shape, dtype=fields[0].dtype) for _ in kernels]
-    for spectrum, result in zip(outputs, results, strict=True):
-        padded.restore_rows(spectrum, result)
+    padded.apply(kernels, fields, results, RowSpace(), turn_field)
     return results
 
 
@@ -55,8 +50,7 @@ def test_linear_convolution(shape, odd_x, odd_y):
     values = quadrant(shape, odd_x, odd_y)
     kernel = padded.kernel_spectrum(values, odd_x, odd_y)
     field = np.random.default_rng(2).normal(size=shape)
-    turn = 0 if odd_x != odd_y else None
-    (found,) = convolve(padded, ((kernel,),), [field], turned_field=turn)
+    (found,) = convolve(padded, ((kernel,),), [field], turn_field=odd_x != odd_y)
     summed = convolve2d(field, whole(values, odd_x, odd_y))
     (nx, ny) = shape
     exact = summed[nx - 1 : 2 * nx - 1, ny - 1 : 2 * ny - 1]
@@ -106,7 +100,7 @@ def test_single_precision():
     np.testing.assert_allclose(found[1], found[0], atol=1e-4 * np.abs(found[0]).max())
 
 
-def test_room_for_spectra_is_lent_and_given_back():
+def test_memory_for_spectra_is_shared_and_freed():
     space = RowSpace()
     first = space.arrays(2, (4, 5), np.dtype(np.complex128))
     again = space.arrays(1, (5, 6), np.dtype(np.complex64))

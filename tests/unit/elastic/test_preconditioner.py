@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.preconditioner import SymbolInverse
+from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=0.0)
 
 
-def inverse(shape, spacing=(0.1, 0.12), cross=True, factor=1.0, dtype=np.float64):
-    return SymbolInverse(shape, spacing, MATERIAL, cross, factor, dtype)
+def inverse(shape, spacing=(0.1, 0.12), in_plane_coupling=True, factor=1.0, dtype=np.float64):
+    return Preconditioner(shape, spacing, MATERIAL, in_plane_coupling, factor, dtype=dtype)
 
 
 def matrix(apply, components, shape):
@@ -26,9 +26,9 @@ def matrix(apply, components, shape):
 
 
 @pytest.mark.parametrize("shape", [(6, 5), (7, 8), (1, 9)])
-@pytest.mark.parametrize("cross", [True, False])
-def test_symmetric_and_positive(shape, cross):
-    made = inverse(shape, cross=cross)
+@pytest.mark.parametrize("in_plane_coupling", [True, False])
+def test_symmetric_and_positive(shape, in_plane_coupling):
+    made = inverse(shape, in_plane_coupling=in_plane_coupling)
     for apply, components in ((made.normal, 1), (made.tangential, 2)):
         found = matrix(apply, components, shape)
         np.testing.assert_allclose(found, found.T, atol=1e-12 * found.max())
@@ -61,7 +61,7 @@ def test_factor_precision_and_place_of_the_result():
 
 
 def test_a_component_that_is_nowhere_costs_nothing():
-    made, field = inverse((20, 30), cross=False), np.zeros((2, 20, 30))
+    made, field = inverse((20, 30), in_plane_coupling=False), np.zeros((2, 20, 30))
     field[0] = 1.0
     result = np.ones_like(field)
     made.tangential(field, result)

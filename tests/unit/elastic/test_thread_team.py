@@ -6,21 +6,21 @@ import threading
 
 import pytest
 
-from fretsolve.elastic.thread_team import Team
+from fretsolve.elastic.thread_team import ThreadTeam
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 @pytest.mark.parametrize("parts", [0, 1, 3, 50])
 def test_every_part_is_done_once(count: int, parts: int) -> None:
     done: list[tuple[int, int]] = []
-    Team(count).share(lambda member, part: done.append((member, part)), range(parts))
+    ThreadTeam(count).share(lambda member, part: done.append((member, part)), range(parts))
     assert sorted(part for _, part in done) == list(range(parts))
     assert {member for member, _ in done} <= set(range(min(count, parts)))
 
 
 def test_members_work_at_the_same_time() -> None:
     both = threading.Barrier(2, timeout=30.0)
-    Team(2).share(lambda member, part: both.wait() and None, range(2))  # one alone would wait for ever
+    ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # one alone would wait for ever
 
 
 @pytest.mark.parametrize("failing", [0, 1])
@@ -33,4 +33,4 @@ def test_errors_come_back(failing: int) -> None:
             raise OverflowError(f"of member {member}")
 
     with pytest.raises(OverflowError, match=f"of member {failing}"):
-        Team(2).share(work, range(2))
+        ThreadTeam(2).share(work, range(2))
