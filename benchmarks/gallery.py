@@ -29,7 +29,7 @@ from PIL import Image
 from fretsolve import plots
 from fretsolve.model.materials import compliances
 from fretsolve.plots.canvas import own_style
-from fretsolve.plots.marks import CLOSED_FORM, marks
+from fretsolve.plots.labels import CLOSED_FORM, marks
 from fretsolve.reference.closed_forms import (
     HertzContact,
     cattaneo_mindlin,

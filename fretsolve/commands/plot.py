@@ -1,4 +1,4 @@
-"""``fretsolve plot``: pictures of a result as files, and a report that has them all."""
+"""Carry out ``fretsolve plot``: draw pictures of a result, or all of them with a page that shows them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots import KINDS
-from fretsolve.result import open_result
+from fretsolve.result import Result, open_result
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.optional import how_to_install
 
-if TYPE_CHECKING:
-    from fretsolve.plots.kinds import Kind, Selection
-    from fretsolve.result import Result
+if TYPE_CHECKING:  # matplotlib may be missing
+    from fretsolve.plots.kinds import PictureKind, Selection
 
 DEFAULT_KIND = "loop"
 
@@ -24,7 +23,7 @@ DEFAULT_KIND = "loop"
 class PlotOrder:
     """What the command line asks for.
 
-    out: a file, a folder or None; to_folder: it is meant as a folder; every_kind: all kinds and a report.
+    out: a file, a folder or None; to_folder: `out` is meant as a folder; every_kind: all kinds and the page.
     """
 
     result: Path
@@ -38,20 +37,20 @@ class PlotOrder:
 
 
 def plot_result(order: PlotOrder) -> int:
-    """Write the pictures and tell where they lie; the exit code. Raises CaseError, FileError."""
+    """Write the pictures, print their names, and return the exit code. Raises CaseError, FileError."""
     require_matplotlib()
     from fretsolve.plots.kinds import Selection, kind_of
 
     selection = Selection(order.steps, order.at, order.fields)
     kinds = [kind_of(name) for name in (KINDS if order.every_kind else order.kinds or (DEFAULT_KIND,))]
-    _require_heeded(selection, kinds)
+    _require_used(selection, kinds)
     with open_result(order.result) as result:
         if order.every_kind:
-            _write_report(result, kinds, selection, order.out or result.path.with_suffix(".plots"))
+            _write_page(result, kinds, selection, order.out or result.path.with_suffix(".plots"))
             return 0
-        for kind, path in zip(kinds, _files(order, kinds, result.path), strict=True):
+        for kind, path in zip(kinds, _targets(order, kinds, result.path), strict=True):
             try:
-                content = kind.draw(result, selection, _format(path))
+                content = kind.content(result, selection, _format(path))
             except PictureError as error:
                 raise CaseError(f"{kind.name}: {error}", (), result.path) from error
             write_picture(path, content)
@@ -59,7 +58,7 @@ def plot_result(order: PlotOrder) -> int:
 
 
 def require_matplotlib() -> None:
-    """Raise CaseError where there is none."""
+    """Raise CaseError if matplotlib cannot be imported."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -68,8 +67,8 @@ def require_matplotlib() -> None:
         ) from error
 
 
-def _require_heeded(selection: Selection, kinds: Sequence[Kind]) -> None:
-    """Raise CaseError for an option that none of the kinds heeds."""
+def _require_used(selection: Selection, kinds: Sequence[PictureKind]) -> None:
+    """Raise CaseError for an option that none of the kinds uses."""
     given = {"--step": selection.steps, "--at": selection.at, "--field": selection.fields}
     for option, value in given.items():
         if value and not any(option in kind.options for kind in kinds):
@@ -77,8 +76,8 @@ def _require_heeded(selection: Selection, kinds: Sequence[Kind]) -> None:
             raise CaseError(f"{option} has no effect on {names}; leave it out")
 
 
-def _files(order: PlotOrder, kinds: Sequence[Kind], result: Path) -> list[Path]:
-    """Where the picture of each kind goes. Raises CaseError where `-o` does not fit."""
+def _targets(order: PlotOrder, kinds: Sequence[PictureKind], result: Path) -> list[Path]:
+    """Return the file of each kind. Raises CaseError if `-o` does not fit."""
     out = order.out
     if out is None or out.is_dir() or order.to_folder or (len(kinds) > 1 and not out.suffix):
         folder = result.parent if out is None else out
@@ -86,18 +85,22 @@ def _files(order: PlotOrder, kinds: Sequence[Kind], result: Path) -> list[Path]:
         return [folder / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
     if len(kinds) > 1:
         raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder", (), out)
-    if _format(out) not in kinds[0].formats:
-        allowed = ", ".join(f".{name}" for name in kinds[0].formats)
-        raise CaseError(f"no name for {kinds[0].name}; one that ends on {allowed} is needed", (), out)
+    require_format(out, kinds[0].name, kinds[0].formats)
     return [out]
 
 
+def require_format(path: Path, what: str, formats: Sequence[str]) -> None:
+    """Raise CaseError if a name does not end on one of `formats`; what: the picture."""
+    if _format(path) not in formats:
+        allowed = ", ".join(f".{name}" for name in formats)
+        raise CaseError(f"no name for {what}; one that ends on {allowed} is needed", (), path)
+
+
 def picture_format(path: Path) -> str:
-    """The format of a still picture by its name. Raises CaseError for a name of none."""
+    """Return the format of a still picture by its name. Raises CaseError if the name has none."""
     from fretsolve.plots.kinds import STILL
 
-    if _format(path) not in STILL:
-        raise CaseError(f"no name for a picture; one that ends on .{', .'.join(STILL)} is needed", (), path)
+    require_format(path, "a picture", STILL)
     return _format(path)
 
 
@@ -105,26 +108,22 @@ def _format(path: Path) -> str:
     return path.suffix.removeprefix(".").lower()
 
 
-def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, folder: Path) -> None:
-    """All pictures and ``index.html`` in `folder`. Raises CaseError, FileError."""
-    from fretsolve.plots.kinds import MOVING, STILL
-    from fretsolve.plots.load_history import require_increments
-    from fretsolve.plots.page import Entry, html_page
+def _write_page(result: Result, kinds: Sequence[PictureKind], selection: Selection, folder: Path) -> None:
+    """Write all pictures and ``index.html`` to `folder`. Raises CaseError, FileError."""
+    from fretsolve.plots.kinds import MOVING, STILL, PageEntry, html_page
 
     if _format(folder) in (*STILL, *MOVING, "html"):
         raise CaseError("--all writes many files; the name of a folder is needed", (), folder)
-    try:
-        require_increments(result)
-    except PictureError as error:
-        raise CaseError(str(error), (), result.path) from error
+    if not result.increments:
+        raise CaseError(result.why_empty, (), result.path)
     make_folder(folder)
     entries = []
     for kind in kinds:
+        file_format = kind.formats[0]
         try:
-            content = kind.draw(result, selection, kind.formats[0])
-            entries.append(Entry(kind, kind.formats[0], content))
+            entries.append(PageEntry(kind, file_format, kind.content(result, selection, file_format)))
         except PictureError as error:
-            entries.append(Entry(kind, reason=str(error)))
+            entries.append(PageEntry(kind, reason=str(error)))
     for entry in entries:
         if entry.reason:
             print(f"left out: {entry.kind.name}: {entry.reason}")
@@ -134,7 +133,7 @@ def _write_report(result: Result, kinds: Sequence[Kind], selection: Selection, f
 
 
 def write_picture(path: Path, content: bytes) -> None:
-    """Write a file and say so. Raises FileError."""
+    """Write a file and print its name. Raises FileError."""
     with writing(path):
         path.write_bytes(content)
     print(path, flush=True)

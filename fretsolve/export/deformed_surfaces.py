@@ -1,13 +1,12 @@
-"""The surfaces of both bodies as they are deformed and moved, from the tractions of an increment."""
+"""Compute the surfaces of both bodies, deformed and moved, from the tractions of an increment."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.case import ElasticBody
+from fretsolve.case import Case, ElasticBody
 from fretsolve.elastic.convolution import RowSpace
 from fretsolve.elastic.fftw_wisdom import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
@@ -15,25 +14,21 @@ from fretsolve.errors import FretsolveError
 from fretsolve.model.materials import compliances
 from fretsolve.model.surface import separation
 from fretsolve.model.terms import Terms
+from fretsolve.result import Result
 from fretsolve.result.stored_case import stored_case
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.case import Case
-    from fretsolve.result import Result
-
-
 
 class FlatError(Exception):
-    """Why the surfaces of a result cannot be had."""
+    """The surfaces of a result cannot be computed; the text says why."""
 
 
 @dataclass(frozen=True)
 class BodySurface:
-    """The surface of a body: where its points lie, and how they came there.
+    """The deformed surface of a body.
 
-    points: (3, nx, ny) in mm, z towards body 1; displacement: rigid and elastic, (3, nx, ny) in mm, which `points`
-    contain; material: where the body has some, (nx, ny). Where it has none, z is that of its highest point.
+    points: (3, nx, ny) in mm, z towards body 1. displacement: the rigid and the elastic one, (3, nx, ny) in mm, which
+    `points` contain. material: whether the body has material there, (nx, ny); elsewhere z is that of its highest point.
     """
 
     name: str
@@ -43,9 +38,9 @@ class BodySurface:
 
 
 class Surfaces:
-    """Deforms the surfaces of a result's bodies; all of the undeformed separation is counted as body 1's.
+    """Computes the surfaces of a result's bodies; body 1 has all of the undeformed separation.
 
-    Raises FlatError where it is not known what they are, or which tractions act on them.
+    Raises FlatError if the result lacks the shape of the surfaces or the tractions.
     """
 
     def __init__(self, result: Result):
@@ -54,7 +49,7 @@ class Surfaces:
         if case is None:
             raise FlatError("the case in the result is not one of this version")
         if min(len(result.x), len(result.y)) < 2:
-            raise FlatError("the grid has no more than one cell across")
+            raise FlatError("the grid has only one cell across")
         missing = [name for name in ("pressure", "shear_x", "shear_y") if name not in result.fields]
         self._sheared = bool(np.any(result.history["max_shear"]))
         if missing and (self._sheared or "pressure" in missing):
@@ -65,10 +60,10 @@ class Surfaces:
         except FretsolveError as error:
             raise FlatError(str(error)) from error
         load_wisdom()
-        self._operators = _operators(case, result)
+        self._operators = _body_operators(case, result)
 
     def at(self, step: int) -> tuple[BodySurface, BodySurface]:
-        """Bodies 1 and 2 at increment `step`, one of `result.steps`. Raises FileError."""
+        """Return bodies 1 and 2 at increment `step`, one of `result.steps`. Raises FileError."""
         result, shape = self._result, self._separation.shape
         pressure = np.asarray(result.field("pressure", step), np.float64)
         shear = np.zeros((2, *shape))
@@ -76,28 +71,27 @@ class Surfaces:
             shear[:] = result.field("shear", step)
         x, y = result.x[:, None], result.y[None, :]
         delta_x, delta_y, delta_z, phi_x, phi_y, phi_z = (
-            float(result.history[name][step])
-            for name in ("delta_x", "delta_y", "delta_z", "phi_x", "phi_y", "phi_z")
+            float(result.history[name][step]) for name in ("delta_x", "delta_y", "delta_z", "phi_x", "phi_y", "phi_z")
         )
         rigid = np.zeros((3, *shape))
         rigid[0], rigid[1] = delta_x - phi_z * y, delta_y + phi_z * x
         rigid[2] = -(delta_z + phi_x * y + phi_y * x)
-        pushed_1, pushed_2 = (_elastic(operator, pressure, shear) for operator in self._operators)
-        pushed_1[:2] *= -1.0  # the operator's shear acts on body 2
-        pushed_2[2] *= -1.0
+        elastic_1, elastic_2 = (_elastic(operator, pressure, shear) for operator in self._operators)
+        elastic_1[:2] *= -1.0  # the operator's shear traction acts on body 2
+        elastic_2[2] *= -1.0
         return (
-            _moved("body 1", result, self._separation, rigid + pushed_1),
-            _moved("body 2", result, np.zeros(shape), pushed_2),
+            _displaced("body 1", result, self._separation, rigid + elastic_1),
+            _displaced("body 2", result, np.zeros(shape), elastic_2),
         )
 
 
-def _operators(case: Case, result: Result) -> list[ElasticOperator | None]:
-    """What deforms each body alone, with the terms that the case keeps; None for a rigid one."""
+def _body_operators(case: Case, result: Result) -> list[ElasticOperator | None]:
+    """Return the operator of each body alone, with the terms that the case keeps; None for a rigid body."""
     terms = Terms(True, case.coupling != "none", case.coupling in ("auto", "full"))
     shape = len(result.x), len(result.y)
     spacing = float(result.x[1] - result.x[0]), float(result.y[1] - result.y[0])
     first, second = (body if isinstance(body, ElasticBody) else None for body in case.bodies)
-    space = RowSpace()  # they take turns
+    space = RowSpace()  # both can use it, as they run one after the other
     return [
         ElasticOperator(shape, spacing, compliances(*pair), terms, space=space) if any(pair) else None
         for pair in ((first, None), (None, second))
@@ -105,18 +99,17 @@ def _operators(case: Case, result: Result) -> list[ElasticOperator | None]:
 
 
 def _elastic(operator: ElasticOperator | None, pressure: DoubleArray, shear: DoubleArray) -> DoubleArray:
-    """(ux, uy, uz) of the operator, (3, nx, ny)."""
+    """Return (ux, uy, uz) of the operator, (3, nx, ny)."""
     displacement = np.zeros((3, *pressure.shape))
     if operator is not None:
         operator.all(pressure, shear, displacement[2], displacement[:2])
     return displacement
 
 
-def _moved(name: str, result: Result, height: DoubleArray, displacement: DoubleArray) -> BodySurface:
+def _displaced(name: str, result: Result, height: DoubleArray, displacement: DoubleArray) -> BodySurface:
     material = np.isfinite(height)
     points = np.empty_like(displacement)
-    points[0], points[1] = result.x[:, None], result.y[None, :]
-    points[2] = height
+    points[0], points[1], points[2] = result.x[:, None], result.y[None, :], height
     points += displacement
     highest = float(points[2].max(where=material, initial=-np.inf)) if material.any() else 0.0
     points[2][~material] = highest

@@ -1,7 +1,7 @@
-"""Fields over time as XDMF, for ParaView: a small text that refers to the data in the result file itself.
+"""Write fields over time as XDMF, for ParaView: a small text that refers to the data in the result file itself.
 
-XDMF's own regular grids have x running fastest, the result's arrays y; so the points are written out, once, into an
-HDF5 file beside. The parts of a run that goes on come and go: its fields are copied into that file as well.
+In XDMF's own regular grids x runs fastest, in the result's arrays y. So the points are written once, into an HDF5 file
+beside the text. The parts of an unfinished run change and are removed, so its fields are copied into that file too.
 """
 
 from __future__ import annotations
@@ -9,17 +9,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 import h5py
 import numpy as np
 
+from fretsolve.result import Result
 from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
-
-if TYPE_CHECKING:
-    from fretsolve.result import Result
 
 _TYPES = {
     "float64": 'NumberType="Float" Precision="8"',
@@ -29,25 +27,24 @@ _TYPES = {
 
 
 def points_file(path: Path) -> Path:
-    """What lies beside the text `path`."""
+    """Return the HDF5 file beside the text `path`."""
     return path.with_name(path.name + ".h5")
 
 
 def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
-    whole = result.status in ("complete", "failed")
+    finished = result.status in ("complete", "failed")
     atomic_files.remove_stale(beside)
     with atomic_files.new_hdf5(beside, beside.parent) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
         file.create_dataset("points", data=points, compression="gzip", shuffle=True)
-        if not whole:
+        if not finished:
             _copy_fields(result, steps, file.create_group("fields"))
-    if whole:
+    source, stored = beside.name, tuple(steps)
+    if finished:
         source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
-    else:
-        source, stored = beside.name, tuple(steps)
     with atomic_files.new_file(path, durable=False) as text:
         text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
 
@@ -61,10 +58,8 @@ def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> Non
             dataset[index] = result.field(quantity.name, step)
 
 
-def _document(
-    result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str
-) -> Iterator[str]:
-    """The lines of the file. stored: the increments whose fields `source` holds, in its order."""
+def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:
+    """Return the lines of the text. stored: the increments whose fields `source` holds, in its order."""
     shape = f"{len(result.x)} {len(result.y)}"
     yield '<?xml version="1.0"?>'
     yield '<Xdmf Version="2.0">'
@@ -86,10 +81,8 @@ def _document(
     yield ""
 
 
-def _attribute(
-    name: str, dtype: np.dtype[Any], index: int, count: int, shape: str, source: str
-) -> Iterator[str]:
-    """One field of one increment: a slab of the dataset that holds those of all."""
+def _attribute(name: str, dtype: np.dtype[Any], index: int, count: int, shape: str, source: str) -> Iterator[str]:
+    """Return one field of one increment: a slab of the dataset that holds those of all."""
     kind = _TYPES[dtype.name]
     yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
     yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'

@@ -1,9 +1,12 @@
-"""Pictures of results, for the command line and for notebooks; matplotlib (the extra `plot`) is needed.
+"""Draw results with matplotlib (the extra `plot`): a result comes in, a figure goes out.
 
-Each function takes what `fretsolve.open_result` gives and returns the matplotlib `Figure`; `animation` returns a
-`FuncAnimation`. Given `ax`, one Axes or several, it draws its panels there, one on each as far as they reach, in the
-style that they have. Without, it makes a figure of its own. Neither pyplot nor its settings are touched. A picture
-that the result cannot give is a `PictureError`. The kind `map` of the command line is `contact_map` here.
+    with fretsolve.open_result("case.h5") as result:
+        figure = fretsolve.plots.loop(result)
+
+Each function returns the matplotlib `Figure`; `animation` returns a `FuncAnimation`. Given `ax`, one Axes or several,
+it draws one panel on each of them, as far as they reach, in the style that they have. Neither pyplot nor its settings
+are touched. If the result cannot give the picture, a `PictureError` says why. The kind `map` of the command line is
+`contact_map` here.
 """
 
 from __future__ import annotations
@@ -13,44 +16,25 @@ from typing import Any
 
 from fretsolve.errors import PictureError
 
-KINDS = (
-    "loop",
-    "profiles",
-    "map",
-    "streamlines",
-    "slip-angle",
-    "stick-history",
-    "convergence",
-    "animate",
-)
-"""The kinds of pictures, as the command line has them."""
+KINDS = ("loop", "profiles", "map", "streamlines", "slip-angle", "stick-history", "convergence", "animate")
+"""The kinds of pictures, by their names on the command line."""
 
-_PUBLIC = {
-    "loop": "loops",
-    "profiles": "profiles",
+# No module is called as a function is, which it would hide once it is imported.
+_MODULES = {
+    "loop": "histories",
+    "profiles": "line_profiles",
     "contact_map": "maps",
-    "streamlines": "stream",
-    "slip_angle": "angles",
-    "stick_history": "stick",
-    "convergence": "residuals",
-    "animation": "animation",
+    "streamlines": "directions",
+    "slip_angle": "directions",
+    "stick_history": "histories",
+    "convergence": "histories",
+    "animation": "animate",
 }
-__all__ = [
-    "KINDS",
-    "PictureError",
-    "animation",
-    "contact_map",
-    "convergence",
-    "loop",
-    "profiles",
-    "slip_angle",
-    "stick_history",
-    "streamlines",
-]
+__all__ = ["KINDS", "PictureError", *_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the public functions on first use, so that the command line knows `KINDS` without matplotlib."""
-    if name in _PUBLIC:
-        return getattr(importlib.import_module(f"fretsolve.plots.{_PUBLIC[name]}"), name)
+    """Import a public function on first use, so that the command line knows `KINDS` without matplotlib."""
+    if name in _MODULES:
+        return getattr(importlib.import_module(f"fretsolve.plots.{_MODULES[name]}"), name)
     raise AttributeError(f"module 'fretsolve.plots' has no attribute {name!r}")

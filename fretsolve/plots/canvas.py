@@ -1,4 +1,4 @@
-"""Figures of one style, without pyplot: nothing of it reaches the user's own figures and settings."""
+"""Make figures of one style without pyplot, so that the user's own figures and settings stay as they are."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -17,12 +17,10 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 
 from fretsolve.errors import PictureError
-
-if TYPE_CHECKING:
-    from fretsolve.result import Result
+from fretsolve.result import Result
 
 Target = Axes | Sequence[Axes] | None
-"""Where to draw: on the user's own axes, or (None) on a figure of its own."""
+"""Where to draw: on the user's own axes, or (None) on a new figure."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
@@ -44,7 +42,7 @@ STYLE: dict[Any, Any] = {
 
 DPI = 150
 MARGINS = 0.5
-"""Height (inches) that heading and legend take."""
+"""Height (inches) of heading and legend."""
 
 NARROWEST = 5.2
 """Width (inches) that a legend of outlines and a title need."""
@@ -76,20 +74,25 @@ class Canvas:
     own: bool
 
     def heading(self, result: Result, detail: str = "") -> None:
-        """The case's title and a line below it, on a figure of its own."""
+        """Write the case's title and a line below it on a new figure."""
         if self.own:
             width = int(TITLE_LETTERS * self.figure.get_figwidth())
             lines = textwrap.wrap(title(result), width, max_lines=MOST_TITLE_LINES, placeholder=" ...")
             self.figure.suptitle("\n".join([*lines, *textwrap.wrap(detail, width)]), parse_math=False)
 
+    def hide_rest(self, used: int) -> None:
+        """Hide the panels of a new figure after the first `used` ones."""
+        for axes in self.axes[used:] if self.own else ():
+            axes.set_axis_off()
+
     def colorbar(self, axes: Axes, colors: ScalarMappable, label: str, extend: str = "neither") -> Colorbar:
-        """A colour bar beside a panel whose limits are set, as high as the panel is in the end."""
+        """Add a colour bar beside a panel whose limits are set, as high as the panel is in the end."""
         width = panel_width(axes)
         place = axes.inset_axes((1.0 + BAR_SPACE / width, 0.0, BAR_WIDTH / width, 1.0))
         return self.figure.colorbar(colors, cax=place, label=label, extend=extend)
 
     def legend(self, handles: Sequence[Any], columns: int) -> None:
-        """A legend below all panels; on the first panel where the axes are the user's."""
+        """Add a legend below all panels of a new figure, or on the first of the user's axes."""
         if not handles:
             return
         if self.own:
@@ -100,7 +103,7 @@ class Canvas:
 
 @contextmanager
 def own_style() -> Iterator[None]:
-    """Matplotlib's defaults with `STYLE`, whatever the user has set, until the block is left."""
+    """Use matplotlib's defaults with `STYLE` inside the block, whatever the user has set."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -108,21 +111,24 @@ def own_style() -> Iterator[None]:
 
 
 @contextmanager
-def canvas(
-    target: Target, rows: int, columns: int, size: tuple[float, float], **options: Any
-) -> Iterator[Canvas]:
-    """A canvas of `rows` x `columns` panels of `size` (inches each), or one of the axes given.
+def without_glyph_warnings() -> Iterator[None]:
+    """Ignore warnings of letters that the font lacks, as of titles in other scripts."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)
+        yield
 
-    options: for `Figure.subplots`, such as `sharex`.
+
+@contextmanager
+def canvas(target: Target, rows: int, columns: int, size: tuple[float, float], **options: Any) -> Iterator[Canvas]:
+    """Make a canvas of `rows` x `columns` panels of `size` (inches each), or one of the axes given.
+
+    options: for `Figure.subplots`, such as `sharex`. Raises PictureError for axes that belong to no figure.
     """
     if target is not None:
         axes = [target] if isinstance(target, Axes) else list(target)
         if not axes:
             raise PictureError("no axes given to draw on")
-        figure = axes[0].get_figure(root=True)
-        if figure is None:
-            raise PictureError("the axes given belong to no figure")
-        yield Canvas(figure, axes, own=False)
+        yield Canvas(_figure_of(axes[0]), axes, own=False)
         return
     with own_style():
         width = max(columns * size[0], NARROWEST)
@@ -132,10 +138,8 @@ def canvas(
 
 
 def panel_width(axes: Axes) -> float:
-    """About how wide a panel is (inches), in equal scales less than its place."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None, "the axes of a panel belong to a figure"
-    place = axes.get_position()
+    """Return about how wide a panel is (inches); with equal scales it may not fill its place."""
+    figure, place = _figure_of(axes), axes.get_position()
     width = place.width * figure.get_figwidth()
     if axes.get_aspect() == "auto":
         return float(width)
@@ -143,8 +147,15 @@ def panel_width(axes: Axes) -> float:
     return float(min(width, place.height * figure.get_figheight() * (right - left) / (high - low)))
 
 
+def _figure_of(axes: Axes) -> Figure:
+    figure = axes.get_figure(root=True)
+    if figure is None:
+        raise PictureError("the axes given belong to no figure")
+    return figure
+
+
 def title(result: Result) -> str:
-    """The case's title, or the file's name, in one line, with the status of what is not complete."""
+    """Return the case's title, or the file's name, in one line, with the status of a result that is not complete."""
     text = " ".join(str(result.effective_case.get("title") or result.path.name).split())
     printable = "".join(character if character.isprintable() else "?" for character in text)
     status = "" if result.status == "complete" else f"{result.status} with {result.increments} increments: "
@@ -152,11 +163,8 @@ def title(result: Result) -> str:
 
 
 def rendered(figure: Figure, file_format: str) -> bytes:
-    """The picture as the content of a PNG, PDF or SVG file."""
+    """Return the picture as the content of a PNG, PDF or SVG file."""
     buffer = io.BytesIO()
-    with own_style(), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)  # of a title in other scripts
-        figure.savefig(
-            buffer, format=file_format, dpi=DPI, metadata=WITHOUT_DATE[file_format], facecolor="white"
-        )
+    with own_style(), without_glyph_warnings():
+        figure.savefig(buffer, format=file_format, dpi=DPI, metadata=WITHOUT_DATE[file_format], facecolor="white")
     return buffer.getvalue()

@@ -1,42 +1,48 @@
-"""The load path as a result has it: what it moves, where it turns back, and its cycles."""
+"""Find in a result what its load path moves, where it turns back, and its cycles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.case.load_components import PAIRS
-from fretsolve.errors import PictureError
-from fretsolve.export.text_report import relevant_columns, stage_ends
-from fretsolve.plots.quantities import short_number, unit_of
+from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.plots.labels import short_number, unit_of
+from fretsolve.plots.snapshot import require_increments
+from fretsolve.result import Result
 from fretsolve.result.stored_case import stored_case
-
-if TYPE_CHECKING:
-    from fretsolve.result import Result
 
 FIRST_ENDS, LAST_ENDS = 2, 4
 """Ends of stages that stand for a long path: pressed, first loaded, and the last cycle."""
 
 CLOSED = 0.01
-"""A cycle is closed where it ends this near to its start, in parts of its range."""
+"""A cycle is closed if it ends this near to its start, in parts of its range."""
+
+LEAST_CHANGE = 1e-9
+"""A smaller change of a load, in parts of its largest value, is round-off."""
 
 
 @dataclass(frozen=True)
 class MovedPair:
-    """A force and its displacement, and which of both each stage (1-based) moves; absent where it moves neither."""
+    """A force and its displacement. driven: which of them each stage (1-based) moves; a stage may move neither."""
 
     force: str
     motion: str
     driven: dict[int, str]
 
+    @property
+    def last_driven(self) -> str:
+        """The one that the last of these stages moves."""
+        return self.driven[max(self.driven)]
+
 
 @dataclass(frozen=True)
-class Cycle:
-    """Increments `first` to `last` between two turning points in the same sense; number 0 is the first loading.
+class LoadCycle:
+    """Increments `first` to `last`, from a turning point to the next one in the same sense.
 
-    closed: it comes back to where it began, so that its loop encloses the work.
+    number: 0 for the first loading. closed: the cycle ends where it began, so that its loop encloses the dissipated
+    energy.
     """
 
     number: int
@@ -51,26 +57,18 @@ class Cycle:
 
     @property
     def name(self) -> str:
-        """For a legend."""
+        """Its name in a legend."""
         return f"cycle {self.number}" if self.number else "first loading"
 
 
-def require_increments(result: Result) -> None:
-    """Raise PictureError where the run has not saved one yet."""
-    if not result.increments:
-        raise PictureError(result.why_empty)
-
-
 def moved_pairs(result: Result) -> list[MovedPair]:
-    """The pairs that the load path moves by more than round-off, tangential ones first."""
+    """Return the pairs that the load path moves by more than round-off, tangential ones first."""
     case = stored_case(result)
     stages = case.stages() if case is not None else ()
     relevant = set(relevant_columns(result))
     found = []
     for force, motion in (*PAIRS[3:], *PAIRS[:3]):
-        driven = {
-            stage.number: name for stage in stages for name, _ in stage.targets if name in (force, motion)
-        }
+        driven = {stage.number: name for stage in stages for name, _ in stage.targets if name in (force, motion)}
         if case is None:
             driven = dict.fromkeys(result.history["stage"].tolist(), force)
         if driven and relevant & {force, motion}:
@@ -78,23 +76,18 @@ def moved_pairs(result: Result) -> list[MovedPair]:
     return found
 
 
-def cycles(result: Result, pair: MovedPair) -> list[Cycle]:
-    """The first loading and the cycles after it, cut where the load of `pair` turns back for every second time."""
+def cycles(result: Result, pair: MovedPair) -> list[LoadCycle]:
+    """Return the first loading and the cycles after it, cut at every second turning point of the load of `pair`."""
     turns = _turning_points(result, pair)
-    found = [Cycle(0, turns[0], turns[1], closed=False)]
+    found = [LoadCycle(0, turns[0], turns[1], closed=False)]
     for number, start in enumerate(range(1, len(turns) - 1, 2), start=1):
         points = turns[start : start + 3]
-        found.append(Cycle(number, points[0], points[-1], closed=_is_closed(result, pair, points)))
+        found.append(LoadCycle(number, points[0], points[-1], closed=_is_closed(result, pair, points)))
     return found
 
 
-def last_driven(pair: MovedPair) -> str:
-    """The component of `pair` that the path moves, by its last stage that does."""
-    return pair.driven[max(pair.driven)]
-
-
 def chosen_stage_ends(result: Result) -> list[int]:
-    """Increments with fields at the ends of stages, the last one included; of many the first and the last few."""
+    """Return the increments with fields at the ends of stages, and the last one; of many the first and last few."""
     require_increments(result)
     ends = [int(step) for step in stage_ends(result.history["stage"]) if int(step) in result.steps]
     if result.steps and result.steps[-1] not in ends:
@@ -103,7 +96,7 @@ def chosen_stage_ends(result: Result) -> list[int]:
 
 
 def load_text(result: Result, step: int) -> str:
-    """The loads at an increment, such as ``P = 400 N, Qx = 36 N``."""
+    """Return the loads at an increment, such as ``P = 400 N, Qx = 36 N``."""
     stage = int(result.history["stage"][step])
     texts = []
     for pair in sorted(moved_pairs(result), key=lambda moved: (moved.force, moved.motion) not in PAIRS[:3]):
@@ -117,12 +110,12 @@ def load_text(result: Result, step: int) -> str:
 
 
 def step_text(result: Result, step: int) -> str:
-    """An increment with its stage and its loads."""
+    """Return an increment with its stage and its loads."""
     return f"increment {step} (stage {result.history['stage'][step]}): {load_text(result, step)}"
 
 
 def _turning_points(result: Result, pair: MovedPair) -> list[int]:
-    """The first increment, those where the driven component turns back, and the last one."""
+    """Return the first increment, those after which the driven component turns back, and the last one."""
     ends = stage_ends(result.history["stage"]).tolist()
     found, sense = [0], 0
     for before, end in zip([None, *ends], ends, strict=False):
@@ -131,7 +124,7 @@ def _turning_points(result: Result, pair: MovedPair) -> list[int]:
             continue
         column = result.history[name]
         change = float(column[end] - (column[before] if before is not None else 0.0))
-        now = int(np.sign(change)) if abs(change) > 1e-9 * float(np.abs(column).max()) else 0
+        now = int(np.sign(change)) if abs(change) > LEAST_CHANGE * float(np.abs(column).max()) else 0
         if now and sense and now != sense and before is not None:
             found.append(before)
         sense = now or sense
@@ -141,6 +134,5 @@ def _turning_points(result: Result, pair: MovedPair) -> list[int]:
 def _is_closed(result: Result, pair: MovedPair, points: list[int]) -> bool:
     if len(points) < 3:
         return False
-    column = result.history[last_driven(pair)]
-    there, turned, back = (float(column[point]) for point in points)
-    return abs(back - there) <= CLOSED * abs(there - turned)
+    start, turn, end = (float(result.history[pair.last_driven][point]) for point in points)
+    return abs(end - start) <= CLOSED * abs(start - turn)

@@ -57,9 +57,7 @@ def hertz_pressure(result: Result, step: int) -> ClosedForm | None:
         x0, y0 = _center(result, step, surface, surface.radius_x, surface.radius_y, surface.angle)
         return ClosedForm(
             "Hertz",
-            lambda x, y: ellipse.pressure(
-                cosine * (x - x0) + sine * (y - y0), cosine * (y - y0) - sine * (x - x0)
-            ),
+            lambda x, y: ellipse.pressure(cosine * (x - x0) + sine * (y - y0), cosine * (y - y0) - sine * (x - x0)),
         )
     return None
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Target, canvas
-from fretsolve.plots.marks import line_colors
+from fretsolve.plots.labels import line_colors
 from fretsolve.study.assessment import Assessment, Row, front
 from fretsolve.study.table import key_names
 from fretsolve.study.wording import TARGETS

@@ -12,7 +12,7 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.errors import FretsolveError, NoSolutionError
-from fretsolve.export.text_report import relevant_columns
+from fretsolve.export.selection import relevant_columns
 from fretsolve.result import SAME_COMMAND, HistoryWriter, Result, open_result
 from fretsolve.simulation.run_to_file import Saving, missing_states
 from fretsolve.simulation.simulation import run

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
-from fretsolve.plots.marks import MOST_INCREMENTS, MOST_NAMED, line_colors, marks
-from fretsolve.plots.quantities import readable
+from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, readable
 from fretsolve.system.arrays import IndexArray
 
 if TYPE_CHECKING:

@@ -233,8 +233,8 @@ def test_surfaces_need_the_tractions_and_the_height_map(tmp_path: Path) -> None:
 
 WRONG = {
     ("csv", "--step", "1"): "--step has no effect on csv",
-    ("npz", "--step", "9"): "--step 9: there are the increments 0 to 2",
-    ("npz", "--step", "-4"): "--step -4: there are the increments 0 to 2",
+    ("npz", "--step", "9"): "there is no increment 9; there are 0 to 2",
+    ("npz", "--step", "-4"): "there is no increment -4; there are 0 to 2",
     ("vtk", "-o", "x.vtk"): "x.vtk: no name for vtk; one that ends on .pvd is needed",
     ("csv", "-o", "."): ".: no name for csv; one that ends on .csv is needed",
     ("hdf5",): "'hdf5' is not one of 'vtk', 'xdmf', 'csv', 'npz'",
@@ -255,7 +255,7 @@ def test_increments_and_fields_that_are_not_stored(tmp_path: Path) -> None:
     out = made_up(tmp_path, every=2, stored=())
     done = invoke("export", out, "--to", "npz", "--step", 0)
     assert done.exit_code == 2
-    assert "--step 0: its fields are not stored (output.every); the nearest ones are those of 1" in done.stderr
+    assert "the fields of increment 0 are not stored (output.every); the nearest ones are those of 1" in done.stderr
     for to in ("vtk", "xdmf"):
         done = invoke("export", out, "--to", to)
         assert done.exit_code == 2

@@ -10,7 +10,8 @@ import numpy as np
 from fake_states import fake_header, fake_states
 from rich.console import Console
 
-from fretsolve.export.text_report import history_tables, print_report, relevant_columns, stage_ends
+from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.export.text_report import history_tables, print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 
 
@@ -39,7 +40,7 @@ def test_one_row_per_stage_end_with_units_and_totals(tmp_path: Path) -> None:
     assert lines[5].split()[:4] == ["step", "stage", "P", "Qx"]
     assert lines[6].split()[:4] == ["N", "N", "mm", "mm"]
     assert [line.split()[:2] for line in lines[8:-2]] == [["2", "1"], ["5", "2"], ["6", "3"]]
-    assert lines[-2].startswith("worst residual 3.0e-07 (residual_stick of increment 0), dissipated work ")
+    assert lines[-2].startswith("worst residual 3.0e-07 (residual_stick of increment 0), dissipated energy ")
     assert lines[-1] == "28 operator applications, 1.75 s of wall time"
     assert max(map(len, lines)) <= 100
 

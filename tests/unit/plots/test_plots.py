@@ -22,9 +22,9 @@ from PIL import Image, ImageSequence
 
 from fretsolve import plots
 from fretsolve.errors import FileError
-from fretsolve.plots.angles import angle_of
+from fretsolve.plots.directions import angle_of
+from fretsolve.plots.labels import readable
 from fretsolve.plots.load_history import chosen_stage_ends, cycles, moved_pairs
-from fretsolve.plots.quantities import readable
 from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.plots.snapshot import Snapshot
 from fretsolve.reference.cyclic_loading import remembered
@@ -251,7 +251,7 @@ def test_profiles_are_the_cells_through_the_centre_with_closed_forms(results: di
     result = results["mindlin"]
     figure = plots.profiles(result, steps=[5, 32])
     axes = panels(figure)
-    assert [one.get_ylabel() for one in axes[::2]] == ["pressure (MPa)", "shear x (MPa)", "slip x (µm)"]
+    assert [one.get_ylabel() for one in axes[::2]] == ["pressure (MPa)", "shear traction x (MPa)", "slip x (µm)"]
     assert [one.get_title() for one in axes[:2]] == ["along x at y = 0 mm", "along y at x = 0 mm"]
     middle = len(result.y) // 2
     for one, name, factor in zip(axes[::2], ("pressure", "shear_x", "slip_x"), (1.0, 1.0, 1e3), strict=True):
@@ -317,7 +317,7 @@ def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -
     figure = plots.profiles(results["fretting"], at=(0.1, 0.05))
     titles = [axes.get_title() for axes in panels(figure)[:2]]
     assert titles == ["along x at y = 0.05 mm", "along y at x = 0.1 mm"]
-    assert panels(figure)[2].get_ylabel() == "shear x and y (MPa)"
+    assert panels(figure)[2].get_ylabel() == "shear traction x and y (MPa)"
     assert "y component: thin, filled markers" in figure_texts(figure)
     ends = chosen_stage_ends(results["fretting"])
     assert ends == [2, 4, 7, 10, 13, 16]
@@ -329,9 +329,9 @@ def test_map_shows_the_fields_zoomed_to_the_contact(results: dict[str, Result]) 
     result = results["fretting"]
     figure = plots.contact_map(result)
     axes = panels(figure)
-    assert [one.get_title() for one in axes] == ["pressure", "shear |q|", "slip", "zone", "dissipated work"]
+    assert [one.get_title() for one in axes] == ["pressure", "shear traction", "slip", "zone", "dissipated energy"]
     labels = [one.child_axes[0].get_ylabel() for one in axes]
-    assert labels == ["pressure (MPa)", "shear |q| (MPa)", "slip (µm)", "", "dissipated work (mJ/mm²)"]
+    assert labels == ["pressure (MPa)", "shear traction (MPa)", "slip (µm)", "", "dissipated energy (mJ/mm²)"]
     shear = np.hypot(result.field("shear_x"), result.field("shear_y"))
     expected = [result.field("pressure"), shear, None, result.field("zone"), result.field("work_density")]
     for one, values in zip(axes, expected, strict=True):
@@ -363,7 +363,7 @@ def test_map_of_chosen_fields_and_increment(results: dict[str, Result]) -> None:
 
 def test_streamlines(results: dict[str, Result]) -> None:
     shear, slip = panels(plots.streamlines(results["torsion"]))
-    assert (shear.get_title(), slip.get_title()) == ("shear |q|", "slip")
+    assert (shear.get_title(), slip.get_title()) == ("shear traction", "slip")
     lines = slip.collections[0]
     points = np.concatenate(lines.get_segments())
     assert len(points) > 100
@@ -373,10 +373,10 @@ def test_streamlines(results: dict[str, Result]) -> None:
 
 def test_slip_angle(results: dict[str, Result]) -> None:
     along = angle_of(Snapshot(results["mindlin"], 11))
-    assert along.against == "the load"
+    assert along.reference == "the load"
     assert np.nanmax(np.abs(along.degrees)) < 1e-3  # without cross influence, slip is along the load
     around = angle_of(Snapshot(results["torsion"], 3))
-    assert around.against == "the motion of body 1"
+    assert around.reference == "the motion of body 1"
     assert np.nanmean(np.abs(around.degrees)) < 0.1
     result = results["fretting"]
     found = angle_of(Snapshot(result, 13))  # Qx falls
@@ -407,15 +407,22 @@ def test_stick_history(results: dict[str, Result]) -> None:
 def test_convergence(results: dict[str, Result]) -> None:
     result = results["fretting"]
     counts, residuals = panels(plots.convergence(result))
-    names = ["iterations normal", "iterations tangential", "alternations"]
-    assert legend_texts(counts) == names
-    for line, name in zip(counts.lines, names, strict=False):
-        np.testing.assert_array_equal(line.get_ydata(), result.history[name.replace(" ", "_")])
-    assert legend_texts(residuals) == ["gap", "stick", "slip", "bound", "load", "tolerance 1e-06"]
+    assert legend_texts(counts) == ["normal iterations", "tangential iterations", "staggered iterations"]
+    for line, name in zip(
+        counts.lines, ("iterations_normal", "iterations_tangential", "alternations"), strict=False
+    ):
+        np.testing.assert_array_equal(line.get_ydata(), result.history[name])
+    assert legend_texts(residuals) == ["gap", "stick", "slip", "friction limit", "load", "tolerance 1e-06"]
     np.testing.assert_allclose(residuals.lines[0].get_ydata(), np.maximum(result.history["residual_gap"], 1e-10))
     tolerance = next(line for line in residuals.lines if line.get_label() == "tolerance 1e-06")
     np.testing.assert_allclose(tolerance.get_ydata(), 1e-6)
     assert residuals.get_yscale() == "log"
+
+
+def test_no_module_hides_a_public_function() -> None:
+    import fretsolve.plots.kinds  # imports them all
+
+    assert [name for name in fretsolve.plots.__all__ if not callable(getattr(plots, name))] == ["KINDS"]
 
 
 def test_units_keep_numbers_short() -> None:
@@ -505,14 +512,14 @@ def test_all_kinds_and_a_report(folder: Path, tmp_path: Path) -> None:
     assert all(source.startswith("data:image/") for source in page.sources)
     assert "mode" not in page.tags
     assert "Fretting &lt;mode&gt; $I$ &amp;" in text
-    assert "dissipated work" in text and "<h2>Left out</h2>" not in text
+    assert "dissipated energy" in text and "<h2>Left out</h2>" not in text
 
 
 def test_report_says_what_is_left_out(folder: Path, tmp_path: Path) -> None:
     done = invoke("plot", folder / "hertz.h5", "--all", "-o", tmp_path)
     assert done.exit_code == 0
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
-    assert "<li>stick-history: nothing sticks or slips without friction and shear</li>" in text
+    assert "<li>stick-history: nothing sticks or slips without friction and shear traction</li>" in text
     assert "left out: streamlines: the field 'shear' is not stored, only pressure, zone" in done.stdout
     assert not (tmp_path / "streamlines.png").exists()
 
@@ -550,16 +557,16 @@ ERRORS = {
     ("fretting", "map", "--field", "sheer"): "map: there is no field 'sheer'; stored are pressure, shear, slip,",
     ("fretting", "profiles", "--at", "3,0"): "profiles: x = 3 mm is off the grid, whose cells lie from -0.35 to 0.35",
     ("fretting", "profiles", "--at", "here"): "'here' is not a point; two numbers in mm such as 0.1,-0.05 are needed",
-    ("fretting", "slip-angle", "--step", "2"): "slip-angle: no tangential load is moved in increment 2 to measure",
+    ("fretting", "slip-angle", "--step", "2"): "slip-angle: no tangential load changes in increment 2, so that",
     ("fretting", "loup"): "'loup' is not one of 'loop', 'profiles',",
     ("fretting", "loop", "--all"): "--all takes all kinds; leave KIND out.",
     ("fretting", "--all", "-o", "x.pdf"): "x.pdf: --all writes many files; the name of a folder is needed",
     ("mindlin", "map", "--step", "6"): "map: the fields of increment 6 are not stored (output.every); the nearest",
     ("hertz", "streamlines"): "streamlines: the field 'shear' is not stored, only pressure, zone; output.fields",
     ("hertz", "slip-angle"): "slip-angle: the field 'shear' is not stored, only pressure, zone; output.fields",
-    ("hertz", "stick-history"): "stick-history: nothing sticks or slips without friction and shear",
+    ("hertz", "stick-history"): "stick-history: nothing sticks or slips without friction and shear traction",
     ("torsion", "slip-angle", "--step", "0"): "slip-angle: nothing slips in increment 0",
-    ("torsion", "streamlines", "--step", "0"): "streamlines: shear and slip are 0 all over in increment 0",
+    ("torsion", "streamlines", "--step", "0"): "streamlines: shear and slip are 0 everywhere in increment 0",
 }
 
 

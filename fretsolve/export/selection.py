@@ -1,0 +1,61 @@
+"""Choose what of a result to show: increments with fields, ends of stages, columns above round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.result import Result
+from fretsolve.system.arrays import IndexArray
+
+NOTHING = 1e-8
+"""Below this share of its scale a value is round-off."""
+
+UNLIKE_THE_OTHER = 1e3
+"""A tangential displacement below 1e-6 of the other one is within the usual tolerance: it counts as round-off."""
+
+_COLUMNS = (
+    *("P", "Mx", "My", "Qx", "Qy", "Mz"),
+    *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
+    *("contact_radius", "stick_radius", "max_pressure", "max_shear", "work_total"),
+)
+
+
+def stored_step(result: Result, step: int) -> int:
+    """Return increment `step`, a negative one counted from the end. Raises ValueError if its fields are not stored."""
+    found = step + result.increments if step < 0 else step
+    if not 0 <= found < result.increments:
+        raise ValueError(f"there is no increment {step}; there are 0 to {result.increments - 1}")
+    if found not in result.steps:
+        nearest = min(result.steps, key=lambda stored: abs(stored - found))
+        raise ValueError(
+            f"the fields of increment {found} are not stored (output.every); the nearest ones are those of {nearest}"
+        )
+    return found
+
+
+def stage_ends(stage: IndexArray) -> IndexArray:
+    """Return the last increment of each stage, from the stage of each increment."""
+    return np.flatnonzero(np.append(np.diff(stage) != 0, True))[: len(stage)]
+
+
+def relevant_columns(result: Result) -> list[str]:
+    """Return the names of the columns above round-off; `P` and `delta_z` always."""
+    return [
+        name
+        for name in _COLUMNS
+        if name in ("P", "delta_z") or np.abs(result.history[name]).max(initial=0.0) > round_off(result, name)
+    ]
+
+
+def round_off(result: Result, name: str) -> float:
+    """Return the size below which values of a column count as 0, from the load and the approach of the whole run."""
+    if not result.increments:
+        return 0.0
+    force, approach, radius, shift_x, shift_y = (
+        float(np.abs(result.history[column]).max())
+        for column in ("P", "delta_z", "contact_radius", "delta_x", "delta_y")
+    )
+    scales = dict.fromkeys(("Qx", "Qy"), force) | dict.fromkeys(("Mx", "My", "Mz"), force * radius)
+    scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, UNLIKE_THE_OTHER * max(shift_x, shift_y)))
+    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
+    return NOTHING * scales.get(name, 0.0)

@@ -1,0 +1,165 @@
+"""Draw directions: streamlines of shear traction and slip, and the angle between slip and load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+
+from fretsolve.errors import PictureError
+from fretsolve.plots import maps
+from fretsolve.plots.canvas import Canvas, Target
+from fretsolve.plots.labels import line_colors
+from fretsolve.plots.snapshot import (
+    VECTORS,
+    Snapshot,
+    ViewBox,
+    chosen_step,
+    common_contact,
+    has_field,
+    present_fields,
+    view_box,
+)
+from fretsolve.result import Result
+from fretsolve.result.state import Zone
+from fretsolve.system.arrays import DoubleArray
+
+DENSITY = 1.3
+NOTHING = 1e-3
+"""Vectors shorter than this part of the longest one carry no line: their direction is round-off."""
+
+LEAST_CHANGE = 1e-6
+"""A smaller change of the load, in parts of it, is round-off."""
+
+LEAST_LIMIT = 1.0
+"""Degrees that the colours reach at least, also if all angles are round-off."""
+
+WORST_SHARE = 0.01
+"""Share of the cells whose angles may lie beyond the colours."""
+
+LARGER = (1.35, 1.25)
+"""Width and height of the map of angles, over those of other maps."""
+
+
+@dataclass(frozen=True)
+class SlipAngle:
+    """degrees: (nx, ny) from the direction of the load to that of the slip, NaN where nothing slips.
+
+    reference: what the angle is measured from, in words.
+    """
+
+    degrees: DoubleArray
+    reference: str
+
+
+def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
+    """Draw lines along the shear traction and along the slip at an increment, by default the last with fields.
+
+    Colours show the length of the vectors. Raises PictureError if there are none.
+    """
+    snapshot = Snapshot(result, chosen_step(result, step))
+    names = present_fields([snapshot], VECTORS)
+    if min(len(result.x), len(result.y)) < 2:
+        raise PictureError("lines need two cells or more along x and along y")
+    if not snapshot.field(names[0]).any():
+        stored = [name for name in VECTORS if has_field(result, name)]
+        raise PictureError(f"{' and '.join(stored)} are 0 everywhere in increment {snapshot.step}")
+    box = view_box(result, common_contact([snapshot]))
+    with maps.map_canvas(ax, snapshot, len(names), box) as drawn:
+        for axes, name in zip(drawn.axes, names, strict=False):
+            _draw_lines(drawn, axes, snapshot, name, box)
+    return drawn.figure
+
+
+def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
+    """Draw a map of the angle from the direction of the load to that of the slip in an increment.
+
+    By Coulomb's law slip is along the shear traction. The load's direction is that of the change of (Qx, Qy); if that
+    is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with fields.
+    Raises PictureError if nothing slips or no tangential load changes.
+    """
+    snapshot = Snapshot(result, chosen_step(result, step))
+    found = angle_of(snapshot)
+    box = view_box(result, snapshot.contact)
+    with maps.map_canvas(ax, snapshot, 1, box, LARGER) as drawn:
+        _draw_angle(drawn, drawn.axes[0], snapshot, found, box)
+    return drawn.figure
+
+
+def angle_of(snapshot: Snapshot) -> SlipAngle:
+    """Return the angle of the slip in an increment. Raises PictureError."""
+    slipping, shear = snapshot.field("zone") == Zone.SLIP, snapshot.field("shear")
+    slipping &= snapshot.magnitude("shear") > 0.0
+    if not slipping.any():
+        raise PictureError(f"nothing slips in increment {snapshot.step}")
+    load, reference = _load_direction(snapshot.result, snapshot.step)
+    across = load[0] * shear[1] - load[1] * shear[0]
+    along = load[0] * shear[0] + load[1] * shear[1]
+    return SlipAngle(np.where(slipping, np.degrees(np.arctan2(across, along)), np.nan), reference)
+
+
+def _load_direction(result: Result, step: int) -> tuple[DoubleArray, str]:
+    """Return a vector along the load, (2, 1, 1) or (2, nx, ny), and its name. Raises PictureError."""
+
+    def change(name: str) -> float:
+        column = result.history[name]
+        return float(column[step] - (column[step - 1] if step else 0.0))
+
+    force = np.array([change("Qx"), change("Qy")])
+    shift = np.array([change("delta_x"), change("delta_y")])
+    turn = change("phi_z")
+    turned = abs(turn) * float(result.history["contact_radius"][step])
+    least = LEAST_CHANGE * float(np.abs(result.history["delta_z"]).max())
+    if np.hypot(*force) > LEAST_CHANGE * float(result.history["P"][step]) and turned <= least:
+        return force[:, None, None], "the load"
+    if max(float(np.hypot(*shift)), turned) <= least:
+        raise PictureError(f"no tangential load changes in increment {step}, so that the angle has no reference")
+    x, y = np.meshgrid(result.x, result.y, indexing="ij")
+    return np.stack([shift[0] - turn * y, shift[1] + turn * x]), "the motion of body 1"
+
+
+def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: ViewBox) -> None:
+    result, length = snapshot.result, snapshot.magnitude(name)
+    scale = maps.scale_of(result, name, float(length.max()))
+    colors, norm = line_colors(), Normalize(0.0, scale.norm.vmax)
+    i, j = maps.cells_inside(result, box)
+    nothing = length <= NOTHING * length.max()
+    u, v = (np.ma.masked_where(nothing, values)[np.ix_(i, j)].T for values in snapshot.field(name))
+    # streamplot asks for coordinates that are evenly spaced to the last bit
+    x, y = (np.linspace(centres[0], centres[-1], len(centres)) for centres in (result.x[i], result.y[j]))
+    axes.streamplot(
+        x,
+        y,
+        u,
+        v,
+        color=(length * scale.unit.factor)[np.ix_(i, j)].T,
+        cmap=colors,
+        norm=norm,
+        density=DENSITY,
+        linewidth=1.0,
+        arrowsize=0.8,
+    )
+    maps.draw_outlines(axes, snapshot)
+    maps.draw_frame(axes, box)
+    axes.set_title(maps.NAMES[name])
+    drawn.colorbar(axes, ScalarMappable(norm, colors), scale.label)
+
+
+def _draw_angle(drawn: Canvas, axes: Axes, snapshot: Snapshot, found: SlipAngle, box: ViewBox) -> None:
+    result, slipping = snapshot.result, np.isfinite(found.degrees)
+    sizes = np.sort(np.abs(found.degrees[slipping]))
+    limit = max(float(sizes[int((1.0 - WORST_SHARE) * (len(sizes) - 1))]), LEAST_LIMIT)
+    norm, colors = Normalize(-limit, limit), matplotlib.colormaps["RdBu_r"]
+    maps.draw_cells(axes, result, snapshot.contact, ~snapshot.contact, Normalize(0.0, 1.0), ListedColormap(["0.85"]))
+    maps.draw_cells(axes, result, found.degrees, ~slipping, norm, colors)
+    maps.draw_arrows(axes, result, np.where(slipping, snapshot.field("shear"), 0.0), box)
+    maps.draw_outlines(axes, snapshot)
+    maps.draw_frame(axes, box)
+    axes.set_title(f"slip against {found.reference}:\nat most {sizes[-1]:.3g}°, on average {sizes.mean():.3g}°")
+    extend = "both" if sizes[-1] > limit else "neither"
+    drawn.colorbar(axes, ScalarMappable(norm, colors), "angle, counter-clockwise (°)", extend)

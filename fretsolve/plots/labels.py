@@ -1,0 +1,127 @@
+"""Choose colours, dashes and markers of lines, and names, symbols and units on axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap
+from numpy.typing import ArrayLike
+
+from fretsolve.result import Result
+from fretsolve.result.layout import HISTORY
+
+MOST_NAMED = 7
+"""Lines that a legend tells apart; of more lines a colour bar does."""
+
+MOST_MARKERS = 12
+"""Markers along a line that only tell it from others; shorter lines have one at each point."""
+
+MOST_INCREMENTS = 60
+"""Markers along a line on which each stands for an increment or a case; of more points some have none."""
+
+CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
+"""Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
+
+LEAST = 0.1
+"""A unit is used if the largest value is at least this much of it."""
+
+_DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
+_MARKERS = "osD^vPX"
+_LIGHTEST, _SHADES = 0.8, 256
+_GREEK = {"delta": r"\delta", "phi": r"\varphi"}
+_LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
+_UNITS = {
+    "mm": (("mm", 1.0), ("µm", 1e3), ("nm", 1e6)),
+    "mJ": (("mJ", 1.0), ("µJ", 1e3), ("nJ", 1e6)),
+    "mJ/mm^2": (("mJ/mm²", 1.0), ("µJ/mm²", 1e3), ("nJ/mm²", 1e6)),
+    "rad": (("rad", 1.0), ("mrad", 1e3), ("µrad", 1e6)),
+}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Colour, dashes and marker of a line, which colour-blind readers and grey prints tell apart.
+
+    index: number of the line; the markers of each line start at another point.
+    """
+
+    color: Any
+    linestyle: Any
+    marker: str
+    index: int = 0
+
+    def options(self, points: int, most: int = MOST_MARKERS) -> dict[str, Any]:
+        """Return the options of `Axes.plot` for a line of `points` points, with about `most` markers."""
+        every = spacing(points, most)
+        return {
+            "color": self.color,
+            "linestyle": self.linestyle,
+            "marker": self.marker,
+            "markevery": (2 * self.index % every, every),
+            "markerfacecolor": "white",
+        }
+
+
+def spacing(points: int, most: int) -> int:
+    """Return the number of points from one marker to the next on a line of `points` points."""
+    return max(1, -(-points // most))
+
+
+def line_colors() -> Colormap:
+    """Return viridis from dark to light, also in grey, without the end that fades on white."""
+    shades = matplotlib.colormaps["viridis"](_LIGHTEST * np.arange(_SHADES) / (_SHADES - 1))
+    return ListedColormap(shades, "fretsolve lines")
+
+
+def marks(count: int) -> list[Mark]:
+    """Return the marks of `count` lines in an order; more than `MOST_NAMED` differ in colour alone."""
+    colors = line_colors()
+    named = count <= MOST_NAMED
+    return [
+        Mark(
+            colors(index / max(count - 1, 1)),
+            _DASHES[index] if named else "-",
+            _MARKERS[index] if named else "",
+            index,
+        )
+        for index in range(count)
+    ]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as printed, and the factor that converts to it from the result's own."""
+
+    text: str
+    factor: float
+
+
+def readable(unit: str, values: ArrayLike) -> Unit:
+    """Return the unit in which the largest of `values`, given in `unit`, has few zeros."""
+    choices = _UNITS.get(unit)
+    if choices is None:
+        return Unit(unit.replace("N mm", "N·mm").replace("^2", "²"), 1.0)
+    sizes = np.abs(np.asarray(values, dtype=float))
+    largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
+    fitting = [Unit(*choice) for choice in choices if largest * choice[1] >= LEAST]
+    return fitting[0] if fitting else Unit(*choices[-1 if largest else 0])
+
+
+def unit_of(result: Result, name: str) -> Unit:
+    """Return the readable unit of a column of the history."""
+    return readable(result.units(name), result.history[name])
+
+
+def axis_label(name: str, unit: Unit) -> str:
+    """Return meaning, symbol and unit of a load component, such as ``normal approach $\\delta_z$ (µm)``."""
+    stem, axis = name.rstrip("xyz").rstrip("_"), name[1:][-1:]
+    symbol = _GREEK.get(stem, stem) + (f"_{axis}" if axis else "")
+    return f"{_LONG_NAMES[name]} ${symbol}$ ({unit.text})"
+
+
+def short_number(value: float, scale: float) -> str:
+    """Return `value` in four digits; 0 if it is round-off of `scale`."""
+    return f"{value:.4g}" if abs(value) > 1e-9 * scale else "0"
