@@ -29,14 +29,24 @@ def test_version_stands_in_one_place_and_the_citation_follows() -> None:
 
 
 def test_public_functions_and_classes_say_what_they_are() -> None:
+    """A kernel for numba is described by its namesake for NumPy."""
     package = Path(fretsolve.__file__).parent
     silent = [
         f"{path.relative_to(package)}:{node.lineno} {node.name}"
         for path in sorted(package.rglob("*.py"))
+        if not path.stem.endswith("_numba")
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[0] != "_" and ast.get_docstring(node) is None
     ]
     assert silent == []
+    for compiled in sorted(package.glob("kernels/*_numba.py")):
+        plain = compiled.with_name(compiled.name.replace("_numba", "_numpy"))
+        assert _public(compiled) <= _public(plain)
+
+
+def _public(path: Path) -> set[str]:
+    found = ast.parse(path.read_text(encoding="utf-8")).body
+    return {node.name for node in found if isinstance(node, ast.FunctionDef) and node.name[0] != "_"}
 
 
 def test_package_is_typed() -> None:
