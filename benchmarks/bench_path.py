@@ -22,7 +22,7 @@ from work_unit import work_unit
 
 import fretsolve
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import Start
+from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
@@ -96,7 +96,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     )
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *setup.grid.shape))
-    start = Start(nothing[0], nothing, nothing, np.zeros(6))
+    start = InitialState(nothing[0], nothing, nothing, np.zeros(6))
     for step in range(index):
         increment = setup.load_path.increment(step, history)
         start = end_of(solver.solve(increment, start), increment)
@@ -110,10 +110,10 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     return Cost(seconds[0], float(np.median(seconds[1:])), iterations, solved.operator_applications)
 
 
-def end_of(solved: Solved, increment: Increment) -> Start:
+def end_of(solved: Solved, increment: Increment) -> InitialState:
     """Return what the next increment starts from."""
     solution = solved.solution
-    return Start(solution.pressure, solution.shear, solution.displacement, solution.rigid, increment.normal)
+    return InitialState(solution.pressure, solution.shear, solution.displacement, solution.rigid, increment.normal)
 
 
 @lru_cache

@@ -19,7 +19,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import TangentialSolver
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 STEEL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
 SOLVERS = ("normal", "tangential")
@@ -65,7 +65,7 @@ class Solvers:
         control = LoadControl((True, True, False), (36.0, 0.0, 0.0))
         elastic_slip, shear = (np.zeros((2, *self.pressure.shape)) for _ in range(2))
         self.tangential.slipping[:] = False
-        result = self.tangential.solve(elastic_slip, control, 0.1 * self.pressure, shear, 1e-6, 2000, 0.0)
+        result = self.tangential.solve(elastic_slip, control, 0.1 * self.pressure, shear, 1e-6, 2000, SlipScales())
         assert result.converged
         return result.iterations
 

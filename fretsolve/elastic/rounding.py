@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 TINY = float(np.finfo(np.float64).tiny)
 """Least value of a scale, so that nothing is divided by 0."""
@@ -38,6 +38,15 @@ def circle_width(precision: type[np.floating]) -> float:
     precision: in which the shear traction is stored.
     """
     return 1e-6 if precision is np.float32 else 1e-10
+
+
+def slips(shear: FloatArray, friction_limit: FloatArray, within: float) -> BoolArray:
+    """Return the cells (nx, ny) whose shear (2, nx, ny) has reached the friction limit (nx, ny).
+
+    within: part of the limit that the shear may be short of it, as `circle_width` of its precision.
+    """
+    reached: BoolArray = np.hypot(shear[0], shear[1]) >= friction_limit * (1.0 - within)
+    return reached
 
 
 def least_slip(elastic: float, rigid: DoubleArray, farthest: float, tolerance: float) -> float:

@@ -1,7 +1,8 @@
-"""Proof of an increment: the contact conditions checked from tractions and displacements alone.
+"""The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
-The displacements come from one application of the elastic operator to the final tractions, not from the
-iteration's own recurrences. What is measured is listed with `fretsolve.result.state.Certificate`.
+The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. A cell is declared open, sticking or slipping
+here, in `Examiner.zones`, and nowhere else. The steps C2 to C6 are those of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding
+from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
@@ -37,7 +38,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What follows from a `Solution`: gap and slip increment in mm, zone, and the residuals."""
+    """Gap (nx, ny) and slip increment (2, nx, ny) of a `Solution` in mm, its zones (nx, ny), and the residuals."""
 
     gap: FloatArray
     slip: FloatArray
@@ -46,9 +47,11 @@ class Evidence:
 
 
 class Examiner:
-    """Examines solutions on one grid: `separation` (nx, ny) of the undeformed surfaces, friction coefficient; to a
-    tolerance, which tells what is lost in rounding (`least_slip`). slides: whether anything can slip at all;
-    precision: of operator and tractions."""
+    """Checks solutions on one grid.
+
+    separation: (nx, ny), undeformed; friction: its coefficient; tolerance: of the case, which limits what counts as
+    rounding (`least_slip`); may_slip: whether anything can slip at all; precision: of operator and tractions.
+    """
 
     def __init__(
         self,
@@ -57,50 +60,59 @@ class Examiner:
         normal: NormalModes,
         tangential: TangentialModes,
         tolerance: float,
-        slides: bool = True,
+        may_slip: bool = True,
         precision: type[np.floating] = np.float64,
     ):
-        self.separation = separation
-        self.may_slip = slides
-        self.friction = friction
+        self.separation, self.friction, self.may_slip = separation, friction, may_slip
         self.tolerance, self.precision = tolerance, precision
-        self.normal = normal
-        self.tangential = tangential
+        self.normal, self.tangential = normal, tangential
         self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
 
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
-        """Gap, slip and certificate; `normal` and `tangential` tell what was imposed."""
+        """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
-        bound = self.friction * solution.pressure
-        length, slip = nothing(contact.shape), nothing((2, *contact.shape))
-        if self.may_slip:
-            length, slip = np.hypot(solution.shear[0], solution.shear[1]), self._slip(solution, contact)
+        friction_limit = self.friction * solution.pressure
+        # C2: gap and slip increment
         gap = np.empty_like(self.separation)
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
+        slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
+        # C3: zones
+        zone = self.zones(solution, slip, contact, friction_limit)
+        # C4 to C6: residuals
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
-        sticking = contact & (length < bound * (1.0 - circle_width(self.precision)))
-        if self.friction and not slip.any():
-            sticking = contact
-        zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
-        zone[contact] = Zone.SLIP
-        zone[sticking] = Zone.STICK
-        stick, across = self._slip_residuals(solution, slip, sticking) if self.may_slip else (0.0, 0.0)
+        stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK) if self.may_slip else (0.0, 0.0)
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
-            bound=self._bound_residual(length, bound) if self.may_slip else 0.0,
-            load=self._load_residual(solution, bound, normal, tangential),
+            bound=_bound_residual(solution.shear, friction_limit) if self.may_slip else 0.0,
+            load=self._load_residual(solution, friction_limit, normal, tangential),
         )
         return Evidence(gap, slip, zone, certificate)
 
+    def zones(
+        self, solution: Solution, slip: FloatArray, contact: BoolArray, friction_limit: FloatArray
+    ) -> NDArray[np.uint8]:
+        """Return for each cell whether it is open, sticks or slips, as `Zone`, (nx, ny).
+
+        A cell in contact slips where its shear has reached the friction limit; if no cell has slipped, all stick.
+        """
+        slipping = contact
+        if self.friction:
+            within = circle_width(self.precision)
+            slipping = contact & slips(solution.shear, friction_limit, within) if slip.any() else np.zeros_like(contact)
+        zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
+        zone[contact] = Zone.STICK
+        zone[slipping] = Zone.SLIP
+        return zone
+
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
-        """What keeps gap or slip from being any better, in words; empty where it is not rounding."""
+        """Return in words which rounding keeps gap or slip above the tolerance; empty where it is not rounding."""
         certificate = evidence.certificate
         farthest = self._farthest
         if certificate.gap > self.tolerance:
             contact = solution.pressure > 0.0
-            error = certificate.gap * self.normal.approach(solution.uz, contact, solution.rigid[:3])
+            error = certificate.gap * self.normal.gap_scale(solution.uz, contact, solution.rigid[:3])
             lengths = {
                 "heights": float(np.max(np.abs(self.separation), where=contact, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
@@ -123,13 +135,14 @@ class Examiner:
         return ""
 
     def motion_scale(self, solution: Solution) -> float:
-        """Largest rigid displacement increment (mm; rotations times the grid's half side)."""
+        """Return the largest rigid displacement increment (mm; rotations times the grid's half side)."""
         dz, tilt_x, tilt_y, dx, dy, turn = np.abs(solution.motion)
         turned = max(tilt_x, tilt_y, turn) * self.reach
         least = max(LEAST_MOTION * _elastic(solution), self._least_slip(solution), TINY)
         return float(max(dz, dx, dy, turned, least))
 
     def _least_slip(self, solution: Solution) -> float:
+        """Return the least length (mm) that slips are measured against."""
         return least_slip(_elastic(solution), solution.rigid, self._farthest, self.tolerance)
 
     @property
@@ -138,11 +151,11 @@ class Examiner:
         return max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
 
     def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
-        """Slip (mm) that the directions of slips are weighted by; largest: of all slips."""
+        """Return the slip (mm) that weights the directions of slips; largest: of all slips (mm)."""
         return max(largest, LEAST_SLIP * motion, self._least_slip(solution))
 
     def _slip(self, solution: Solution, contact: BoolArray) -> FloatArray:
-        """Slip increment of the cells in contact, 0 elsewhere [2.1]."""
+        """Return the slip increment of the cells in contact, 0 elsewhere [2.1]."""
         slip = np.empty_like(solution.shear)
         self.tangential.displacement(solution.motion[3:], slip)
         slip += solution.previous_displacement
@@ -153,6 +166,7 @@ class Examiner:
     def _slip_residuals(
         self, solution: Solution, slip: FloatArray, sticking: BoolArray
     ) -> tuple[float, float]:
+        """Return the residuals `stick` and `slip`."""
         motion = self.motion_scale(solution)
         distance = np.hypot(slip[0], slip[1])
         if not np.isfinite(distance).all():
@@ -160,25 +174,21 @@ class Examiner:
         stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
         if not self.friction:
             return stick, 0.0
-        sliding = np.nonzero((distance > 0.0) & ~sticking)
-        if not sliding[0].size:
+        slipped = np.nonzero((distance > 0.0) & ~sticking)
+        if not slipped[0].size:
             return stick, 0.0
-        q_x, q_y, s_x, s_y = (part[sliding] for field in (solution.shear, slip) for part in field)
-        weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[sliding]
+        q_x, q_y, s_x, s_y = (part[slipped] for field in (solution.shear, slip) for part in field)
+        weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[slipped]
         return stick, float(np.max(weighted)) / self._slip_scale(solution, float(distance.max()), motion)
 
-    def _bound_residual(self, length: FloatArray, bound: FloatArray) -> float:
-        excess = float(np.max(length - bound))
-        return float(np.maximum(excess, 0.0)) / max(float(bound.max()), TINY)
-
     def _load_residual(
-        self, solution: Solution, bound: FloatArray, normal: LoadControl, tangential: LoadControl
+        self, solution: Solution, friction_limit: FloatArray, normal: LoadControl, tangential: LoadControl
     ) -> float:
-        """Worst imposed load's error over P or what friction can carry (moments: times the contact's reach), and
-        worst imposed displacement's over the largest rigid displacement (rotations: likewise)."""
+        """Return the largest error of an imposed load over P or what friction can carry (moments: times half the grid's
+        side), or of an imposed displacement over the largest rigid displacement (rotations: likewise)."""
         found = self.normal.resultants(solution.pressure)
         load, reach = float(found[0]), max(self.reach, TINY)
-        carried = float(bound.sum(dtype=np.float64)) * self.normal.cell_area
+        carried = float(friction_limit.sum(dtype=np.float64)) * self.normal.cell_area
         sheared = self.tangential.resultants(solution.shear)
         farthest = float(np.abs(solution.rigid * np.array([1.0, reach, reach, 1.0, 1.0, reach])).max())
         errors = []
@@ -193,6 +203,12 @@ class Examiner:
         return float(np.max(errors))
 
 
+def _bound_residual(shear: FloatArray, friction_limit: FloatArray) -> float:
+    """Return the largest excess of |shear| over the friction limit, over its largest value."""
+    excess = float(np.max(np.hypot(shear[0], shear[1]) - friction_limit))
+    return float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
+
+
 def _elastic(solution: Solution) -> float:
-    """Largest elastic displacement (mm)."""
+    """Return the largest elastic displacement (mm)."""
     return max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))

@@ -1,44 +1,41 @@
-"""Solvers of one grid, and of coarser ones that give them first estimates.
+"""Grid levels: the solvers of one grid, and those of coarser grids that give first estimates.
 
-On each level the problem is first solved roughly on the next coarser grid and the estimate corrected by what
-changed there. It pays where an increment begins far from its end, as all do that change the normal load.
+On each level the problem is first solved roughly on the next coarser grid, and the estimate is corrected by the change
+there. That pays where an increment begins far from its end, as all do that change the normal load.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.elastic.convolution import RowSpace
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
 from fretsolve.errors import ContactLostError
-from fretsolve.increment.grid_transfer import Coarsening
+from fretsolve.increment.grid_transfer import GridTransfer
 from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
+from fretsolve.model.required_terms import Model
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import TangentialSolver
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
 
-if TYPE_CHECKING:
-    from fretsolve.model.required_terms import Model
-
-
 COARSE_TOLERANCE = 1e-2
-"""Of a coarse problem, whose solution differs from the fine one's by about this much anyway."""
+"""Tolerance of a coarse problem, whose solution differs from the fine one by about as much."""
 
 COARSE_ITERATIONS = 60
-"""A coarse problem that takes more is left as it is: a poor estimate costs iterations, nothing else."""
+"""Limit of CG iterations of a coarse problem: a poor estimate costs iterations, nothing else."""
 
-NEAR_THE_BOUND = 0.8
-"""A cell slips at first if its coarse cell does and its shear has this part of the bound."""
+NEAR_THE_LIMIT = 0.2
+"""A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""
 
 
-class Level:
-    """Operator and solvers on `grid`, with a coarser level below as long as there are points enough."""
+class GridLevel:
+    """Operator and solvers on `grid`, with a coarser level below while there are enough points."""
 
     def __init__(
         self,
@@ -49,19 +46,20 @@ class Level:
         dtype: type[np.floating] = np.float64,
     ):
         self.grid = grid
-        self._sheared = model.has_shear
+        self._has_shear = model.has_shear
         space = space or RowSpace()
         self.operator = ElasticOperator(
             grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space, dtype
         )
-        self._coarsening = Coarsening(grid)
-        coarse = self._coarsening.coarse
-        self.coarser = Level(coarse, model, threads, space, dtype) if coarse is not None else None
+        self._transfer = GridTransfer(grid)
+        coarse = self._transfer.coarse
+        self.coarser = None if coarse is None else GridLevel(coarse, model, threads, space, dtype)
 
     @cached_property
     def normal(self) -> NormalSolver:
-        """Solver of the normal problem on this grid; it works in the tangential one's arrays, where there is one."""
-        return NormalSolver(self.operator, self.grid, self.tangential.space if self._sheared else None)
+        """Solver of the normal problem on this grid; it shares the arrays of the tangential one, where there is one."""
+        workspace = self.tangential.workspace.first_component() if self._has_shear else None
+        return NormalSolver(self.operator, self.grid, workspace)
 
     @cached_property
     def tangential(self) -> TangentialSolver:
@@ -69,7 +67,7 @@ class Level:
         return TangentialSolver(self.operator, self.grid)
 
     def release(self) -> None:
-        """Give back the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""
+        """Free the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""
         self.__dict__.pop("normal", None)
         self.__dict__.pop("tangential", None)
         if self.coarser is not None:
@@ -90,7 +88,8 @@ class Level:
         """Improve the estimate `pressure` (nx, ny) in place by a coarser solution."""
         if self.coarser is None:
             return
-        transfer, coarser = self._coarsening, self.coarser
+        transfer, coarser = self._transfer, self.coarser
+        # the coarse problem, with what the coarse grid gets wrong of the displacement added to its separation
         before = transfer.restrict(pressure)
         coarse_separation = transfer.restrict_separation(separation)
         if not _carries(coarse_separation, control, coarser.grid):
@@ -100,41 +99,54 @@ class Level:
             self.operator.normal(pressure, uz)
             coarser.operator.normal(before, coarse_uz)
             coarse_separation += transfer.restrict(uz) - coarse_uz
+        # its solution, estimated on still coarser grids
         after = before.copy()
         coarser.estimate_normal(coarse_separation, control, after, rigid)
         coarser.normal.solve(coarse_separation, control, after, COARSE_TOLERANCE, COARSE_ITERATIONS, rigid)
+        # the correction of the fine estimate
         if pressure.any():
             pressure += transfer.prolong(after - before)
             np.maximum(pressure, 0.0, out=pressure)
         else:
-            # Where contact ends the pressure falls like a square root, so its square interpolates well.
+            # Near the edge of contact the pressure is like a square root, so its square interpolates well.
             np.sqrt(transfer.prolong(np.square(after)), out=pressure)
         pressure[np.isinf(separation)] = 0.0
 
     def estimate_tangential(
-        self, elastic_slip: FloatArray, control: LoadControl, bound: FloatArray, shear: FloatArray, motion: float
+        self,
+        elastic_slip: FloatArray,
+        control: LoadControl,
+        friction_limit: FloatArray,
+        shear: FloatArray,
+        motion: float,
     ) -> None:
-        """Improve the estimate `shear` (2, nx, ny), its slip zone and elastic slip, in place by a coarser solution."""
+        """Improve the estimate `shear` (2, nx, ny), its slip zone and elastic slip, in place by a coarser solution.
+
+        motion: largest rigid displacement increment known so far (mm).
+        """
         if self.coarser is None:
             return
-        transfer, coarser = self._coarsening, self.coarser
+        transfer, coarser = self._transfer, self.coarser
+        # the coarse problem and its solution, estimated on still coarser grids
         before = transfer.restrict(shear)
-        coarse_bound, coarse_slip = transfer.restrict(bound), transfer.restrict(elastic_slip)
+        coarse_limit, coarse_slip = transfer.restrict(friction_limit), transfer.restrict(elastic_slip)
         after = before.copy()
         solver = coarser.tangential
-        solver.slipping[:] = np.hypot(before[0], before[1]) >= NEAR_THE_BOUND * coarse_bound
-        coarser.estimate_tangential(coarse_slip, control, coarse_bound, after, motion)
-        solver.solve(coarse_slip, control, coarse_bound, after, COARSE_TOLERANCE, COARSE_ITERATIONS, motion)
+        solver.slipping[:] = slips(before, coarse_limit, NEAR_THE_LIMIT)
+        coarser.estimate_tangential(coarse_slip, control, coarse_limit, after, motion)
+        scales = SlipScales(motion)
+        solver.solve(coarse_slip, control, coarse_limit, after, COARSE_TOLERANCE, COARSE_ITERATIONS, scales)
+        # the correction of the fine estimate
         change = transfer.prolong(after - before)
         shear += change
         self.operator.tangential(change, change)
         elastic_slip -= change
-        near = np.hypot(shear[0], shear[1]) >= NEAR_THE_BOUND * bound
+        near = slips(shear, friction_limit, NEAR_THE_LIMIT)
         np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
 
 
 def _carries(separation: FloatArray, control: LoadControl, grid: Grid) -> bool:
-    """Whether a coarse grid has the material that the load needs; a small punch may fall through it."""
+    """Return whether a coarse grid has the material that the load needs; it may miss a small punch."""
     try:
         require_supported(control, separation, grid)
     except ContactLostError:

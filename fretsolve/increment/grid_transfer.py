@@ -1,9 +1,8 @@
-"""Restriction to a grid of half the points per side, and back: first estimates from coarser grids.
+"""Transfer of fields to a grid of half the points per side, and back.
 
 A coarse cell holds two by two fine ones, or two by one where a side has too few points to be halved; the last row
-of an odd number of cells is paired with nothing. Coarse problems are posed as in a full approximation scheme
-(Brandt 1977), so that an exact fine estimate is also the coarse problem's, up to the zones' edges, and a poor one is
-mended where it is wrong.
+of an odd number of cells is paired with zeros. Coarse problems are posed as in a full approximation scheme (Brandt
+1977): an exact fine estimate solves the coarse problem too, up to the zones' edges, and a poor one is improved.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ FEWEST_POINTS = 24
 """Sides with fewer points are not halved."""
 
 
-class Coarsening:
-    """Transfer between a grid and the coarser one that it makes; `coarse` is None where nothing can be halved."""
+class GridTransfer:
+    """Transfer between the grid `fine` and a grid `coarse`, which is None where no side can be halved."""
 
     def __init__(self, grid: Grid):
         self.fine = grid
@@ -26,7 +25,7 @@ class Coarsening:
         self.coarse = self._coarse_grid() if 2 in self.factors else None
 
     def _coarse_grid(self) -> Grid:
-        """The cells of `coarse` cover those of `fine`, from the same corner on."""
+        """Return a grid whose cells cover those of `fine`, from the same corner on."""
         fine, (fx, fy) = self.fine, self.factors
         nx, ny = -(-fine.nx // fx), -(-fine.ny // fy)
         shift_x = 0.5 * (nx * fx - fine.nx) * fine.dx
@@ -34,24 +33,24 @@ class Coarsening:
         return Grid(nx, ny, fx * fine.dx, fy * fine.dy, fine.x0 + shift_x, fine.y0 + shift_y)
 
     def restrict(self, field: FloatArray) -> FloatArray:
-        """Means over the coarse cells, ``(..., nx, ny)``; nothing beyond the fine grid."""
+        """Return means over the coarse cells, ``(..., nx, ny)``, with zeros beyond the fine grid."""
         fx, fy = self.factors
         rows = _pair_mean(field, -2) if fx == 2 else field
         return _pair_mean(rows, -1) if fy == 2 else rows
 
     def restrict_separation(self, separation: FloatArray) -> FloatArray:
-        """Means where all of a coarse cell has material, +inf elsewhere."""
+        """Return means where all of a coarse cell has material, +inf elsewhere."""
         padding = [(0, count % factor) for count, factor in zip(separation.shape, self.factors, strict=True)]
         return self.restrict(np.pad(separation, padding, constant_values=np.inf))
 
     def prolong(self, field: FloatArray) -> FloatArray:
-        """Bilinear interpolation to the fine cells, ``(..., nx, ny)``, falling to 0 outside of the coarse grid."""
+        """Return the bilinear interpolation to the fine cells, ``(..., nx, ny)``, with zeros outside of the grid."""
         fx, fy = self.factors
         rows = _interpolate(field, -2)[..., : self.fine.nx, :] if fx == 2 else field
         return _interpolate(rows, -1)[..., : self.fine.ny] if fy == 2 else rows
 
     def inject(self, mask: BoolArray) -> BoolArray:
-        """Every fine cell gets what its coarse cell has."""
+        """Return the values of the coarse cells in their fine ones."""
         fx, fy = self.factors
         nx, ny = self.fine.shape
         return np.repeat(np.repeat(mask, fx, axis=0)[:nx], fy, axis=1)[:, :ny]

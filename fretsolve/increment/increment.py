@@ -1,47 +1,44 @@
-"""One increment: solved on a window around the contact, proved on the whole grid."""
+"""One increment: solved on the active region around the contact, certified on the whole grid."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretsolve.elastic.convolution import RowSpace
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
-from fretsolve.increment.active_region import FREE_CELLS, Window, window_around
+from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Evidence, Examiner, Solution
-from fretsolve.increment.grid_hierarchy import Level
+from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
-from fretsolve.increment.staggered_iteration import ADVICE, TOO_FEW_DIGITS, Alternation
-from fretsolve.increment.working_state import Iterate, Start
+from fretsolve.increment.staggered_iteration import ADVICE, TOO_FEW_DIGITS, StaggeredIteration
+from fretsolve.increment.working_state import InitialState, WorkingState
 from fretsolve.model.grid import LARGE_GRID, Grid
 from fretsolve.model.load_path import Increment
+from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
-if TYPE_CHECKING:
-    from fretsolve.model.required_terms import Model
-
-
 MARGIN = 0.3
-"""The solvers' own tolerance in units of the case's: their residuals and the certificate's differ a little."""
+"""Tolerance of the solvers in parts of the case's: their residuals and those of the certificate differ a little."""
 
-KEPT_WINDOWS = 2
-"""A contact whose extent wavers between two sizes of window needs no new spectra at each increment."""
+KEPT_REGIONS = 2
+"""Regions whose solvers are kept: a contact that changes between two sizes needs no new spectra at each increment."""
 
-MOST_PROOFS = 12
-"""How often an increment is taken up again after a window too small or a certificate not met."""
+MOST_ATTEMPTS = 12
+"""Attempts at an increment, each after a region that was too small or a certificate that was not met."""
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A certified increment and what it took. normal, tangential: resultants (P, Mx, My) and (Qx, Qy, Mz).
+    """A certified increment and its cost.
 
-    operator_applications: those on windows and coarser grids in parts of one on the whole grid, rounded up.
+    normal, tangential: resultants (P, Mx, My) and (Qx, Qy, Mz); operator_applications: in parts of one on the whole
+    grid where they are on active regions and coarser grids, rounded up.
     """
 
     solution: Solution
@@ -50,12 +47,12 @@ class Solved:
     tangential: Vector
     iterations_normal: int
     iterations_tangential: int
-    alternations: int
+    staggered_iterations: int
     operator_applications: int
 
 
 class IncrementSolver:
-    """Solvers and operator of one scene: a grid, a model and the undeformed surfaces (nx, ny)."""
+    """Solves the increments of one problem: grid, model, and separation (nx, ny) of the undeformed surfaces."""
 
     def __init__(
         self,
@@ -68,68 +65,67 @@ class IncrementSolver:
         map_border: BoolArray | None = None,
         precision: type[np.floating] = np.float64,
     ):
-        self._map_border = map_border
-        self.grid, self.separation, self.model = grid, separation, model
-        self.tolerance, self.max_iterations, self._threads = tolerance, max_iterations, ThreadTeam(threads)
-        self._space = RowSpace()
-        self._precision = precision
-        self.level = Level(grid, model, self._threads, self._space, precision)
+        self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
+        self.tolerance, self.max_iterations, self._precision = tolerance, max_iterations, precision
+        self._threads, self._space = ThreadTeam(threads), RowSpace()
+        self.level = GridLevel(grid, model, self._threads, self._space, precision)
         self._examiner = Examiner(
             separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.may_slip, precision
         )
-        self._alternations: dict[Window, Alternation] = {}
+        self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID
 
-    def solve(self, increment: Increment, start: Start) -> Solved:
-        """Solve an increment from `start` and prove it.
+    def solve(self, increment: Increment, start: InitialState) -> Solved:
+        """Solve an increment from `start` and certify it.
 
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
-        before = self.applications
+        before, target, free = self.applications, MARGIN * self.tolerance, FREE_CELLS
         require_supported(increment.normal, self.separation, self.grid)
-        work = Iterate(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
-        if start.normal != increment.normal:
-            self._estimate(increment, work)
-            work.at_start = False
-        target = MARGIN * self.tolerance
+        work = self._estimate(increment, start)
         expected = work.pressure > 0.0
-        free = FREE_CELLS
-        for _ in range(MOST_PROOFS):
-            alternation, window = self._window_for(expected, free)
-            self._pass_in_window(alternation, window, increment, start, work, target)
+        for _ in range(MOST_ATTEMPTS):
+            # solve on a region that holds the expected contact; try a larger one if the contact leaves it
+            region, iteration = self._region_for(expected, free)
+            part = self._enter(region, start, work)
+            iteration.run(increment, part, work, target)
+            self._leave(region, work)
+            self._release(iteration.level)
             expected |= work.pressure > 0.0
-            if not window.holds(expected):
+            if not region.holds(expected):
                 free *= 4
                 continue
-            if self._single:  # what is stored is what is proved
-                work.pressure = _rounded(work.pressure)
-                work.shear = _rounded(work.shear) if self.model.may_slip else work.shear
+            # C1: displacements on the whole grid; C2 to C6: the certificate
             solution = self._solution(start, work)
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
-                return self._solved(solution, evidence, work, math.ceil(round(self.applications - before, 6)))
+                return self._solved(solution, evidence, work, self.applications - before)
+            # C7: try again with a tighter target, unless rounding is the cause
             rounding = self._examiner.lost_in_rounding(solution, evidence)
             if rounding:
                 break
             expected |= evidence.gap < 0.0
-            if window.holds(expected):
+            if region.holds(expected):
                 target *= MARGIN
-        raise NotConvergedError(_unproved(evidence.certificate, self.tolerance, rounding, self._single))
+        raise NotConvergedError(_why_not_certified(evidence.certificate, self.tolerance, rounding, self._single))
 
     @property
     def applications(self) -> float:
         """Operator applications so far, in parts of one on the whole grid."""
         inside = sum(
-            alternation.level.applications * self._share(window)
-            for window, alternation in self._alternations.items()
-            if alternation.level is not self.level
+            iteration.level.applications * region.count / (self.grid.nx * self.grid.ny)
+            for region, iteration in self._iterations.items()
+            if iteration.level is not self.level
         )
         return self.level.applications + inside + self._spent
 
-    def _estimate(self, increment: Increment, work: Iterate) -> None:
-        """Pressure from coarser grids, at the shear's normal displacement where it counts."""
+    def _estimate(self, increment: Increment, start: InitialState) -> WorkingState:
+        """Return the first state: the start, with a pressure from coarser grids if the normal load changes."""
+        work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
+        if start.normal == increment.normal:
+            return work
         separation = self.separation
         if self.model.terms.normal_tangential_coupling and work.shear.any():
             uz = np.empty_like(work.pressure)
@@ -137,75 +133,65 @@ class IncrementSolver:
             separation = np.add(separation, uz, out=uz)
         self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
         self._release(self.level)
+        work.at_start = False
+        return work
 
-    def _release(self, level: Level) -> None:
-        """Give back the memory of one part of an increment before the next needs its own."""
+    def _release(self, level: GridLevel) -> None:
+        """Free the memory of one part of an increment before the next needs its own, on a large grid."""
         if self._large:
             level.release()
             self._space.release()
 
-    def _share(self, window: Window) -> float:
-        """Cells of the window over those of the grid."""
-        return window.count / (self.grid.nx * self.grid.ny)
-
-    def _window_for(self, expected: BoolArray, free: int) -> tuple[Alternation, Window]:
-        """A window that holds the expected contact, with the solvers on it; those of the last ones are kept."""
+    def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
+        """Return a region that holds the expected contact, and the iteration on it; those of the last ones are kept."""
         if self.level.coarser is None:
-            expected = np.ones_like(expected)  # too small a grid to gain by a part of it
-        window = window_around(expected, free)
-        alternation = self._alternations.pop(window, None)
-        if alternation is None:
-            if len(self._alternations) == (1 if self._large else KEPT_WINDOWS):
+            expected = np.ones_like(expected)  # too small a grid to gain from a part of it
+        region = region_around(expected, free)
+        iteration = self._iterations.pop(region, None)
+        if iteration is None:
+            if len(self._iterations) == (1 if self._large else KEPT_REGIONS):
                 before = self.applications
-                del self._alternations[next(iter(self._alternations))]
+                del self._iterations[next(iter(self._iterations))]
                 self._spent += before - self.applications
-            whole = window.count == self.grid.nx * self.grid.ny
-            level = self.level if whole else Level(
-                window.part_of(self.grid), self.model, self._threads, self._space, self._precision
-            )
-            alternation = Alternation(
-                level, self.separation[window.cells], self.model, self.max_iterations, self.tolerance
-            )
-        self._alternations[window] = alternation
-        return alternation, window
+            level = self.level
+            if region.count < self.grid.nx * self.grid.ny:
+                level = GridLevel(region.part_of(self.grid), self.model, self._threads, self._space, self._precision)
+            separation = self.separation[region.cells]
+            iteration = StaggeredIteration(level, separation, self.model, self.max_iterations, self.tolerance)
+        self._iterations[region] = iteration
+        return region, iteration
 
-    def _pass_in_window(
-        self,
-        alternation: Alternation,
-        window: Window,
-        increment: Increment,
-        start: Start,
-        work: Iterate,
-        target: float,
-    ) -> None:
-        """Run the passes on the window's part of `start` and `work`, and write the tractions back."""
-        cells, vectors = window.cells, window.vector_cells
-        part_of_start = Start(
-            start.pressure[cells],
-            start.shear[vectors],
-            start.displacement[vectors],
-            start.rigid,
-            start.normal,
-            None if work.at_start or not self._single else -self._moved(start, work)[vectors],
-        )
+    def _enter(self, region: ActiveRegion, start: InitialState, work: WorkingState) -> InitialState:
+        """Cut the tractions of `work` to a region, and return that part of `start`."""
+        cells, vectors = region.cells, region.vector_cells
+        elastic_slip = None if work.at_start or not self._single else -self._moved(start, work)[vectors]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[vectors])
-        alternation.run(increment, part_of_start, work, target)
-        self._release(alternation.level)
-        work.pressure = self._on_whole(work.pressure, cells)
-        work.shear = self._on_whole(work.shear, vectors) if self.model.may_slip else nothing((2, *self.grid.shape))
+        return replace(
+            start,
+            pressure=start.pressure[cells],
+            shear=start.shear[vectors],
+            displacement=start.displacement[vectors],
+            elastic_slip=elastic_slip,
+        )
+
+    def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
+        """Put the tractions of `work` on a region back on the whole grid."""
+        pressure, shear = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
+        pressure[region.cells] = work.pressure
+        if self.model.may_slip:
+            shear = np.zeros(shear.shape)
+            shear[region.vector_cells] = work.shear
+        work.pressure, work.shear = pressure, shear
 
     def _own(self, shear: FloatArray) -> FloatArray:
-        """A copy to work in, where there may be shear."""
+        """Return a copy to work in, where there may be shear."""
         return np.array(shear, np.float64) if self.model.may_slip else shear
 
-    def _on_whole(self, part: FloatArray, cells: tuple[slice, ...]) -> FloatArray:
-        """A field of a window on the whole grid."""
-        whole = np.zeros((*part.shape[:-2], *self.grid.shape))
-        whole[cells] = part
-        return whole
-
-    def _solution(self, start: Start, work: Iterate) -> Solution:
-        """Tractions with their displacements, computed afresh on the whole grid."""
+    def _solution(self, start: InitialState, work: WorkingState) -> Solution:
+        """Return the tractions, rounded to the precision that is stored, and their displacements on the whole grid."""
+        if self._single:
+            work.pressure = _rounded(work.pressure)
+            work.shear = _rounded(work.shear) if self.model.may_slip else work.shear
         uz, displacement = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
         terms, operator = self.model.terms, self.level.operator
         if terms.tangential or terms.normal_tangential_coupling:
@@ -226,10 +212,10 @@ class IncrementSolver:
     def _single(self) -> bool:
         return self._precision is np.float32
 
-    def _moved(self, start: Start, work: Iterate) -> FloatArray:
-        """Change (2, nx, ny) of the tangential displacement since the start, from the change of the tractions.
+    def _moved(self, start: InitialState, work: WorkingState) -> FloatArray:
+        """Return the change (2, nx, ny) of the tangential displacement since the start, from that of the tractions.
 
-        In single precision the difference of two displacements would have lost it.
+        In single precision the difference of two displacements would lose it.
         """
         moved, operator = work.shear - start.shear, self.level.operator
         if moved.any():
@@ -240,7 +226,7 @@ class IncrementSolver:
             moved += sideways
         return moved
 
-    def _solved(self, solution: Solution, evidence: Evidence, work: Iterate, applications: int) -> Solved:
+    def _solved(self, solution: Solution, evidence: Evidence, work: WorkingState, applications: float) -> Solved:
         return Solved(
             solution,
             evidence,
@@ -248,18 +234,18 @@ class IncrementSolver:
             self._examiner.tangential.resultants(work.shear),
             work.iterations_normal,
             work.iterations_tangential,
-            work.alternations,
-            applications,
+            work.staggered_iterations,
+            math.ceil(round(applications, 6)),
         )
 
 
 def _rounded(field: FloatArray) -> FloatArray:
-    """`field` with values that single precision holds."""
+    """Return `field` with values that single precision holds."""
     return field.astype(np.float32).astype(np.float64)
 
 
-def _unproved(certificate: Certificate, tolerance: float, rounding: str, single: bool) -> str:
-    """Why an increment is given up; rounding: what keeps it from being any better, if it is that."""
+def _why_not_certified(certificate: Certificate, tolerance: float, rounding: str, single: bool) -> str:
+    """Return why an increment is given up; rounding: in words, where it is the cause."""
     residuals = {name: getattr(certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
     name = max(residuals, key=lambda key: residuals[key])
     missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"

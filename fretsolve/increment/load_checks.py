@@ -1,4 +1,4 @@
-"""Loads that no contact can carry, found before iterating where the load alone tells, and contact at the edge."""
+"""Load checks: loads that no contact can carry, found before iterating, and contact at the edge of the grid."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 JUST_BELOW = 2e-6
-"""Relative distance from sliding that six digits of a load do not show."""
+"""Relative distance from the limit load that six digits of a load do not show."""
 
 
 def require_supported(control: LoadControl, separation: FloatArray, grid: Grid) -> None:
@@ -33,7 +33,7 @@ def require_supported(control: LoadControl, separation: FloatArray, grid: Grid) 
         if control.forced[mode] and not reached.min() <= moment / load <= reached.max():
             raise ContactLostError(
                 f"the load acts at {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
-                f" ({reached.min():.6g} to {reached.max():.6g} mm), so the bodies tilt over",
+                f" ({reached.min():.6g} to {reached.max():.6g} mm), so no equilibrium exists",
                 name,
             )
 
@@ -62,8 +62,8 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
         )
 
 
-def sliding_error(imposed: LoadControl, factor: float, capacity: float) -> SlidingError:
-    """The error for tangential loads that are 1/`factor` times what friction carries; capacity: mu P (N)."""
+def gross_slip_error(imposed: LoadControl, factor: float, capacity: float) -> SlidingError:
+    """Return the error for tangential loads that are 1/`factor` times the limit load; capacity: mu P (N)."""
     named = [
         (name, unit, value)
         for name, unit, value in zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), imposed.imposed_resultant, strict=True)
@@ -72,15 +72,15 @@ def sliding_error(imposed: LoadControl, factor: float, capacity: float) -> Slidi
     loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
     if factor == 0.0 and capacity > 0.0 and imposed.imposed_resultant[2]:
         return SlidingError(
-            f"Mz = {imposed.imposed_resultant[2]:.6g} N mm on a contact of one cell, which has no arm to bear a torque;"
-            " take more points or a smaller area, or impose phi_z instead",
+            f"Mz = {imposed.imposed_resultant[2]:.6g} N mm on a contact of one cell, which has no arm to carry a"
+            " torque; take more points or a smaller area, or impose phi_z instead",
             "Mz",
         )
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < JUST_BELOW:
         carried = "no more than just below it"
     return SlidingError(
-        f"gross sliding under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
+        f"gross slip under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
         f" the friction, or impose"
         f" {' and '.join(_MOTION[name] for name, _, _ in named)} instead",
         named[0][0],

@@ -1,4 +1,4 @@
-"""What an increment starts from, and what its passes change."""
+"""The state that an increment starts from, and the state that its staggered iterations change."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import FloatArray, Vector
 
 FIRST_TOLERANCE = 1e-2
-"""Of the first pass of a coupled increment."""
+"""Tolerance of the first staggered iteration of a coupled increment."""
 
 
 @dataclass(frozen=True)
-class Start:
-    """What an increment starts from: tractions, tangential displacement, and rigid displacements.
+class InitialState:
+    """State at the start of an increment.
 
-    pressure: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
-    normal: what was imposed of the normal problem; elastic_slip: (2, nx, ny), of the tractions that the passes begin
-    with, where these are not the start's and `displacement` does not tell it well enough.
+    pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
+    phi_z; normal: what was imposed on the normal problem; elastic_slip: (2, nx, ny), at the tractions that the
+    staggered iterations start with, where these differ and `displacement` does not resolve it.
     """
 
     pressure: FloatArray
@@ -32,31 +32,31 @@ class Start:
     elastic_slip: FloatArray | None = None
 
     @property
-    def elastic(self) -> float:
-        """Largest tangential displacement (mm)."""
+    def largest_displacement(self) -> float:
+        """Largest tangential elastic displacement (mm)."""
         return float(np.abs(self.displacement).max())
 
     def least_slip(self, grid: Grid, tolerance: float) -> float:
-        """Length (mm) that slips are measured against at least, as the certificate has it."""
-        return least_slip(self.elastic, self.rigid, grid.farthest, tolerance)
+        """Return the least length (mm) that slips are measured against, the same as in the certificate."""
+        return least_slip(self.largest_displacement, self.rigid, grid.farthest, tolerance)
 
 
 @dataclass
-class Iterate:
-    """What the passes change: tractions, rigid displacements and the counts.
+class WorkingState:
+    """Tractions, rigid displacements and counts that change within an increment.
 
-    at_start: the tractions still are those that the increment starts from; approach: length that the gap is measured
-    against (mm); change: what the last pass's shear did to the gap, over the approach; jointly: the increment was
-    solved for both together.
+    at_start: the tractions are still those of the increment's start; gap_scale: length that the gap is measured against
+    (mm); change: of the gap by the last change of the shear, over gap_scale; coupled_step: the increment was solved by
+    the coupled Newton method.
     """
 
     pressure: FloatArray
     shear: FloatArray
     rigid: Vector
     at_start: bool = True
-    approach: float = 0.0
+    gap_scale: float = 0.0
     change: float = FIRST_TOLERANCE
     iterations_normal: int = 0
     iterations_tangential: int = 0
-    alternations: int = 0
-    jointly: bool = False
+    staggered_iterations: int = 0
+    coupled_step: bool = False

@@ -13,7 +13,7 @@ from fretsolve.case.load_components import PAIRS
 from fretsolve.elastic.fftw_wisdom import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import Start
+from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import readying_seconds
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
@@ -86,11 +86,11 @@ def _working_seconds() -> float:
     return time.perf_counter() - readying_seconds()
 
 
-def _start(state: State | None, before: LoadControl | None, grid: Grid) -> Start:
+def _start(state: State | None, before: LoadControl | None, grid: Grid) -> InitialState:
     if state is None:
-        return Start(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
+        return InitialState(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
     rigid = np.array([getattr(state.summary, name) for name in RIGID])
-    return Start(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
+    return InitialState(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
 
 
 def _touching(state: State | None, separation: FloatArray) -> ContactState:
@@ -205,7 +205,7 @@ def _summary(
         work_total=work_total,
         iterations_normal=solved.iterations_normal,
         iterations_tangential=solved.iterations_tangential,
-        alternations=solved.alternations,
+        alternations=solved.staggered_iterations,
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
         **{f"residual_{name}": float(value) for name, value in vars(solved.evidence.certificate).items()},

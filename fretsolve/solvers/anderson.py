@@ -1,4 +1,4 @@
-"""Anderson's mixing for fixed-point iterations that converge slowly or not at all by themselves.
+"""Anderson acceleration of fixed-point iterations that converge slowly, or not at all, by themselves.
 
 Sources: Anderson, J. ACM 12 (1965); Walker & Ni, SIAM J. Numer. Anal. 49 (2011).
 """
@@ -12,21 +12,21 @@ import numpy as np
 from fretsolve.system.arrays import FloatArray
 
 DEPTH = 6
-"""Earlier iterates that are mixed; more gain nothing, fewer lose where friction and coupling are strong."""
+"""Number of differences of earlier iterates in use. More gain nothing; fewer lose at strong friction and coupling."""
 
 LEAST_SINGULAR_VALUE = 1e-6
-"""Of the differences between residuals, over their largest; below it they tell nothing new."""
+"""Smallest singular value, over the largest, at which a difference between residuals still tells something new."""
 
 
-class Mixing:
-    """Next iterates x of x = g(x) from those before."""
+class AndersonAcceleration:
+    """Finds x = g(x) from earlier iterates x and their images g(x)."""
 
     def __init__(self) -> None:
         self._iterates: list[FloatArray] = []
         self._residuals: list[FloatArray] = []
 
     def next(self, iterate: FloatArray, image: FloatArray, weight: FloatArray) -> FloatArray:
-        """The next x from x and g(x), both (n,); `weight` (n,) tells where their difference counts."""
+        """Return the next x from x and g(x), both (n,); weight: (n,), of the residual's entries."""
         residual = image - iterate
         self._iterates.append(iterate.copy())
         self._residuals.append(residual)

@@ -1,8 +1,8 @@
-"""Limit of what friction can carry: the tangential loads at which the whole contact slides.
+"""The limit load: the tangential load at which the whole contact slips.
 
-By the kinematic theorem of limit analysis the imposed loads F can be carried by some |q| <= bound if and only if
-no rigid motion v of the forced modes has F.v > sum bound |v(x, y)| dA. The load factor is the least of that
-sum over all v with F.v = 1.
+By the kinematic theorem of limit analysis some |q| <= b, with b the friction limit, can carry the imposed loads F if
+and only if no rigid motion v of the forced modes has F.v > sum b |v(x, y)| dA. The load factor is the least value of
+that sum over all v with F.v = 1 (T12 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -16,38 +16,39 @@ from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 ITERATIONS = 100
 AT_THE_LIMIT = 1e-9
-"""Relative distance from the limit that counts as sliding: at the limit the displacement is unbounded."""
+"""Relative distance from the limit load that counts as gross slip: at the limit the displacement is unbounded."""
 
 
 def at_the_limit(precision: type[np.floating]) -> float:
-    """The same for tractions stored in `precision`, which tell no smaller distance from the friction bound."""
+    """Return the same for tractions stored in `precision`, which resolve the friction limit no better than that."""
     return max(AT_THE_LIMIT, circle_width(precision))
 
 
-def load_factor(bound: FloatArray, control: LoadControl, modes: TangentialModes) -> float:
-    """Factor on the forced tangential loads at which everything slides; inf where none is imposed.
+def load_factor(friction_limit: FloatArray, control: LoadControl, modes: TangentialModes) -> float:
+    """Return the factor on the forced tangential loads at which everything slips; inf where none is imposed.
 
-    bound: friction coefficient times pressure (nx, ny), MPa. Without a torque to balance it is exact; else it is
-    found by iteratively reweighted least squares, whose every iterate is an upper bound.
+    friction_limit: (nx, ny), MPa. Without a torque to balance the factor is exact; else it is found by iteratively
+    reweighted least squares, all of whose iterates are upper bounds.
     """
     load = control.imposed_resultant
     if not load.any():
         return np.inf
-    capacity = float(bound.sum(dtype=np.float64)) * modes.cell_area
+    capacity = float(friction_limit.sum(dtype=np.float64)) * modes.cell_area
     if not control.forced[2]:
         return capacity / float(np.hypot(load[0], load[1]))
-    if np.count_nonzero(bound) < 2 and not _borne_by_a_cell(bound, load, control.forced_index, modes):
+    forced = control.forced_index
+    if np.count_nonzero(friction_limit) < 2 and not _carried_by_a_cell(friction_limit, load, forced, modes):
         return 0.0
     size = float(np.abs(load).max())
-    return _least_dissipation(bound * modes.cell_area, load / size, control.forced_index, modes) / size
+    return _least_dissipation(friction_limit * modes.cell_area, load / size, forced, modes) / size
 
 
-def _borne_by_a_cell(bound: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
-    """Whether some force on the only cell in contact has the imposed loads; not so where it would have to bear a
-    torque about itself, or where there is no contact."""
-    if not bound.any():
+def _carried_by_a_cell(friction_limit: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
+    """Return whether some force on the only cell in contact has the imposed loads. It has not where it would have to
+    carry a torque about itself, or where there is no contact."""
+    if not friction_limit.any():
         return False
-    i, j = np.unravel_index(int(bound.argmax()), bound.shape)
+    i, j = np.unravel_index(int(friction_limit.argmax()), friction_limit.shape)
     arm = max(abs(float(modes.x[i])), abs(float(modes.y[j])), float(np.sqrt(modes.cell_area)))
     resultants = np.array([[1.0, 0.0], [0.0, 1.0], [-modes.y[j] / arm, modes.x[i] / arm]])[forced]
     imposed = (load / np.array([1.0, 1.0, arm]))[forced]
@@ -56,13 +57,16 @@ def _borne_by_a_cell(bound: FloatArray, load: Vector, forced: list[int], modes: 
 
 
 def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> float:
+    """Return the least of sum weight |v| over the rigid motions v with load.v = 1."""
     speed, reweighted = np.ones_like(weight), np.empty_like(weight)
     motion = np.empty((2, *weight.shape))
     best = np.inf
     for _ in range(ITERATIONS):
+        # least squares with the weights b / |v| of the last motion
         np.divide(weight, speed, out=reweighted)
         direction = solve_modes(_gram(reweighted, modes), load, forced)
         direction /= direction @ load
+        # what that motion dissipates: an upper bound, which must fall
         modes.displacement(direction, motion)
         np.hypot(motion[0], motion[1], out=speed)
         dissipation = float(np.vdot(weight, speed))
@@ -74,7 +78,7 @@ def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], mode
 
 
 def _gram(weight: FloatArray, modes: TangentialModes) -> DoubleArray:
-    """Weighted sums of products of the tangential modes, 3 x 3."""
+    """Return the weighted sums of products of the tangential modes, 3 x 3."""
     along_x = weight.sum(axis=1, dtype=np.float64)
     along_y = weight.sum(axis=0, dtype=np.float64)
     total, x, y = along_x.sum(), along_x @ modes.x, along_y @ modes.y

@@ -1,4 +1,4 @@
-"""Rigid-body modes on a grid and the resultants that belong to them.
+"""Rigid-body modes on a grid, their resultants, and the small equations for their amplitudes.
 
 Normal: the rigid displacement is ``delta_z + phi_x y + phi_y x``; resultants P, Mx = sum y p, My = sum x p.
 Tangential: ``(delta_x - phi_z y, delta_y + phi_z x)``; resultants Qx, Qy, Mz = sum (x qy - y qx). [2.1]
@@ -17,60 +17,63 @@ from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
 
 OPEN = 1e-6
-"""Part of the rigid displacement that gaps are measured against where there is no contact."""
-
+"""Scale of gaps without contact, as a part of the rigid displacement."""
 
 SINGULAR = 1e-12
 """Eigenvalue of a Gram matrix with unit diagonal that counts as 0."""
 
 NEARLY_SINGULAR = 1e-6
-"""Eigenvalue below which the amplitude of a combination of modes says little."""
+"""Eigenvalue below which the amplitude of a combination of modes means little."""
 
 WELL_APART = 1e-2
-"""Part of a mode's own weight that is left to it beside the other modes, from which on they count as independent."""
+"""Part of a mode's own weight left beside the other modes, above which they count as independent."""
 
 
 @dataclass(frozen=True)
 class GapErrors:
-    """Of a gap (mm): its largest size in contact, the deepest penetration out of it, and the length that both are
-    measured against."""
+    """Errors of a gap (mm): its largest size in contact, the deepest penetration out of it, and the scale of both."""
 
     in_contact: float
     penetration: float
-    approach: float
+    gap_scale: float
+
+    @property
+    def largest(self) -> float:
+        """The larger error (mm)."""
+        return float(np.maximum(self.in_contact, self.penetration))
 
     @property
     def residual(self) -> float:
-        """The larger one over that length."""
-        return float(np.maximum(self.in_contact, self.penetration)) / self.approach
+        """The larger error over the scale."""
+        return self.largest / self.gap_scale
 
 
 class _Modes:
-    """Where the cells of a grid are."""
+    """Places of the cells of a grid."""
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
-        """x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
-        return _middle(self.x, contact, 0), _middle(self.y, contact, 1)
+        """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
+        return _middle(self.x[contact.any(axis=1)]), _middle(self.y[contact.any(axis=0)])
 
 
 class NormalModes(_Modes):
     """The modes (1, y, x) on a grid; integrals are over its cells' area."""
 
     def sums(self, field: FloatArray) -> Vector:
-        """Sums of field (nx, ny) times each mode over the cells."""
+        """Return the sums of field (nx, ny) times each mode over the cells."""
         sums = np.zeros(3)
         kernels.sum_modes(field, self.x, self.y, sums)
         return sums
 
     def resultants(self, pressure: FloatArray) -> Vector:
-        """P (N), Mx, My (N mm) of a pressure (MPa)."""
+        """Return P (N), Mx, My (N mm) of a pressure (MPa)."""
         return self.sums(pressure) * self.cell_area
 
     def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
-        """Weighted sums of products of the modes, 3 x 3."""
+        """Return the weighted sums of products of the modes, 3 x 3."""
         result = np.zeros((3, 3))
         kernels.gram(weight, self.x, self.y, result)
         return result
@@ -78,38 +81,38 @@ class NormalModes(_Modes):
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
     ) -> GapErrors:
-        """``out`` = the gap (nx, ny) between surfaces at a rigid displacement, and what is wrong with it."""
+        """Write the gap (nx, ny) between the surfaces at a rigid displacement into `out`; return its errors."""
         in_contact, penetration, highest = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
-        return GapErrors(in_contact, penetration, self._approach(highest, contact, rigid))
+        return GapErrors(in_contact, penetration, self._gap_scale(highest, contact, rigid))
 
     def gap_sums(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray
     ) -> Vector:
-        """Sums over the contact of the same gap times each mode."""
+        """Return the sums over the contact of the same gap times each mode."""
         sums = np.zeros(3)
         kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact, sums)
         return sums
 
     def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
-        """Add to the pressure (nx, ny) itself times a rigid displacement; none becomes negative."""
+        """Add to the pressure (nx, ny) itself times a rigid displacement, but let none become negative."""
         kernels.stretch(pressure, rigid, self.x, self.y)
 
-    def approach(self, uz: FloatArray, contact: BoolArray, rigid: Vector) -> float:
-        """Length (mm) that gaps are measured against: the largest normal displacement in the contact.
+    def gap_scale(self, uz: FloatArray, contact: BoolArray, rigid: Vector) -> float:
+        """Return the length (mm) that gaps are measured against: the largest normal displacement in the contact.
 
         For Hertz's contact it is delta_z, but it does not grow with an offset or a tilt of the surfaces. Without
-        contact it is `OPEN` of the rigid displacement, whose rounding is all there can be.
+        contact it is `OPEN` of the rigid displacement, so that only rounding passes.
         """
-        return self._approach(float(np.max(uz, where=contact, initial=0.0)), contact, rigid)
+        return self._gap_scale(float(np.max(uz, where=contact, initial=0.0)), contact, rigid)
 
-    def _approach(self, highest: float, contact: BoolArray, rigid: Vector) -> float:
+    def _gap_scale(self, highest: float, contact: BoolArray, rigid: Vector) -> float:
         if highest > 0.0 or contact.any():
             return max(highest, TINY)
         dz, tilt_x, tilt_y = np.abs(rigid)
         return max(OPEN * float(dz + tilt_x * np.abs(self.y).max() + tilt_y * np.abs(self.x).max()), TINY)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
-        """``out`` = rigid[0] + rigid[1] y + rigid[2] x."""
+        """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
         kernels.rigid_displacement(rigid, self.x, self.y, out)
 
 
@@ -117,30 +120,29 @@ class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
 
     def sums(self, field: FloatArray) -> Vector:
-        """Sums of field (2, nx, ny) times each mode over the cells."""
+        """Return the sums of field (2, nx, ny) times each mode over the cells."""
         x_along_y = field[0].sum(axis=0, dtype=np.float64)
         y_along_x = field[1].sum(axis=1, dtype=np.float64)
         return np.array([x_along_y.sum(), y_along_x.sum(), y_along_x @ self.x - x_along_y @ self.y])
 
     def resultants(self, shear: FloatArray) -> Vector:
-        """Qx, Qy (N), Mz (N mm) of a shear (MPa)."""
+        """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa)."""
         return self.sums(shear) * self.cell_area
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
-        """``out`` (2, nx, ny) = (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x)."""
+        """Write (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x) into `out` (2, nx, ny)."""
         out[0] = rigid[0] - rigid[2] * self.y[None, :]
         out[1] = rigid[1] + rigid[2] * self.x[:, None]
 
 
-def _middle(places: Vector, contact: BoolArray, axis: int) -> float:
-    ends = np.flatnonzero(contact.any(axis=1 - axis))
-    return 0.5 * float(places[ends[0]] + places[ends[-1]]) if ends.size else 0.0
+def _middle(places: Vector) -> float:
+    return 0.5 * float(places[0] + places[-1]) if places.size else 0.0
 
 
 def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
-    """Amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
+    """Return the amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
 
-    Singular directions (a contact of one cell cannot resist rotation) get no amplitude.
+    Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation.
     """
     amplitudes = np.zeros(3)
     if len(forced) == 1:
@@ -163,9 +165,9 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
 
 
 def _eliminated(gram: DoubleArray, right: Vector, forced: list[int]) -> list[float] | None:
-    """Amplitudes of the forced modes by elimination; None where the modes are anywhere near dependent.
+    """Return the amplitudes of the forced modes by elimination; None where the modes are anywhere near dependent.
 
-    By hand, since calls of LAPACK would take longer than a pass over a small grid.
+    Written out, because calls of LAPACK take longer than a pass over a small grid.
     """
     rows = [[*row, value] for row, value in zip(gram[forced][:, forced].tolist(), right[forced].tolist(), strict=True)]
     for k, pivot in enumerate(rows):
@@ -182,7 +184,7 @@ def _eliminated(gram: DoubleArray, right: Vector, forced: list[int]) -> list[flo
 
 
 def is_singular(gram: DoubleArray, forced: list[int]) -> bool:
-    """Whether some combination of the forced modes has next to no weight in their Gram matrix (3 x 3)."""
+    """Return whether some combination of the forced modes has almost no weight in their Gram matrix (3 x 3)."""
     if not forced or _eliminated(gram, np.zeros(3), forced) is not None:
         return False
     block = gram[forced][:, forced]

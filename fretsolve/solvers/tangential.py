@@ -1,17 +1,12 @@
-"""The tangential contact problem: shear, stick and slip at a given pressure [2.3].
+"""The tangential contact problem: find shear, stick and slip at a given pressure [2.3].
 
-    s = e + rigid motion,   |q| <= bound,   s = 0 where |q| < bound,   q = bound s/|s| where s != 0,
+    s = e + rigid motion,   |q| <= b,   s = 0 where |q| < b,   q = b s/|s| where s != 0.
 
-s the slip increment of body 1 relative to body 2, `bound` = mu p, and e the elastic slip: by how much the tangential
-elastic displacement has become less since the increment's start. It follows the shear; a change dq adds -B dq to it,
-B the tangential elastic operator. The rigid motion is (delta_x - phi_z y, delta_y + phi_z x) over the increment;
-each of its three parts is imposed or belongs to an imposed Qx, Qy, Mz. It is a convex quadratic program: its solution
-is unique.
-
-A semismooth Newton method with conjugate gradients inside. At fixed zones, with n = q/|q| and lam = s.n on the
-slip zone, the Newton equation is T (B + lam/bound) T dq = T s, T taking the part tangential to the friction
-circle [28]; `projected_cg` solves it in the balance of forces. Then shear beyond the bound is put back on
-the circle and slips, and slipping cells with lam < 0 stick.
+s is the slip increment of body 1 relative to body 2, b = mu p the friction limit, and e the elastic slip: by how much
+the tangential elastic displacement has decreased since the increment's start. The rigid motion is
+(delta_x - phi_z y, delta_y + phi_z x) over the increment; each of its three parts is imposed or belongs to an imposed
+Qx, Qy, Mz. The method is semismooth Newton with conjugate gradients inside; TG1 to TG8 are its steps in docs/theory.md,
+with n = q/|q| and lam = s.n in the slip zone.
 """
 
 from __future__ import annotations
@@ -20,158 +15,154 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.incremental_update import Room
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, TINY, rounding_of
 from fretsolve.kernels import cg, friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.projected_cg import ProjectedCG, Space
+from fretsolve.solvers.normal import SolverResult
+from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, solve_modes
+from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 REDUCTION = 0.1
-"""By how much CG reduces the residual at fixed zones before the zones are looked at again."""
+"""Factor by which CG reduces the residual at fixed zones before the zones change."""
 
 STIFFEST = 1e25
-"""Limit of lam/bound in units of the inner iterations, within single precision with room for products."""
+"""Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""
 
 PATIENCE = 5
-"""Passes without halving the residual after which it is asked whether it is down to rounding ..."""
+"""Rounds without halving the residual after which rounding is taken into account ..."""
 
 STALLED = 100
-"""... and after which the zones go round in a circle, as they may where next to nothing sticks."""
-
-
-@dataclass(frozen=True)
-class TangentialResult:
-    """rigid: increments of (delta_x, delta_y, phi_z); residual: largest violation of the slip law over its scale;
-    least_scale: the smaller one of the lengths that this is (mm); converged: to the tolerance, or to rounding."""
-
-    rigid: Vector
-    iterations: int
-    residual: float
-    least_scale: float
-    converged: bool
+"""... and after which the zones are taken to cycle, as they may where almost nothing sticks."""
 
 
 @dataclass(frozen=True)
 class SlipScales:
-    """What slips count against in the increment that a solve is a part of.
+    """Lengths (mm) that slips are measured against in the increment that a solve is a part of.
 
-    last_tolerance: of the solves that go on from its elastic slip, for which the rounding must be small enough;
-    least_scale: that of the last result (mm), 0 before the first; least_slip: that slips count by at least (mm);
-    displacement: the largest one that the elastic slip is the change of (mm).
+    motion: largest rigid displacement increment known so far; least_slip: least value for slips; displacement: largest
+    displacement that the elastic slip is a change of; last: scale of the last result, 0 before the first;
+    last_tolerance: tightest tolerance of the later solves that reuse this elastic slip (None: that of this solve).
     """
 
-    last_tolerance: float
-    least_scale: float = 0.0
+    motion: float = 0.0
     least_slip: float = 0.0
     displacement: float = 0.0
+    last: float = 0.0
+    last_tolerance: float | None = None
 
 
 class TangentialSolver:
-    """Working arrays of the tangential problem on one grid; `solve` may be called any number of times."""
+    """Solves the tangential problem on one grid, any number of times."""
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
         self.modes = TangentialModes(grid)
-        vector, shape = (2, *grid.shape), grid.shape
-        self._slip, self._normal = (np.zeros(vector) for _ in range(2))
-        self._cg = ProjectedCG(2, shape, operator.inner.dtype)
+        self.workspace = Workspace.zeros(2, grid.shape, operator.inner.dtype)
+        self._slip, self._normal = self.workspace.double, np.zeros((2, *grid.shape))
+        self._cg = ProjectedCG(self.workspace)
         self._contact = self._cg.zone
         self._update = operator.incremental_tangential
-        self.slipping: BoolArray = np.zeros(shape, dtype=bool)
+        self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
-
-    @property
-    def space(self) -> Space:
-        """Arrays that hold nothing between solves."""
-        shape, dtype = self._contact.shape, self.operator.inner.dtype
-        return Space(self._slip, ProjectedCG(1, shape, dtype, lender=self._cg))
-
-    @property
-    def room(self) -> Room:
-        """The same for the change of a traction."""
-        return Room(self._slip, self._cg.spare)
 
     def solve(
         self,
         elastic_slip: FloatArray,
         control: LoadControl,
-        bound: FloatArray,
+        friction_limit: FloatArray,
         shear: FloatArray,
         tolerance: float,
         max_iterations: int,
-        motion: float,
-        scales: SlipScales | None = None,
-    ) -> TangentialResult:
-        """Solve in place for `shear` (2, nx, ny), which holds the first estimate; `slipping` tells its slip zone.
+        scales: SlipScales,
+    ) -> SolverResult:
+        """Solve in place for `shear` (2, nx, ny), which holds the first estimate, as `slipping` does of the slip zone.
 
-        elastic_slip: e above at the first estimate, (2, nx, ny), mm, changed in place with the shear; balance: of
-        (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; bound: friction coefficient times pressure,
-        (nx, ny), MPa; tolerance: on the residual; max_iterations: of CG; motion: largest rigid displacement increment
-        known so far (mm), which scales the residual together with those found. On return `slipping` tells the slip
-        zone.
+        elastic_slip: e at the first estimate, (2, nx, ny), mm, changed in place with the shear; control: of
+        (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
+        the residual. On return `slipping` holds the slip zone.
         """
-        scales = scales or SlipScales(tolerance)
-        iterations = 0
-        least, since, unborne = np.inf, 0, 0
+        iterations, unborne, least, since_halved = 0, 0, np.inf, 0
+        last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
+        # TG1: zones and shear of the estimate
         np.copyto(self._slip, shear)
-        self._start_zones(control, bound, shear)
-        self._follow(elastic_slip, shear, scales.last_tolerance * scales.least_scale, 0.0)
+        self._start_zones(control, friction_limit, shear)
+        self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
-            rigid = self._update_slip_and_zones(elastic_slip, control, bound)
-            residual, largest, scale = self._violation(rigid, motion, scales.least_slip)
-            least, since = (residual, 0) if residual < 0.5 * least else (least, since + 1)
-            excess = self._excess(bound, shear)
-            unsettled = max(self._unbalance(control, bound, shear), excess)
-            if residual <= tolerance and unsettled <= tolerance:
-                return TangentialResult(rigid, iterations, residual, scale, True)
-            rounding = self._rounding(elastic_slip, rigid, scales.displacement) if since >= PATIENCE else 0.0
-            if largest <= rounding and unsettled <= tolerance:
-                return TangentialResult(rigid, iterations, residual, scale, True)
-            if iterations >= max_iterations or since >= STALLED or not np.isfinite(residual):
-                return TangentialResult(rigid, iterations, residual, scale, False)
-            unborne = 0 if residual > tolerance else unborne + 1
-            largest = largest or 1.0
-            friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
-            np.copyto(self._slip, shear)
-            if residual > tolerance:
-                floor = 0.3 * tolerance * scale
-                iterations += self._newton_step(control, shear, largest, floor, max_iterations - iterations)
-            if unborne and unborne % PATIENCE == 0:
-                self._release()
-            elif residual > tolerance or excess > tolerance:
-                friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
-            self._restore_balance(control, self._cg.weight, shear)
-            self._follow(elastic_slip, shear, scales.last_tolerance * scale, largest)
+            # TG2, TG3: slip and rigid motion [44]; cells that slip against their shear stick
+            rigid = self._update_slip_and_zones(elastic_slip, control, friction_limit)
+            # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
+            residual, largest, scale = self._violation(rigid, scales)
+            least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
+            excess = self._excess(friction_limit, shear)
+            rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
+            solved = (residual <= tolerance or largest <= rounding) and (
+                max(self._unbalance(control, friction_limit, shear), excess) <= tolerance
+            )
+            if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
+                return SolverResult(rigid, iterations, residual, scale, solved)
+            # TG5: CG reduces the residual of the Newton equation at fixed zones [28]
+            correction = largest if residual > tolerance else 0.0
+            if correction:
+                self._prepare_cg(control, largest)
+                floor, limit = 0.3 * tolerance * scale / largest, max_iterations - iterations
+                iterations += self._cg.solve(self.operator.inner.tangential, REDUCTION, floor, limit)
+            # TG6, TG7, TG8: excess returns to the circle and slips, resultants are restored [45]; the new elastic slip
+            unborne = 0 if correction else unborne + 1
+            release = unborne > 0 and unborne % PATIENCE == 0
+            self._correct(control, friction_limit, shear, correction, excess > tolerance, release)
+            self._update_elastic_slip(elastic_slip, shear, last_tolerance * scale, largest or 1.0)
 
-    def _release(self) -> None:
-        """All cells stick: all slip as they should, but these zones cannot bear the load."""
-        self.slipping[:] = False
-        self._normal[:] = 0.0
-        np.copyto(self._cg.weight, self._contact)
+    def _correct(
+        self,
+        control: LoadControl,
+        friction_limit: FloatArray,
+        shear: FloatArray,
+        largest: float,
+        exceeds: bool,
+        release: bool,
+    ) -> None:
+        """Correct shear and zones, and leave the shear before in `_slip`.
 
-    def _follow(self, elastic_slip: FloatArray, shear: FloatArray, bearable: float, expected: float) -> None:
-        """Bring the elastic slip from the shear in `_slip` up to `shear`."""
+        largest: the solution of CG is added, whose residual was over this (mm), 0 for none; exceeds: some shear is
+        beyond the friction limit; release: all cells stick, since all slip as they should in zones that cannot carry
+        the load.
+        """
+        np.copyto(self._slip, shear)
+        if largest:
+            cg.add(shear, self._cg.solution, largest / self.operator.inner.unit)
+        if release:
+            self.slipping[:] = False
+            self._normal[:] = 0.0
+            np.copyto(self._cg.weight, self._contact)
+        elif largest or exceeds:
+            friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._restore_balance(control, self._cg.weight, shear)
+
+    def _update_elastic_slip(
+        self, elastic_slip: FloatArray, shear: FloatArray, allowed: float, expected: float
+    ) -> None:
+        """Update the elastic slip from the shear in `_slip` to `shear`, with an error of less than `allowed` (mm)."""
         np.subtract(shear, self._slip, out=self._slip)
-        self._update.add(elastic_slip, self.room, bearable, -1.0, expected)
+        self._update.add(elastic_slip, self.workspace.update, allowed, -1.0, expected)
 
-    def _start_zones(self, control: LoadControl, bound: FloatArray, shear: FloatArray) -> None:
-        """Contact is where friction can carry shear. What is missing of the load goes where it can be borne."""
-        np.greater(bound, 0.0, out=self._contact)
+    def _start_zones(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> None:
+        """Start with contact where friction can carry shear; what is missing of the load is added where it can be."""
+        np.greater(friction_limit, 0.0, out=self._contact)
         shear *= self._contact
         self.slipping &= self._contact
-        self._start_fresh_cells(bound, shear)
-        friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
-        self._restore_balance(control, bound, shear)
-        friction.return_to_circle(shear, bound, self._contact, self.slipping, self._normal)
+        self._start_fresh_cells(friction_limit, shear)
+        friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._restore_balance(control, friction_limit, shear)
+        friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
         np.copyto(self._cg.weight, self._contact)
 
-    def _start_fresh_cells(self, bound: FloatArray, shear: FloatArray) -> None:
-        """Cells new in contact slip like their neighbours; they lie at the contact's edge, where all slips."""
+    def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
+        """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where all slips."""
         fresh = self._contact & ~shear.any(axis=0)
         at = np.nonzero(fresh)
         if at[0].size == 0 or at[0].size == np.count_nonzero(self._contact):
@@ -184,13 +175,14 @@ class TangentialSolver:
         length = np.hypot(around[0], around[1])
         moved = length > 0.0
         cells = (at[0][moved], at[1][moved])
-        shear[:, cells[0], cells[1]] = around[:, moved] / length[moved] * bound[cells]
+        shear[:, cells[0], cells[1]] = around[:, moved] / length[moved] * friction_limit[cells]
         self.slipping[cells] = True
 
     def _update_slip_and_zones(
-        self, elastic_slip: FloatArray, control: LoadControl, bound: FloatArray
+        self, elastic_slip: FloatArray, control: LoadControl, friction_limit: FloatArray
     ) -> Vector:
-        """Slip with the forced rigid motion by weighted least squares; slipping cells moved backwards stick [44]."""
+        """Compute the slip, with the forced rigid motion by weighted least squares; cells that slip against their shear
+        stick [44]. Returns the rigid motion."""
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = control.imposed_displacement
         released = True
@@ -200,73 +192,61 @@ class TangentialSolver:
             undetermined = is_singular(self._gram, control.forced_index)
             forced = -solve_modes(self._gram, self._sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
+            stiffness, unit = self._cg.stiffness, self.operator.inner.unit
             friction.move(
-                self._slip,
-                forced,
-                x,
-                y,
-                self._normal,
-                bound,
-                self.slipping,
-                self._cg.stiffness,
-                weight,
-                self.operator.inner.unit,
-                STIFFEST,
+                self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )
-            # Where all slip the same way, how far is told by the first cells that stick, not by those that slip.
+            # Where all slip the same way, the first cells that stick determine how far, not those that slip.
             released = undetermined and int(np.count_nonzero(self.slipping)) < before
         return imposed + forced
 
-    def _rounding(self, elastic_slip: FloatArray, rigid: Vector, displacement: float) -> float:
-        """What is lost of slips in rounding (mm)."""
+    def _rounding(self, elastic_slip: FloatArray, rigid: Vector, scales: SlipScales) -> float:
+        """Return the rounding error of slips (mm)."""
         farthest = max(float(np.abs(self.modes.x).max()), float(np.abs(self.modes.y).max()))
         dx, dy, turn = np.abs(rigid)
         elastic = rounding_of(self.operator.dtype) * float(np.abs(elastic_slip).max())
-        return max(elastic, ROUNDING * float(max(displacement, dx, dy, turn * farthest)))
+        return max(elastic, ROUNDING * float(max(scales.displacement, dx, dy, turn * farthest)))
 
-    def _violation(self, rigid: Vector, motion: float, least_slip: float) -> tuple[float, float, float]:
-        """Largest |slip| in the stick zone over the motion, or part of it across the shear over the largest slip.
+    def _violation(self, rigid: Vector, scales: SlipScales) -> tuple[float, float, float]:
+        """Return the violation of the slip law, the largest slip (mm) in it, and the smaller one of its scales (mm).
 
-        Also the larger one of these two slips, and the smaller one of the lengths that they are measured against (mm).
+        The violation is the largest |slip| in the stick zone over the motion, or the largest part of a slip across the
+        shear over the largest slip.
         """
-        scale = max(motion, abs(rigid[0]), abs(rigid[1]), abs(rigid[2]) * self._reach, TINY)
+        scale = max(scales.motion, abs(rigid[0]), abs(rigid[1]), abs(rigid[2]) * self._reach, TINY)
         largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
-        largest = max(largest, LEAST_SLIP * scale, least_slip)
+        largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 
-    def _unbalance(self, control: LoadControl, bound: FloatArray, shear: FloatArray) -> float:
-        """Worst imposed resultant's error over what friction could carry."""
+    def _unbalance(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> float:
+        """Return the largest error of an imposed resultant over what friction could carry."""
         if not control.forced_index:
             return 0.0
         error = np.abs(self.modes.resultants(shear) - control.imposed_resultant)
-        capacity = float(bound.sum(dtype=np.float64)) * self.modes.cell_area or TINY
+        capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         return float(np.max((error / (capacity * np.array([1.0, 1.0, self._reach])))[control.forced_index]))
 
-    def _excess(self, bound: FloatArray, shear: FloatArray) -> float:
-        """Largest excess of |shear| over the bound, over the largest bound."""
-        return friction.excess(shear, bound) / (float(bound.max()) or TINY)
+    def _excess(self, friction_limit: FloatArray, shear: FloatArray) -> float:
+        """Return the largest excess of |shear| over the friction limit, over its largest value."""
+        return friction.excess(shear, friction_limit) / (float(friction_limit.max()) or TINY)
 
-    def _newton_step(
-        self, control: LoadControl, shear: FloatArray, largest: float, floor: float, limit: int
-    ) -> int:
-        """Correct the shear by the Newton equation at fixed zones, its residual reduced from `largest`, or to `floor`
-        (mm); conjugate gradients have the residual over `largest`."""
-        inner, motions = self.operator.inner, self._turn_about_the_contact(control)
+    def _prepare_cg(self, control: LoadControl, largest: float) -> None:
+        """Give CG the tangential slip over its `largest` value (mm), the directions of the shear, and the rigid motions
+        of the imposed forces."""
+        friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
+        motions = self._turn_about_the_contact(control)
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
-        iterations = self._cg.solve(inner.tangential, REDUCTION, floor / largest, limit)
-        cg.add(shear, self._cg.solution, largest / inner.unit)
-        return iterations
 
     def _turn_about_the_contact(self, control: LoadControl) -> FloatArray:
-        """The modes with the turn about the contact's middle, as far as imposed forces make it the same set."""
+        """Return the modes with the turn about the contact's middle, as far as imposed forces allow the same set."""
         x, y = self.modes.middle(self._contact)
         turn = [y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0]
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
-        """Add the weighted rigid pattern, tangential in the slip zone, that makes the imposed resultants hold [45]."""
+        """Add the weighted rigid pattern, tangential in the slip zone, that restores the imposed resultants [45]."""
         forced = control.forced_index
         if not forced:
             return

@@ -20,7 +20,7 @@ from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin, mindlin_u
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_areas import stick_area
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import TangentialSolver
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 POINTS = (24, 48, 96)
 SIZES = (0.68, 0.72, 0.77)
@@ -160,7 +160,7 @@ def one_way_stick_ratios(friction, points, loads):
         unloaded = LoadControl((True, True, False), (0.0, 0.0, 0.0))
         elastic_slip = before - sideways
         result = tangential.solve(
-            elastic_slip, unloaded, friction * pressure, shear, 1e-6, 2000, rigid[0] - approach
+            elastic_slip, unloaded, friction * pressure, shear, 1e-6, 2000, SlipScales(rigid[0] - approach)
         )
         assert pressed.converged
         assert result.converged

@@ -73,7 +73,7 @@ def test_stages_before_a_failure_are_compared(tmp_path: Path) -> None:
     rows = [line for line in result.stdout.splitlines() if line.startswith("  ")][1:]
     assert ["not reached" in row for row in rows] == [True, False]
     assert [row.split()[-1] for row in rows] == ["NO", "yes"]
-    assert f"{case}:10: load_path.1.Qx: gross sliding" in result.stderr
+    assert f"{case}:10: load_path.1.Qx: gross slip" in result.stderr
 
 
 @pytest.fixture()
@@ -116,7 +116,7 @@ def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
     error = suites[str(various["3"])].find("testcase/error")
     assert error is not None
     assert error.get("type") == "SlidingError"
-    assert "gross sliding" in error.get("message", "")
+    assert "gross slip" in error.get("message", "")
 
 
 def test_junit_file_is_no_case(tmp_path: Path) -> None:

@@ -134,7 +134,7 @@ def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
     assert result.exit_code == 3
     first, *_, last = result.stderr.splitlines()
     assert first.startswith(f"{case}: warning: load_path.1.Qx: 50 N is not below the 40 N (mu P) that friction carries")
-    assert last.startswith(f"{case}:10: load_path.1.Qx: gross sliding under Qx = 50 N")
+    assert last.startswith(f"{case}:10: load_path.1.Qx: gross slip under Qx = 50 N")
     assert result.stdout.endswith(f"failed: {out}, 4 increments\n")
     with open_result(out) as found:
         assert (found.status, found.increments) == ("failed", 4)
@@ -145,7 +145,7 @@ def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
 def test_failure_under_an_override_names_it(tmp_path: Path) -> None:
     result = invoke("run", write_case(tmp_path), "-q", "--set", "load_path.1.Qx=50 N")
     assert result.exit_code == 3
-    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: load_path.1.Qx: gross sliding")
+    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: load_path.1.Qx: gross slip")
 
 
 def test_contact_at_the_grids_edge_advises_a_size(tmp_path: Path) -> None:
@@ -282,7 +282,7 @@ def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
     text = CASE.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 0.05 mm}")
     case = write_case(tmp_path, text.replace("Qx: 20 N", "Qx: 50 N").split("expect:")[0])
     first = invoke("run", case)
-    assert first.exit_code == 3  # gross sliding: a failed result, which --resume takes up again
+    assert first.exit_code == 3  # gross slip: a failed result, which --resume takes up again
     np.save(tmp_path / "map.npy", 1.1 * heights)
     second = invoke("run", case, "--resume")
     assert second.exit_code == 4

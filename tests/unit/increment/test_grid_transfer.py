@@ -3,19 +3,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.increment.grid_transfer import FEWEST_POINTS, Coarsening
+from fretsolve.increment.grid_transfer import FEWEST_POINTS, GridTransfer
 from fretsolve.model.grid import Grid
 
 SHAPES = [(64, 64), (65, 48), (51, 30), (20, 90)]
 
 
-def coarsening(shape, center=(0.1, -0.2)):
-    return Coarsening(Grid.from_size(shape, (1.0, 0.9), center))
+def transfer_of(shape, center=(0.1, -0.2)):
+    return GridTransfer(Grid.from_size(shape, (1.0, 0.9), center))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_coarse_cells_cover_the_fine_ones(shape):
-    transfer = coarsening(shape)
+    transfer = transfer_of(shape)
     fine, coarse = transfer.fine, transfer.coarse
     for count, halved in zip(shape, coarse.shape, strict=True):
         assert halved == (-(-count // 2) if count >= 2 * FEWEST_POINTS else count)
@@ -24,12 +24,12 @@ def test_coarse_cells_cover_the_fine_ones(shape):
 
 
 def test_small_grids_are_not_halved():
-    assert coarsening((2 * FEWEST_POINTS - 1, 30)).coarse is None
+    assert transfer_of((2 * FEWEST_POINTS - 1, 30)).coarse is None
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_restriction_keeps_the_load(shape):
-    transfer = coarsening(shape)
+    transfer = transfer_of(shape)
     field = np.random.default_rng(0).random((2, *shape))
     coarse = transfer.restrict(field)
     assert coarse.shape == (2, *transfer.coarse.shape)
@@ -39,7 +39,7 @@ def test_restriction_keeps_the_load(shape):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_linear_fields_are_restored_inside(shape):
-    transfer = coarsening(shape)
+    transfer = transfer_of(shape)
     fine, coarse = transfer.fine, transfer.coarse
     linear = 1.0 + 2.0 * coarse.x[:, None] - 3.0 * coarse.y[None, :]
     found = transfer.prolong(linear)
@@ -50,7 +50,7 @@ def test_linear_fields_are_restored_inside(shape):
 
 def test_no_material_stays_no_material():
     """A coarse cell that has some of it open is open, the half-covered ones at the edge as well."""
-    transfer = coarsening((65, 48))
+    transfer = transfer_of((65, 48))
     separation = np.zeros((65, 48))
     separation[10, 20] = np.inf
     coarse = transfer.restrict_separation(separation)
@@ -61,7 +61,7 @@ def test_no_material_stays_no_material():
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_injection(shape):
-    transfer = coarsening(shape)
+    transfer = transfer_of(shape)
     mask = np.random.default_rng(1).random(transfer.coarse.shape) < 0.5
     fine = transfer.inject(mask)
     assert fine.shape == shape

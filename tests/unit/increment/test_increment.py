@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -7,14 +8,14 @@ import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
-from fretsolve.increment import coupled_step as joint_pass
 from fretsolve.increment import increment as increment_module
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.increment.working_state import Start
+from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers import tangential
+from fretsolve.solvers.coupled_newton import CoupledNewton
 
 PRESSED = LoadControl((True, False, False), (LOAD, 0.0, 0.0))
 FREE = LoadControl((True, True, False), (0.0, 0.0, 0.0))
@@ -30,7 +31,7 @@ def solver_of(setup, tolerance=1e-7, most=2000):
 
 
 def nothing(grid):
-    return Start(np.zeros(grid.shape), np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape)), np.zeros(6))
+    return InitialState(np.zeros(grid.shape), np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape)), np.zeros(6))
 
 
 def increment(setup, normal=PRESSED, tangential=FREE, step=0):
@@ -39,7 +40,7 @@ def increment(setup, normal=PRESSED, tangential=FREE, step=0):
 
 def after(solved, normal=PRESSED):
     solution = solved.solution
-    return Start(solution.pressure, solution.shear, solution.displacement, solution.rigid, normal)
+    return InitialState(solution.pressure, solution.shear, solution.displacement, solution.rigid, normal)
 
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
@@ -54,7 +55,7 @@ def test_two_increments(bodies):
     assert second.evidence.certificate.worst <= 1e-7
     assert second.tangential[:2] == pytest.approx((25.0, -5.0))
     assert second.solution.motion == pytest.approx(second.solution.rigid - first.solution.rigid)
-    assert min(second.iterations_tangential, second.alternations, second.operator_applications) > 0
+    assert min(second.iterations_tangential, second.staggered_iterations, second.operator_applications) > 0
 
 
 def test_uncoupled_pressure_is_kept_where_the_normal_load_stays():
@@ -64,7 +65,7 @@ def test_uncoupled_pressure_is_kept_where_the_normal_load_stays():
     pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, 0.0, 0.0)))
     second = solver.solve(pulled, after(first))
     assert second.iterations_normal == 0
-    assert second.alternations == 1
+    assert second.staggered_iterations == 1
     np.testing.assert_array_equal(second.solution.pressure, first.solution.pressure)
 
 
@@ -72,7 +73,7 @@ def test_the_start_is_left_alone():
     setup = setup_of(DISSIMILAR)
     solver = solver_of(setup)
     start = after(solver.solve(increment(setup), nothing(setup.grid)))
-    kept = Start(start.pressure.copy(), start.shear.copy(), start.displacement.copy(), start.rigid.copy(), start.normal)
+    kept = deepcopy(start)
     solver.solve(increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0))), start)
     for name in ("pressure", "shear", "displacement", "rigid"):
         np.testing.assert_array_equal(getattr(start, name), getattr(kept, name))
@@ -184,7 +185,7 @@ def test_a_large_grid_gives_memory_back_and_solves_the_same(bodies, monkeypatch)
 @pytest.mark.parametrize(("stalled", "advised"), [(0, "loosen solver.tolerance"), (100, "raise solver.max_iterations")])
 def test_more_iterations_are_advised_only_where_they_ran_out(monkeypatch, stalled, advised):
     monkeypatch.setattr(tangential, "STALLED", stalled)
-    monkeypatch.setattr(joint_pass, "solve_jointly", lambda *arguments: None)
+    monkeypatch.setattr(CoupledNewton, "solve", lambda *arguments: None)
     setup = setup_of()
     pressed = solver_of(setup).solve(increment(setup), nothing(setup.grid))
     sheared = increment(setup, tangential=LoadControl((True, True, False), (36.0, 0.0, 0.0)), step=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fretsolve.errors import ContactLostError, GridEdgeError
-from fretsolve.increment.load_checks import require_inside, require_supported, sliding_error
+from fretsolve.increment.load_checks import gross_slip_error, require_inside, require_supported
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 
@@ -21,7 +21,7 @@ class TestSupport:
     @pytest.mark.parametrize(
         ("loads", "component"), [((100.0, 26.0, 0.0), "Mx"), ((100.0, 0.0, -36.0), "My"), ((0.0, 0.0, 1.0), "My")]
     )
-    def test_loads_that_tilt_over(self, loads, component):
+    def test_loads_outside_of_the_grid(self, loads, component):
         with pytest.raises(ContactLostError) as caught:
             require_supported(LoadControl(ALL, loads), FLAT, GRID)
         assert caught.value.component == component
@@ -62,15 +62,15 @@ class TestEdge:
         assert "0.8 x 0.6 mm" in str(caught.value)
 
 
-class TestSliding:
-    def test_what_slides_and_what_is_carried(self):
-        error = sliding_error(LoadControl(ALL, (50.0, 0.0, 3.0)), 0.8, 40.0)
+class TestGrossSlip:
+    def test_what_slips_and_what_is_carried(self):
+        error = gross_slip_error(LoadControl(ALL, (50.0, 0.0, 3.0)), 0.8, 40.0)
         assert error.component == "Qx"
         for part in ("Qx = 50 N", "Mz = 3 N mm", "mu P = 40 N", "0.8", "delta_x and phi_z"):
             assert part in str(error)
 
     def test_nothing_is_carried(self):
-        assert "none of it" in str(sliding_error(LoadControl(ALL, (0.0, 2.0, 0.0)), 0.0, 0.0))
+        assert "none of it" in str(gross_slip_error(LoadControl(ALL, (0.0, 2.0, 0.0)), 0.0, 0.0))
 
 
 def test_a_grid_without_material_bears_no_imposed_load():

@@ -226,7 +226,7 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     assert len(rows) == 4
     assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
-    what = "the coarse run on 8 x 8 cells has no solution: gross sliding under Qx = 59 N"
+    what = "the coarse run on 8 x 8 cells has no solution: gross slip under Qx = 59 N"
     assert told[0].startswith(f"no error bars from increment 3 on: {what}")
     assert "\n" not in told[0]
 

@@ -6,7 +6,7 @@ from solving import build
 
 from fretsolve.errors import NotConvergedError
 from fretsolve.simulation.simulation import run
-from fretsolve.solvers.anderson import Mixing
+from fretsolve.solvers.anderson import AndersonAcceleration
 
 FLAT_RIGID = ["rigid", {"young_modulus": "100 GPa", "poisson_ratio": 0}]
 
@@ -16,17 +16,17 @@ def test_linear_fixed_points_are_found(growth):
     """Also where the plain iteration turns and grows without end: as many iterates as there are unknowns."""
     matrix = growth * np.array([[0.0, 1.0, 0.2], [-1.0, 0.0, 0.0], [0.0, 0.1, -0.7]])
     right = np.array([1.0, -2.0, 0.5])
-    mixing, iterate = Mixing(), np.zeros(3)
+    acceleration, iterate = AndersonAcceleration(), np.zeros(3)
     for _ in range(6):
-        iterate = mixing.next(iterate, matrix @ iterate + right, np.ones(3))
+        iterate = acceleration.next(iterate, matrix @ iterate + right, np.ones(3))
     np.testing.assert_allclose(iterate, np.linalg.solve(np.eye(3) - matrix, right), rtol=1e-8)
 
 
 def test_what_has_no_weight_does_not_count():
-    mixing, iterate = Mixing(), np.zeros(2)
+    acceleration, iterate = AndersonAcceleration(), np.zeros(2)
     for step in range(8):
         image = np.array([0.5 * iterate[0] + 1.0, float(step % 2)])
-        iterate = mixing.next(iterate, image, np.array([1.0, 0.0]))
+        iterate = acceleration.next(iterate, image, np.array([1.0, 0.0]))
     assert iterate[0] == pytest.approx(2.0, rel=1e-9)
 
 
@@ -41,8 +41,8 @@ def test_strong_friction_and_coupling():
 
 
 def test_what_does_not_converge_is_said(monkeypatch):
-    """With fewer alternations than it needs, since no case is known that needs more than there are."""
-    monkeypatch.setattr("fretsolve.increment.staggered_iteration.MOST_ALTERNATIONS", 3)
+    """With fewer iterations than it needs, since no case is known that needs more than there are."""
+    monkeypatch.setattr("fretsolve.increment.staggered_iteration.MOST_ITERATIONS", 3)
     path = [{"P": 400, "increments": 5}]
-    with pytest.raises(NotConvergedError, match="still change each other after 3 alternations"):
+    with pytest.raises(NotConvergedError, match="still change each other after 3 staggered iterations"):
         list(run(build(bodies=FLAT_RIGID, friction=1e6, grid={"points": 32}, load_path=path)))

@@ -1,4 +1,4 @@
-"""Pressure and shear solved together, against the two in turns."""
+"""Pressure and shear solved together, against staggered iteration."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, LOAD, build, grid_of, solve_last
 
-import fretsolve.increment.coupled_step
 import fretsolve.increment.staggered_iteration
 from fretsolve import run
 from fretsolve.errors import NotConvergedError
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.coupled_newton import Estimate, Problem, solve_jointly
+from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
 from fretsolve.solvers.gmres import gmres
 from fretsolve.solvers.limit_load import load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
@@ -24,7 +23,7 @@ PATH = [{"P": LOAD, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 2}, 
 
 def solve_at_once(monkeypatch, **parts):
     """All increments solved together from the first pass on."""
-    monkeypatch.setattr(fretsolve.increment.staggered_iteration, "ENOUGH_ALTERNATIONS", 1)
+    monkeypatch.setattr(fretsolve.increment.staggered_iteration, "ENOUGH_ITERATIONS", 1)
     return list(run(build(**parts)))
 
 
@@ -58,7 +57,7 @@ def test_together_as_in_turns(monkeypatch, bodies):
 
 
 def test_strong_friction_needs_it(monkeypatch):
-    """Sliding with friction times Dundurs' constant of 5, which taking turns drives apart."""
+    """Gross slip with friction times Dundurs' constant of 5, where staggered iteration diverges."""
     parts = {
         "bodies": RIGID,
         "friction": 10.0,
@@ -68,15 +67,13 @@ def test_strong_friction_needs_it(monkeypatch):
     last = list(run(build(**parts)))[-1]
     assert last.summary.Qx == pytest.approx(10.0 * LOAD, rel=1e-5)
     assert last.summary.worst_residual <= 1e-6
-    monkeypatch.setattr(fretsolve.increment.coupled_step, "solve_jointly", lambda *arguments: None)
+    monkeypatch.setattr(CoupledNewton, "solve", lambda *arguments: None)
     with pytest.raises(NotConvergedError, match=r"Dundurs' constant is 10 x 0\.5"):
         list(run(build(**parts)))
 
 
-class Reluctant:
-    """Stands in for a `JointSolver`: solves parts of no more than a quarter of the way, and writes them down."""
-
-    iterations = 0
+class Reluctant(CoupledNewton):
+    """Solves parts of no more than a quarter of the way, and writes them down."""
 
     def __init__(self):
         self.tried, self.reached = [], 0.0
@@ -84,10 +81,10 @@ class Reluctant:
     def begin(self, problem, max_iterations):
         pass
 
-    def resultants(self, estimate):
+    def resultants(self, state):
         return np.zeros(6)
 
-    def solve(self, problem, start, tolerance, reduction):
+    def solve_from(self, problem, start, tolerance, reduction):
         rigid = np.concatenate([problem.normal.imposed_displacement, problem.tangential.imposed_displacement])
         self.tried.append([problem.normal.values[0] / LOAD, problem.tangential.values[0] / 20.0, rigid[4] / 1e-4])
         if self.tried[-1][0] > self.reached + 0.26:
@@ -100,10 +97,10 @@ def test_parts_of_loads_and_displacements_are_the_same():
     plane, vector = np.zeros((3, 3)), np.zeros((2, 3, 3))
     normal = LoadControl((True, False, False), (LOAD, 0.0, 0.0))
     tangential = LoadControl((True, False, False), (20.0, 1e-4, 0.0))
-    problem = Problem(plane, plane, vector, vector, np.zeros(3), 0.1, normal, tangential, 1e-6, 0.0)
+    problem = CoupledProblem(plane, plane, vector, vector, np.zeros(3), 0.1, normal, tangential, 1e-6, 0.0)
     solver = Reluctant()
-    start = Estimate(plane, vector, plane > 0.0, vector, np.zeros(6))
-    assert solve_jointly(solver, problem, start, 1e-6, 100) is not None
+    start = CoupledState(plane, vector, plane > 0.0, vector, np.zeros(6))
+    assert solver.solve(problem, start, 1e-6, 100) is not None
     tried = np.array(solver.tried)
     assert tried[-1].tolist() == [1.0, 1.0, 1.0]
     assert len(tried) > 5
@@ -123,11 +120,11 @@ def test_small_motions_in_single_precision(monkeypatch, motion):
     found = solve_at_once(monkeypatch, **parts, solver={"precision": "single", "tolerance": 1e-5})[-1].summary
     assert found.Qx == pytest.approx(exact.Qx, rel=1e-3)
     assert found.worst_residual <= 1e-5
-    assert found.alternations <= 3  # one in turns, as asked for, and one together, or two where rounding has it so
+    assert found.alternations <= 3  # one staggered, as asked for, and one coupled, or two where rounding has it so
 
 
 def test_tangential_problem_whose_zones_go_round():
-    """Force and torque within 1e-6 of those under which all slides: only a step that keeps the bound solves it."""
+    """Force and torque within 1e-6 of the limit load: only a step that keeps the friction limit solves it."""
     pressed = solve_last(friction=0.0, grid={"points": 32})
     bound = 0.1 * pressed.fields.pressure
     loads = np.array([19.2, 14.4, 7.275])

@@ -9,7 +9,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.terms import Terms
 from fretsolve.solvers.rigid_modes import TangentialModes
-from fretsolve.solvers.tangential import TangentialSolver
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 GRID = Grid.from_size((20, 23), (0.7, 0.72))
 MATERIAL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
@@ -34,7 +34,7 @@ def solve(control, bound=BOUND, known=NOTHING_KNOWN, shear=None, most=2000, one=
     shear, displacement = np.zeros((2, *GRID.shape)) if shear is None else shear.copy(), np.empty((2, *GRID.shape))
     one.operator.tangential(shear, displacement)
     elastic_slip = known - displacement
-    result = one.solve(elastic_slip, control, bound, shear, TOLERANCE, most, motion)
+    result = one.solve(elastic_slip, control, bound, shear, TOLERANCE, most, SlipScales(motion))
     dx, dy, turn = result.rigid
     one.operator.tangential(shear, displacement)
     length = max(motion, np.abs(result.rigid).max() * GRID.size[0])

@@ -222,7 +222,7 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
 
     told = invoke("sweep", "status", folder).stdout
     assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=4")
-    assert "gross sliding" in told
+    assert "gross slip" in told
     assert "--array" not in told
 
     outcome = invoke("sweep", "plot", folder, "--over", "title")
