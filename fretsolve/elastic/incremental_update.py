@@ -34,9 +34,9 @@ class Room:
 class IncrementalUpdate:
     """Adds to a displacement what a change of a traction does.
 
-    single: the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa, or None
-    where single precision is all there is; tractions, displacements: numbers of components. The operators are applied
-    to fields (components, nx, ny) that may be the same array.
+    single: method of the elastic operator over `unit` (mm per MPa) in single precision; double: the same in mm per MPa
+    and double precision, or None where single precision is all there is; tractions, displacements: numbers of
+    components that the method takes and gives.
     """
 
     single: Apply
@@ -62,9 +62,14 @@ class IncrementalUpdate:
         if self.double is None or limit > expected:
             field, image = room.single[0][: self.tractions], room.single[1][: self.displacements]
             np.divide(change, largest, out=field, casting="same_kind")
-            self.single(field, image)
+            self.single(_plane(field), _plane(image))
             if self.double is None or factor * cg.largest_part(image) <= limit:
                 cg.add(displacement, image, sign * factor)
                 return
-        self.double(change, moved)
+        self.double(_plane(change), _plane(moved))
         cg.add(displacement, moved, sign)
+
+
+def _plane(field: FloatArray) -> FloatArray:
+    """Return a field of one component as a plane (nx, ny), others as they are."""
+    return field[0] if len(field) == 1 else field

@@ -105,7 +105,9 @@ def inverse_distance(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> Do
 
 def along_x(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
     """Return the integral of x^2/r^3 over the cell; arguments as for `inverse_distance`."""
-    return _integrate(_along_x_corner, lambda u, v: u * u / _cubed(u, v), x, y, dx, dy)
+    return _integrate(
+        lambda u, v: v * _log_sum(u, v, np.hypot(u, v)), lambda u, v: u * u / _cubed(u, v), x, y, dx, dy
+    )
 
 
 def along_y(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
@@ -120,7 +122,9 @@ def across(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
 
 def radial_x(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
     """Return the integral of x/r^2 over the cell, odd in x; arguments as for `inverse_distance`."""
-    return _integrate(_radial_x_corner, lambda u, v: u / (u * u + v * v), x, y, dx, dy)
+    return _integrate(
+        lambda u, v: v * np.log(np.hypot(u, v)) + u * np.arctan(v / u), lambda u, v: u / (u * u + v * v), x, y, dx, dy
+    )
 
 
 def radial_y(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
@@ -142,6 +146,8 @@ def _integrate(
             (slice(inner[0], outer[0]), slice(0, outer[1])),
             (slice(0, inner[0]), slice(inner[1], outer[1])),
         ):
+            if not result[rows, columns].size:
+                continue
             if points:
                 result[rows, columns] = _gauss(integrand, x[rows], y[columns], dx, dy, points)
             else:
@@ -152,8 +158,6 @@ def _integrate(
 
 def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
     """Sum the antiderivative at the corners of each cell with alternating signs. Digits cancel far away."""
-    if x.size == 0 or y.size == 0:
-        return np.empty((x.size, y.size))
     corners_x = np.append(x - dx / 2, x[-1] + dx / 2)[:, None]
     corners_y = np.append(y - dy / 2, y[-1] + dy / 2)[None, :]
     antiderivative = corner(corners_x, corners_y)
@@ -162,8 +166,6 @@ def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: fl
 
 def _gauss(integrand: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float, points: int) -> DoubleArray:
     """Integrate over each cell by Gauss-Legendre quadrature with `points` nodes per side."""
-    if x.size == 0 or y.size == 0:
-        return np.empty((x.size, y.size))
     nodes, weights = _gauss_legendre(points)
     total = np.zeros((x.size, y.size))
     for node_x, weight_x in zip(nodes, weights, strict=True):
@@ -193,11 +195,3 @@ def _log_sum(v: DoubleArray, u: DoubleArray, r: DoubleArray) -> DoubleArray:
 def _inverse_distance_corner(u: DoubleArray, v: DoubleArray) -> DoubleArray:
     r = np.hypot(u, v)
     return u * _log_sum(v, u, r) + v * _log_sum(u, v, r)
-
-
-def _along_x_corner(u: DoubleArray, v: DoubleArray) -> DoubleArray:
-    return v * _log_sum(u, v, np.hypot(u, v))
-
-
-def _radial_x_corner(u: DoubleArray, v: DoubleArray) -> DoubleArray:
-    return v * np.log(np.hypot(u, v)) + u * np.arctan(v / u)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from fretsolve.system.arrays import FloatArray
 
 Apply = Callable[[FloatArray, FloatArray], None]
-"""A linear map, ``apply(field, result)``; both are (c, nx, ny) and may be the same array."""
+"""A linear map, ``apply(field, result)``; both may be the same array."""
 
 
 @dataclass(frozen=True)
 class Operators:
-    """The elastic operator B and its preconditioner F."""
+    """The elastic operator B and its preconditioner F on fields (c, nx, ny)."""
 
     elastic: Apply
     inverse: Apply

@@ -148,26 +148,25 @@ class ElasticOperator:
     @property
     def incremental_normal(self) -> IncrementalUpdate:
         """Update of uz (1, nx, ny) after a change of the pressure."""
-        return self._update(_on_planes(self.inner.elastic.normal), _on_planes(self.normal), 1, 1)
+        return self._update("normal", 1, 1)
 
     @property
     def incremental_tangential(self) -> IncrementalUpdate:
         """Update of the tangential displacement (2, nx, ny) after a change of the shear."""
-        return self._update(self.inner.elastic.tangential, self.tangential, 2, 2)
+        return self._update("tangential", 2, 2)
 
     @property
     def incremental_tangential_from_pressure(self) -> IncrementalUpdate:
         """Update of the tangential displacement (2, nx, ny) after a change of the pressure; `terms` must couple."""
-        single, double = self.inner.elastic.tangential_from_pressure, self.tangential_from_pressure
-        return self._update(lambda p, moved: single(p[0], moved), lambda p, moved: double(p[0], moved), 1, 2)
+        return self._update("tangential_from_pressure", 1, 2)
 
     @property
     def incremental_normal_from_shear(self) -> IncrementalUpdate:
         """Update of uz (1, nx, ny) after a change of the shear; `terms` must couple."""
-        single, double = self.inner.elastic.normal_from_shear, self.normal_from_shear
-        return self._update(lambda shear, uz: single(shear, uz[0]), lambda shear, uz: double(shear, uz[0]), 2, 1)
+        return self._update("normal_from_shear", 2, 1)
 
-    def _update(self, single: Apply, double: Apply, tractions: int, displacements: int) -> IncrementalUpdate:
+    def _update(self, method: str, tractions: int, displacements: int) -> IncrementalUpdate:
+        single, double = getattr(self.inner.elastic, method), getattr(self, method)
         in_double = double if self.dtype is np.float64 else None
         return IncrementalUpdate(single, in_double, self.inner.unit, tractions, displacements)
 

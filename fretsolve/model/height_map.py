@@ -73,8 +73,7 @@ class HeightMap:
         from scipy.ndimage import map_coordinates
 
         result = np.full((x.size, y.size), np.inf)
-        u, first_u = self._coordinates(x, 0)
-        v, first_v = self._coordinates(y, 1)
+        (u, first_u), (v, first_v) = self._coordinates(x, 0), self._coordinates(y, 1)
         if u.size == 0 or v.size == 0:
             return result
         holes = ~np.isfinite(self.values)
@@ -92,17 +91,13 @@ class HeightMap:
 
     def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
         """Return the cells (nx, ny) at `x` (nx,), `y` (ny,) that are the last before the map ends within the grid."""
-        last = np.zeros((x.size, y.size), dtype=bool)
-        u, first_u = self._coordinates(x, 0)
-        v, first_v = self._coordinates(y, 1)
-        if u.size and v.size:
-            rows = slice(first_u, first_u + u.size)
-            columns = slice(first_v, first_v + v.size)
-            ends_x = [i for i in (first_u, first_u + u.size - 1) if i not in (0, x.size - 1)]
-            ends_y = [j for j in (first_v, first_v + v.size - 1) if j not in (0, y.size - 1)]
-            last[ends_x, columns] = True
-            last[rows, ends_y] = True
-        return last
+        from scipy.ndimage import binary_erosion
+
+        on_map = np.zeros((x.size, y.size), dtype=bool)
+        (u, first_u), (v, first_v) = self._coordinates(x, 0), self._coordinates(y, 1)
+        on_map[first_u : first_u + u.size, first_v : first_v + v.size] = True
+        inner: BoolArray = binary_erosion(on_map, border_value=1)  # beyond the grid counts as on the map
+        return on_map & ~inner
 
     def _coordinates(self, positions: DoubleArray, axis: int) -> tuple[DoubleArray, int]:
         """Return the `positions` that lie on the map, in spacings from its first point, and the index of the first."""

@@ -63,11 +63,15 @@ class _PlannedStage:
 
 
 class LoadPath:
-    """The stages of a case, each with its increments.
+    """The stages of a case, cut into increments.
 
-    refinement: factor on the automatic numbers of increments where the slip depends on them. path_dependent: whether it
-    does so in any stage; slip_width: largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius,
-    0 if they do not apply.
+    refinement: factor on the automatic numbers of increments where the slip depends on them.
+
+    Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
+    them; slip_width: largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius, 0 if they do not
+    apply. Of each stage: counts: number of increments; needed: number that the slip needs, 1 where the path has no
+    effect; last_steps: the last increment; graded: whether the increments are; imposed: load components with their
+    totals at the end (N, mm, N mm, rad).
     """
 
     def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
@@ -94,31 +98,11 @@ class LoadPath:
             self._planned.append(_PlannedStage(stage, first, count, needed, before, after, chosen))
             before, first = after, first + count
         self.increments = first
-
-    @property
-    def last_steps(self) -> tuple[int, ...]:
-        """The last step of each stage."""
-        return tuple(planned.first + planned.increments - 1 for planned in self._planned)
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """The number of increments of each stage."""
-        return tuple(planned.increments for planned in self._planned)
-
-    @property
-    def needed(self) -> tuple[int, ...]:
-        """The number of increments that each stage needs; 1 where the path has no effect."""
-        return tuple(planned.needed for planned in self._planned)
-
-    @property
-    def imposed(self) -> tuple[dict[str, float], ...]:
-        """What is imposed at the end of each stage: load components with their totals (N, mm, N mm, rad)."""
-        return tuple(dict(planned.after) for planned in self._planned)
-
-    @property
-    def graded(self) -> tuple[bool, ...]:
-        """Whether the increments of each stage are graded."""
-        return tuple(planned.grading is not None for planned in self._planned)
+        self.last_steps = tuple(planned.first + planned.increments - 1 for planned in self._planned)
+        self.counts = tuple(planned.increments for planned in self._planned)
+        self.needed = tuple(planned.needed for planned in self._planned)
+        self.imposed = tuple(dict(planned.after) for planned in self._planned)
+        self.graded = tuple(planned.grading is not None for planned in self._planned)
 
     def with_counts(self, counts: Sequence[int]) -> LoadPath:
         """Return the same stages with other numbers of increments, one per stage, graded alike."""

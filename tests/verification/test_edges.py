@@ -323,7 +323,7 @@ class TestControl:
 
 class TestCoupling:
     @pytest.mark.parametrize("stage", [{"Mz": 3.0}, {"phi_z": 1e-3}])
-    def test_without_cross_influence_the_errors_of_torsion_are_told(self, stage):
+    def test_a_warning_gives_the_error_of_torsion_without_in_plane_coupling(self, stage):
         asked = derive_model(build(coupling="none", grid={"points": 8}, load_path=[{"P": LOAD}, stage]))
         assert asked.coupling == "none"
         (warning,) = asked.warnings

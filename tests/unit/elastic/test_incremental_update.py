@@ -46,7 +46,7 @@ def steps(name, sizes, seed=0):
 @pytest.mark.parametrize("name", UPDATES)
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-13])
-def test_errors_stay_allowed(name, sign, tolerance):
+def test_errors_stay_below_the_allowed_one(name, sign, tolerance):
     changes = steps(name, (100.0, 10.0, 1.0, 1e-2, 1e-5))
     total, displacement = np.sum(changes, axis=0), 0.0
     for change in changes:
@@ -59,7 +59,7 @@ def test_errors_stay_allowed(name, sign, tolerance):
 
 
 @pytest.mark.parametrize("name", UPDATES)
-def test_precision_goes_with_what_is_allowed(name):
+def test_precision_follows_the_allowed_error(name):
     (change,) = steps(name, (3.0,))
     wanted = exact(name, change)
     largest = np.abs(wanted).max()
@@ -73,8 +73,8 @@ def test_precision_goes_with_what_is_allowed(name):
 
 
 @pytest.mark.parametrize("name", UPDATES)
-def test_what_moves_nothing_is_left_out(name):
-    """The displacement left out is smaller than what the change is judged by."""
+def test_a_negligible_change_is_left_out(name):
+    """The displacement left out is below the bound by which it is judged."""
     (change,) = steps(name, (1e-9,))
     update = UPDATES[name][0]
     found = np.zeros((update.displacements, *SHAPE))

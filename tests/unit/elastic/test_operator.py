@@ -44,8 +44,8 @@ def test_self_coefficient():
     assert displacement[0, 3, 4] == pytest.approx(elastic.self_coefficient, rel=1e-12)
 
 
-def test_terms_that_are_left_out(tractions):
-    """Without cross influence ux comes from qx alone; the rest is as it was."""
+def test_in_plane_coupling_can_be_left_out(tractions):
+    """Without in-plane coupling ux comes from qx alone; the rest does not change."""
     both, alone = np.empty((2, *SHAPE)), np.empty((2, *SHAPE))
     one = tractions[1:].copy()
     one[1] = 0.0
@@ -91,8 +91,8 @@ def test_inputs_are_left_alone(tractions):
     np.testing.assert_array_equal(tractions, before)
 
 
-def test_a_shear_that_is_nowhere_costs_nothing(tractions):
-    """Without cross influence the direction that nothing loads is left out."""
+def test_a_shear_of_zero_costs_nothing(tractions):
+    """Without in-plane coupling the direction without load is left out."""
     elastic, displacement = operator(NONE), np.empty((2, *SHAPE))
     tractions[2] = 0.0
     elastic.tangential(tractions[1:], displacement)

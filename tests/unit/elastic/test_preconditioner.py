@@ -37,7 +37,7 @@ def test_symmetric_and_positive(shape, in_plane_coupling):
 
 @pytest.mark.parametrize("components", [1, 2])
 def test_it_nearly_inverts(components):
-    """Of the product of both few eigenvalues lie far from 1: that is what saves iterations."""
+    """Few eigenvalues of the product lie far from 1: that saves iterations."""
     shape, spacing = (12, 12), (0.1, 0.1)
     elastic = ElasticOperator(shape, spacing, MATERIAL, Terms(True, True, False))
     made = inverse(shape, spacing)
@@ -60,7 +60,7 @@ def test_factor_precision_and_place_of_the_result():
     np.testing.assert_allclose(single, 1e-5 * expected, atol=1e-5 * np.abs(1e-5 * expected).max())
 
 
-def test_a_component_that_is_nowhere_costs_nothing():
+def test_a_component_of_zero_costs_nothing():
     made, field = inverse((20, 30), in_plane_coupling=False), np.zeros((2, 20, 30))
     field[0] = 1.0
     result = np.ones_like(field)

@@ -1,4 +1,4 @@
-"""Threads that share out parts: every part is done once, and errors come back."""
+"""Threads that share parts: every part is done once, and errors come back."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_every_part_is_done_once(count: int, parts: int) -> None:
 
 def test_members_work_at_the_same_time() -> None:
     both = threading.Barrier(2, timeout=30.0)
-    ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # one alone would wait for ever
+    ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # a single thread would wait for ever
 
 
 @pytest.mark.parametrize("failing", [0, 1])

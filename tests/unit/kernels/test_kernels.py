@@ -1,4 +1,4 @@
-"""The compiled kernels give what the plain ones give."""
+"""The kernels compiled by numba give the same as those in NumPy."""
 
 from __future__ import annotations
 

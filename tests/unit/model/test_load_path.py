@@ -130,7 +130,7 @@ def loads(path, stage, name):
 
 
 class TestGradedSteps:
-    def test_a_growing_load_takes_steps_of_about_equal_radius_that_end_small(self):
+    def test_a_growing_load_takes_increments_of_about_equal_radius_that_end_small(self):
         load = loads(path_of([{"P": 400.0}], bodies=DISSIMILAR), 0, "P")
         radius = np.diff(np.concatenate([[0.0], np.cbrt(load / 400.0)]))
         assert radius[1:15] == pytest.approx(radius[1], rel=0.2)
@@ -153,7 +153,7 @@ class TestGradedSteps:
         assert turned.counts[2] == 10
 
     def test_halved_counts_have_common_points(self):
-        """Companion runs for error bars compare at these."""
+        """The coarse runs of error bars are compared at these."""
         path = path_of([{"P": 400.0}, {"Qx": 36.0}], bodies=DISSIMILAR)
         doubled = path.with_counts([2 * count for count in path.counts])
         assert loads(doubled, 0, "P")[1::2] == pytest.approx(loads(path, 0, "P"), rel=1e-12)

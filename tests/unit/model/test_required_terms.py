@@ -16,7 +16,7 @@ def model(*stages, **parts):
 
 
 @pytest.mark.parametrize(
-    ("parts", "stages", "coupling", "terms", "sheared"),
+    ("parts", "stages", "coupling", "terms", "has_shear"),
     [
         ({}, [PRESS], "none", Terms(False, False, False), False),
         ({"friction": 0}, [PRESS, {"delta_x": 1e-3}], "none", Terms(False, False, False), False),
@@ -32,11 +32,11 @@ def model(*stages, **parts):
         ({"bodies": DISSIMILAR, "coupling": "tangential"}, [PRESS, PULL], "tangential", Terms(True, True, False), True),
     ],
 )
-def test_the_least_model_that_the_case_requires(parts, stages, coupling, terms, sheared):
+def test_the_least_model_that_the_case_requires(parts, stages, coupling, terms, has_shear):
     found = model(*stages, **parts)
     assert found.coupling == coupling
     assert found.terms == terms
-    assert found.has_shear == sheared
+    assert found.has_shear == has_shear
 
 
 def test_friction_free_slip_is_only_computed_where_it_is_stored():
@@ -45,16 +45,16 @@ def test_friction_free_slip_is_only_computed_where_it_is_stored():
     assert not model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure"]}).terms.normal_tangential_coupling
 
 
-def test_loads_of_nothing_need_no_shear():
+def test_loads_of_zero_need_no_shear():
     assert not model(PRESS, {"Qx": 0.0, "Mz": 0.0}).has_shear
 
 
-def test_rounding_of_equal_bodies_is_no_difference():
+def test_rounding_does_not_make_bodies_dissimilar():
     bodies = ({"young_modulus": 200e3, "poisson_ratio": 0.1 + 0.2}, {"young_modulus": 200e3, "poisson_ratio": 0.3})
     assert model(PRESS, PULL, bodies=bodies).coupling == "tangential"
 
 
-def test_decisions_are_reasoned():
+def test_decisions_give_their_reason():
     found = model(PRESS, TWIST, bodies=DISSIMILAR)
     assert len(found.decisions) == 5
     assert all(decision.kept and decision.reason for decision in found.decisions)
@@ -66,7 +66,7 @@ def test_decisions_are_reasoned():
 
 
 @pytest.mark.parametrize(
-    ("parts", "stages", "slides"),
+    ("parts", "stages", "may_slip"),
     [
         ({}, [PRESS], False),
         ({"friction": 0}, [PRESS, {"Qx": 0.0}], False),
@@ -77,11 +77,11 @@ def test_decisions_are_reasoned():
         ({}, [PRESS, PULL], True),
     ],
 )
-def test_slip_is_kept_where_something_may_slip(parts, stages, slides):
+def test_slip_is_kept_where_something_may_slip(parts, stages, may_slip):
     found = model(*stages, **parts)
-    assert found.may_slip == slides
+    assert found.may_slip == may_slip
     kept = {decision.part: decision.kept for decision in found.decisions}
-    assert kept["slip and work"] == slides
+    assert kept["slip and work"] == may_slip
 
 
 class TestNegligibleCoupling:
