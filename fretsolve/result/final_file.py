@@ -16,11 +16,10 @@ from fretsolve.result.layout import (
     X,
     Y,
     create_column,
-    create_field,
     describe,
     set_attributes,
 )
-from fretsolve.result.parts import component, copy_fields, write_restart
+from fretsolve.result.parts import write_fields, write_restart
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 
@@ -42,10 +41,20 @@ def write_result(
     last_state: that of the last increment, None if there is none. failure: why the run failed and the kind of failure,
     None if it is complete; a failed result keeps what a restart needs. Raises OSError, FileError.
     """
+    steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
+    if last_state is not None and not header.stores_fields(last_state.summary.step):
+        steps.append(last_state.summary.step)
+        unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
     with atomic_files.new_hdf5(out, folder) as file:
         set_attributes(file, header.attributes("complete" if failure is None else "failed", failure))
         _write_history(file.create_group("history"), summaries, errors if header.errors else None)
-        _write_fields(file.create_group("fields"), header, summaries, sources, unsaved, last_state)
+        group = file.create_group("fields")
+        scales = [create_column(group, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
+        write_fields(group, header, steps, sources, unsaved)
+        for quantity in header.stored_fields:
+            describe(group[quantity.name], quantity)
+            for axis, scale in enumerate(scales):
+                group[quantity.name].dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
             write_restart(file, last_state, header.stored_fields)
             for quantity in RESTART:
@@ -64,29 +73,3 @@ def _write_history(group: Any, summaries: Sequence[Summary], errors: Sequence[Su
         create_column(group, quantity, values(summaries, quantity), scale)
     for quantity in ERRORS if errors is not None else ():
         create_column(group, quantity, values(errors or (), quantity), scale)
-
-
-def _write_fields(
-    group: Any,
-    header: RunHeader,
-    summaries: Sequence[Summary],
-    sources: Sequence[Path],
-    unsaved: Sequence[State],
-    last_state: State | None,
-) -> None:
-    steps = [summary.step for summary in summaries if header.stores_fields(summary.step)]
-    copied = len(steps)
-    if last_state is not None and not header.stores_fields(last_state.summary.step):
-        steps.append(last_state.summary.step)
-        unsaved = [state for state in unsaved if state is not last_state] + [last_state]
-    scales = [create_column(group, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
-    for quantity in header.stored_fields:
-        dataset = create_field(group, quantity, len(steps), header.shape)
-        describe(dataset, quantity)
-        for axis, scale in enumerate(scales):
-            dataset.dims[axis].attach_scale(scale)
-    copy_fields(sources, steps[:copied], group, header.stored_fields)
-    for state in unsaved:
-        if state.summary.step in steps:
-            for quantity in header.stored_fields:
-                group[quantity.name][steps.index(state.summary.step)] = component(state, quantity.name)

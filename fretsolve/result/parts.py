@@ -73,55 +73,65 @@ def contiguous_parts(folder: Path) -> list[Part]:
 
 def write_part(folder: Path, header: RunHeader, state: State) -> Part:
     """Commit one increment. Raises OSError."""
-    step = state.summary.step
-    part = _named(folder, step, step)
-    steps = [step] if header.stores_fields(step) else []
-    kept = header.stored_fields if steps else ()
-    with atomic_files.new_hdf5(part.path, folder) as file:
-        _write_rows(file, [state.summary], [] if state.errors is None else [state.errors])
-        group = _create_fields(file, header, kept, steps)
-        for quantity in kept:
-            group[quantity.name][0] = component(state, quantity.name)
-        write_restart(file, state, kept)
-    return part
+    errors = [] if state.errors is None else [state.errors]
+    return _write(folder, header, [state.summary], errors, [], state)
 
 
 def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state: State) -> Part:
-    """Commit one part with all increments of `sources`, of which `state` is the last.
-
-    Fields of increments that the case does not store are left out: a failed result has those of its last one.
-    Raises OSError, FileError.
-    """
+    """Commit one part with all increments of `sources`, of which `state` is the last. Raises OSError, FileError."""
     rows: list[Summary] = []
     errors: list[SummaryErrors] = []
     for source in sources:
         with open_piece(source) as piece:
             rows += piece.summaries()
             errors += piece.errors()
-    part = _named(folder, rows[0].step, rows[-1].step)
-    kept = header.stored_fields
+    return _write(folder, header, rows, errors, sources, state)
+
+
+def _write(
+    folder: Path,
+    header: RunHeader,
+    rows: Sequence[Summary],
+    errors: Sequence[SummaryErrors],
+    sources: Sequence[Path],
+    state: State,
+) -> Part:
+    """Commit a part with fields from `sources`, or of `state` alone if there are none."""
+    part = Part(folder / f"{rows[0].step:06d}-{rows[-1].step:06d}.h5", rows[0].step, rows[-1].step)
     steps = [row.step for row in rows if header.stores_fields(row.step)]
     with atomic_files.new_hdf5(part.path, folder) as file:
-        _write_rows(file, rows, errors)
-        copy_fields(sources, steps, _create_fields(file, header, kept, steps), kept)
-        write_restart(file, state, kept if header.stores_fields(rows[-1].step) else ())
+        for name, values, kind in (("rows", rows, _ROW), ("error_rows", errors, _ERROR_ROW)):
+            if values:
+                table = np.array([astuple(value) for value in values], kind)
+                file.create_dataset(name, data=table, chunks=table.shape, fletcher32=True)
+        group = file.create_group("fields")
+        group.create_dataset("step", data=np.array(steps, STEP.dtype))
+        if steps:
+            write_fields(group, header, steps, sources, [] if sources else [state])
+        write_restart(file, state, header.stored_fields if state.summary.step in steps else ())
     return part
 
 
-def copy_fields(
-    sources: Sequence[Path], steps: Sequence[int], target: Any, kept: Sequence[FieldQuantity]
+def write_fields(
+    group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
 ) -> None:
-    """Copy the fields `kept` of `steps` to the HDF5 group `target`. Raises FileError.
+    """Write the stored fields of `steps` to the HDF5 `group`: those in `sources`, then those of `states`.
 
     The order is that of the increments, whatever parts they come from: the file must not depend on where a run was
-    stopped and resumed.
+    stopped and resumed. Raises FileError.
     """
     rank = {step: index for index, step in enumerate(steps)}
+    names = [quantity.name for quantity in header.stored_fields]
+    for quantity in header.stored_fields:
+        create_field(group, quantity, len(steps), header.shape)
     for source in sources:
         with open_piece(source) as piece, damage_reported(source, "fields"):
             for index, step in enumerate(piece.field_steps):
-                for quantity in kept if step in rank else ():
-                    copy_chunks(piece.file["fields"][quantity.name], index, target[quantity.name], rank[step])
+                for name in names if step in rank else ():
+                    copy_chunks(piece.file["fields"][name], index, group[name], rank[step])
+    for state in states:
+        for name in names if state.summary.step in rank else ():
+            group[name][rank[state.summary.step]] = component(state, name)
 
 
 def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> None:
@@ -255,25 +265,6 @@ def _reason(error: Exception, what: str) -> str:
     if "filter returned failure" in message or "checksum" in message:
         return f"{what or 'the file'} is damaged: the checksum does not match"
     return f"cannot read {what or 'the file'}: {message}"
-
-
-def _named(folder: Path, first: int, last: int) -> Part:
-    return Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
-
-
-def _write_rows(file: Any, summaries: Sequence[Summary], errors: Sequence[SummaryErrors]) -> None:
-    for name, values, kind in (("rows", summaries, _ROW), ("error_rows", errors, _ERROR_ROW)):
-        if values:
-            rows = np.array([astuple(value) for value in values], kind)
-            file.create_dataset(name, data=rows, chunks=rows.shape, fletcher32=True)
-
-
-def _create_fields(file: Any, header: RunHeader, kept: Sequence[FieldQuantity], steps: Sequence[int]) -> Any:
-    group = file.create_group("fields")
-    group.create_dataset("step", data=np.array(steps, STEP.dtype))
-    for quantity in kept:
-        create_field(group, quantity, len(steps), header.shape)
-    return group
 
 
 def _whole(array: str, components: Mapping[str, NDArray[Any]]) -> NDArray[Any]:

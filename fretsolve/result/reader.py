@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
 import numpy as np
@@ -18,15 +19,7 @@ from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader, present_case
 from fretsolve.result.layout import ERRORS, FORMAT_VERSION, HISTORY, RESTART, STEP, X, Y, is_single
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import (
-    HEADER_NAME,
-    Part,
-    Piece,
-    contiguous_parts,
-    damage_reported,
-    open_piece,
-    parts_folder,
-)
+from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, open_piece, parts_folder
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.optional import how_to_install
 
@@ -46,7 +39,8 @@ class Columns(dict[str, NDArray[Any]]):
         raise KeyError(f"no column {name!r} in the history, which has {', '.join(self)}")
 
 
-class Result:
+@dataclass(eq=False, repr=False)
+class Result(AbstractContextManager["Result"]):
     """A result, read lazily; a context manager.
 
     status: complete, failed, running or stopped. attributes: those of the root of the file. history: the
@@ -54,24 +48,15 @@ class Result:
     centres in mm. fields: names of the fields. steps: the increments whose fields are there.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        attributes: Mapping[str, Any],
-        history: Mapping[str, NDArray[Any]],
-        axes: tuple[DoubleArray, DoubleArray],
-        fields: Sequence[str],
-        steps: Sequence[int],
-        parts: Sequence[Part],
-    ):
-        self.path = path
-        self.attributes = attributes
-        self.history: Mapping[str, NDArray[Any]] = Columns(history)
-        self.x, self.y = axes
-        self.fields = tuple(fields)
-        self.steps = tuple(steps)
-        self._parts = list(parts)
-        self._open: tuple[Part, Piece] | None = None
+    path: Path
+    attributes: Mapping[str, Any]
+    history: Mapping[str, NDArray[Any]]
+    x: DoubleArray
+    y: DoubleArray
+    fields: tuple[str, ...]
+    steps: tuple[int, ...]
+    _parts: list[Part]
+    _open: tuple[Part, Piece] | None = None
 
     @property
     def status(self) -> str:
@@ -154,12 +139,7 @@ class Result:
             self._open[1].close()
             self._open = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -247,14 +227,13 @@ def _open_file(out: Path) -> Result:
     try:
         history = piece.history()
         with damage_reported(out, "grid"):
-            axes = piece.file["fields/x"][:], piece.file["fields/y"][:]
+            x, y = piece.file["fields/x"][:], piece.file["fields/y"][:]
     except BaseException:
         piece.close()
         raise
     parts = _parts_of(out)
-    result = Result(out, attributes, history, axes, piece.field_names, piece.field_steps, parts)
-    result._open = parts[0], piece
-    return result
+    fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
+    return Result(out, attributes, Columns(history), x, y, fields, steps, parts, (parts[0], piece))
 
 
 def _open_parts(out: Path) -> Result:
@@ -270,13 +249,11 @@ def _open_parts(out: Path) -> Result:
             steps += piece.field_steps
     if not (folder / HEADER_NAME).exists():
         raise FileNotFoundError(folder)  # the run has finished, and may have begun to remove parts
-    history = {
-        quantity.name: np.concatenate(
-            [np.empty(0, quantity.dtype), *(column[quantity.name] for column in columns)]
-        )
-        for quantity in (STEP, *HISTORY, *(ERRORS if header.errors else ()))
-    }
+    history = Columns()
+    for quantity in (STEP, *HISTORY, *(ERRORS if header.errors else ())):
+        nothing = np.empty(0, quantity.dtype)
+        history[quantity.name] = np.concatenate([nothing, *(column[quantity.name] for column in columns)])
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # its fields are among the restart data
-    names = [quantity.name for quantity in header.stored_fields]
-    return Result(out, header.attributes(status), history, (header.x, header.y), names, steps, parts)
+    fields = tuple(quantity.name for quantity in header.stored_fields)
+    return Result(out, header.attributes(status), history, header.x, header.y, fields, tuple(steps), parts)

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Literal, Self
+from typing import Literal
 
 import h5py
 
@@ -44,7 +43,7 @@ TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """What to do about an existing result."""
 
 
-class HistoryWriter:
+class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     """A result being written; a context manager, which stops the run if it is left without `finish`.
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
@@ -106,12 +105,7 @@ class HistoryWriter:
                 raise
             return writer
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
     def append(self, state: State) -> None:

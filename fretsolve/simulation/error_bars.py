@@ -18,14 +18,7 @@ import numpy as np
 from fretsolve.case.load_components import PAIRS
 from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.coarse_runs import (
-    ESTIMATED,
-    CoarseRun,
-    coarser,
-    common_points,
-    fewer_increments,
-    values_of,
-)
+from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 

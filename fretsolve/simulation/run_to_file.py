@@ -8,10 +8,11 @@ import json
 import platform
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 from fretsolve import kernels
 from fretsolve.case import Case, HeightsSurface
@@ -49,7 +50,7 @@ def missing_states(
     return run(setup, *so_far, threads)
 
 
-class Saving:
+class Saving(AbstractContextManager["Saving"]):
     """Saves the states of a run in their order, and finishes the result at the end of its `with` block.
 
     The result is complete if it has all `increments`, failed if the block ends by NoSolutionError; else what is done is
@@ -70,9 +71,6 @@ class Saving:
             self._save(state)
         else:
             self._last = self._thread.submit(self._save, state)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -8,8 +8,8 @@ from __future__ import annotations
 import os
 import signal
 import time
-from contextlib import suppress
-from types import FrameType, TracebackType
+from contextlib import AbstractContextManager, suppress
+from types import FrameType
 from typing import Any
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
@@ -32,7 +32,7 @@ def end_by(number: signal.Signals) -> None:
     signal.raise_signal(number)
 
 
-class StopRequest:
+class StopRequest(AbstractContextManager["StopRequest"]):
     """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
 
     requested: whether a signal has come, so that the run is to stop after its increment. notice: the line written to
@@ -60,9 +60,7 @@ class StopRequest:
             self._previous[number] = signal.signal(number, self._handle)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for number, handler in self._previous.items():
             signal.signal(number, handler)
 
