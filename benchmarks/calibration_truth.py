@@ -10,16 +10,8 @@ import math
 from collections.abc import Callable, Mapping
 
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import (
-    boussinesq_punch,
-    cattaneo_mindlin,
-    full_slip_torque,
-    hertz_elliptic,
-    hertz_sphere,
-    love_cone,
-    lubkin,
-    mindlin_unloading,
-)
+from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
+from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque, lubkin, mindlin_unloading
 
 Truth = Mapping[int, Mapping[str, float]]
 """Values of the history at the end of stages (1-based)."""

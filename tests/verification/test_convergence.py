@@ -16,7 +16,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
 from fretsolve.model.surface import separation
-from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_areas import stick_area
 from fretsolve.solvers.normal import NormalSolver

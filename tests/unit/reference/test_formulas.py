@@ -11,16 +11,12 @@ from scipy.integrate import dblquad, quad
 from scipy.special import ellipe, ellipk
 
 from fretsolve.model.materials import compliances
-from fretsolve.reference.closed_forms import (
-    boussinesq_punch,
+from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
+from fretsolve.reference.tangential import (
     cattaneo_mindlin,
     full_slip_torque,
     full_stick_compliance,
-    hertz_elliptic,
-    hertz_sphere,
-    love_cone,
     lubkin,
-    mindlin_displacement,
     mindlin_unloading,
     spence_stick_ratio,
 )
@@ -176,8 +172,8 @@ class TestCattaneoMindlin:
 
     @given(st.floats(1e-9, 1.0))
     def test_reversing_the_force_reverses_the_displacement(self, fraction):
-        forth = mindlin_displacement(HERTZ, FRICTION, fraction * 40.0, STEEL.tangential)
-        assert mindlin_displacement(HERTZ, FRICTION, -fraction * 40.0, STEEL.tangential) == -forth < 0.0
+        forth = cattaneo_mindlin(HERTZ, FRICTION, fraction * 40.0, STEEL.tangential).delta_x
+        assert cattaneo_mindlin(HERTZ, FRICTION, -fraction * 40.0, STEEL.tangential).delta_x == -forth < 0.0
 
     @pytest.mark.parametrize(("friction", "force"), [(0.1, 40.1), (0.1, -40.1), (0.0, 0.0)])
     def test_sliding_is_refused(self, friction, force):
