@@ -19,8 +19,7 @@ from fretsolve.export.text_report import print_report
 from fretsolve.result import open_result
 from fretsolve.setup.accuracy import verdict
 from fretsolve.setup.cost_estimate import disk_problem
-from fretsolve.setup.resolution import warning_of_result
-from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.warnings import case_warnings, warning_of_result
 
 if TYPE_CHECKING:
     from fretsolve.result import HistoryWriter, Result

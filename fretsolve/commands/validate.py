@@ -11,12 +11,10 @@ import yaml
 from fretsolve.case import HeightsSurface, load_case
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.errors import CaseError, FileError, dotted
-from fretsolve.reference.tangential import full_slip_torque
+from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque
 from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.resolution import cells_across
-from fretsolve.setup.slip_forecast import sliding_displacement, smallest_stick
-from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.warnings import case_warnings, cells_across
 
 YAML_WIDTH = 110
 
@@ -80,8 +78,7 @@ class _Dumper(yaml.SafeDumper):
 
 def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield Hertz's contact at the largest normal load, where friction gives way there, and the smallest stick zone."""
-    forms, friction = setup.closed_forms, setup.model.friction
-    hertz = forms.largest
+    hertz, model, stick = setup.closed_forms.largest, setup.model, setup.closed_forms.smallest_stick()
     if hertz is None:
         return
     contact, (first, second) = hertz.contact, hertz.contact.semi_axes
@@ -90,17 +87,17 @@ def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"P = {contact.load:.6g} N: {size}, p0 = {contact.max_pressure:.6g} MPa, delta_z = {contact.delta_z:.6g} mm"
     yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {hertz.strain:.3g}, E* = {hertz.modulus:.6g} MPa"
     yield f"{cells_across(setup):.1f} cells across the contact"
-    if friction:
-        torque = f", at Mz = {full_slip_torque(hertz.circle, friction):.6g} N*mm" if hertz.circle is not None else ""
-        yield f"everything slides at Q = mu P = {friction * contact.load:.6g} N{torque}"
-    displacement = sliding_displacement(forms)
-    if displacement is not None:
-        yield f"that is at a displacement of {displacement:.6g} mm (Cattaneo-Mindlin)"
-    stick = smallest_stick(forms)
+    limit, circle = model.friction * contact.load, hertz.circle
+    if limit:
+        torque = f", at Mz = {full_slip_torque(circle, model.friction):.6g} N*mm" if circle is not None else ""
+        yield f"everything slides at Q = mu P = {limit:.6g} N{torque}"
+    if limit and circle is not None and not model.coupled:
+        sliding = cattaneo_mindlin(circle, model.friction, limit, model.compliances.tangential)
+        yield f"that is at a displacement of {sliding.delta_x:.6g} mm ({sliding.source})"
     if stick is not None:
-        cells = stick.cells_across(max(setup.grid.dx, setup.grid.dy))
+        cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (
-            f"smallest stick radius c = {stick.radius:.6g} mm, {cells:.1f} cells across, at the end of stage"
+            f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.source})"
         )
 

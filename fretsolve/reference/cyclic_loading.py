@@ -41,7 +41,7 @@ class CyclicLoading:
     @property
     def source(self) -> str:
         """The authors of the solution."""
-        return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
+        return (LubkinContact if self.direction is None else CattaneoMindlin).source
 
     @property
     def component(self) -> str:

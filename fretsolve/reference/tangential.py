@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,6 +23,8 @@ class CattaneoMindlin:
 
     compliance: the tangential one (1/MPa). Below, f = |Q|/mu P.
     """
+
+    source: ClassVar[str] = "Cattaneo-Mindlin"
 
     hertz: HertzContact
     friction: float
@@ -101,6 +104,8 @@ def full_stick_compliance(contact_radius: float, tangential_compliance: float) -
 @dataclass(frozen=True)
 class LubkinContact:
     """Hertz contact under a torque Mz about its axis, below full slip: stick radius c and rotation phi_z."""
+
+    source: ClassVar[str] = "Lubkin"
 
     hertz: HertzContact
     friction: float

@@ -14,7 +14,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from fretsolve.case import Case, ConeSurface, CylinderSurface, EllipsoidSurface, PunchSurface, SphereSurface, Surface
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.load_components import PAIRS, TANGENTIAL
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
@@ -29,6 +29,7 @@ from fretsolve.reference.hertz import (
     hertz_sphere_at,
     love_cone,
 )
+from fretsolve.reference.tangential import spence_stick_ratio
 from fretsolve.system.arrays import DoubleArray
 
 Load = Mapping[str, float]
@@ -237,6 +238,27 @@ class ClosedForms:
         if shear.direction is not None:
             return not self._directions_interact
         return self._directions_interact or self.model.compliances.B == 0.0
+
+    def smallest_stick(self) -> ClosedForm | None:
+        """Return the smallest stick radius (mm) of the path; None where no closed form gives it.
+
+        Spence: a sphere pressed on a dissimilar body, without tangential load. Cattaneo and Mindlin, or Lubkin: a
+        sphere under a tangential force or a torque at constant P, similar bodies; unloading leaves no smaller one.
+        """
+        if not self.model.has_shear:
+            return None
+        if any(load.get(name) for load in self.loads for name in TANGENTIAL):
+            shear = self.shear(len(self.loads) - 1)
+            if shear is None or shear.largest >= shear.limit:
+                return None
+            stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
+            return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
+        radii = [(form.circle.contact_radius, stage) for stage, form in enumerate(self.hertz) if form and form.circle]
+        if not radii or not self.model.coupled:
+            return None
+        radius, stage = max(radii)
+        ratio = spence_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
+        return ClosedForm("stick_radius", stage, ratio * radius, "Spence")
 
     def _only_surface(self) -> Surface | None:
         return self.case.surface[0] if len(self.case.surface) == 1 else None

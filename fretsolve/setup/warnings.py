@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
+from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.setup.accuracy import percent
 from fretsolve.setup.closed_forms import HertzForm
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
 from fretsolve.setup.problem_setup import ProblemSetup, points_needed
-from fretsolve.setup.resolution import FEWEST_CELLS, cells_across, in_cells
-from fretsolve.setup.slip_forecast import first_slide, smallest_stick
+
+if TYPE_CHECKING:
+    from fretsolve.result import Result
+
+FEWEST_CELLS = 20
+"""Cells across the contact below which results are off by per cents."""
 
 FEWEST_STICK_CELLS = 3
 """Cells across the stick zone below which its size means little."""
@@ -90,16 +96,28 @@ def _about_friction(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
-    slide = first_slide(setup.closed_forms)
-    if slide is None or "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
+    """Warn of the first stage at whose end a tangential force or a torque alone is not below what friction carries."""
+    friction, stages = setup.model.friction, setup.case.stages()
+    if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
-    units, motion = {"Qx": ("N", "delta_x"), "Qy": ("N", "delta_y"), "Mz": ("N*mm", "phi_z")}[slide.component]
-    stage = setup.case.stages()[slide.stage]
-    place = dotted((*stage.key, slide.component) if slide.component in dict(stage.targets) else stage.key)
-    yield (
-        f"{place}: {slide.load:.6g} {units} is not below the {slide.carried:.6g} {units} ({slide.limit}) that friction"
-        f" carries: everything slides, and the run ends there; impose {motion} to follow the sliding"
-    )
+    for stage, load, hertz in zip(stages, setup.closed_forms.loads, setup.closed_forms.hertz, strict=True):
+        pressed = load.get("P", hertz.contact.load if hertz is not None else math.inf)
+        force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
+        carried = full_slip_torque(hertz.circle, friction) if hertz is not None and hertz.circle is not None else math.inf
+        if 0.0 < force >= friction * pressed:
+            name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
+            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {friction * pressed:.6g} N (mu P)"
+        elif torque > carried:
+            name, motion = "Mz", "phi_z"
+            loads = f"{torque:.6g} N*mm is not below the {carried:.6g} N*mm (3 pi mu P a/16)"
+        else:
+            continue
+        place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
+        yield (
+            f"{place}: {loads} that friction carries: everything slides, and the run ends there; impose {motion} to"
+            " follow the sliding"
+        )
+        return
 
 
 def _about_theory(hertz: HertzForm) -> Iterator[str]:
@@ -126,16 +144,18 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
     cells = cells_across(setup)
     if cells is not None and cells < FEWEST_CELLS:
         yield (
-            f"grid.points: only {in_cells(cells)} cells across the contact;"
+            f"grid.points: only {_in_cells(cells)} cells across the contact;"
             f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
         )
-    stick = smallest_stick(setup.closed_forms)
-    cell = max(setup.grid.dx, setup.grid.dy)
-    if stick is not None and stick.cells_across(cell) < FEWEST_STICK_CELLS:
+    stick = setup.closed_forms.smallest_stick()
+    if stick is None:
+        return
+    cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
+    if cells < FEWEST_STICK_CELLS:
         yield (
-            f"grid.points: the stick zone shrinks to {in_cells(stick.cells_across(cell))} cells across in stage"
-            f" {stick.stage + 1} ({stick.source}: c = {stick.radius:.3g} mm); {FEWEST_STICK_CELLS} or more are needed"
-            " for its size to mean something"
+            f"grid.points: the stick zone shrinks to {_in_cells(cells)} cells across in stage {stick.stage + 1}"
+            f" ({stick.source}: c = {stick.value:.3g} mm); {FEWEST_STICK_CELLS} or more are needed for its size to mean"
+            " something"
         )
 
 
@@ -179,3 +199,33 @@ def _about_accuracy(setup: ProblemSetup) -> Iterator[str]:
             f"{dotted(stage.key)}.increments: {count} are fewer than the {path.needed[short[0]]} that accuracy"
             f" {percent(accuracy)} picks{more}, so it will hardly be met; leave them out"
         )
+
+
+def cells_across(setup: ProblemSetup) -> float | None:
+    """Return the cells along the shorter side of the contact where it is largest; None if no closed form gives it."""
+    grid, surface = setup.grid, setup.case.surface[0]
+    width = setup.closed_forms.contact_width(max(grid.size))
+    if width is None:
+        return min(grid.shape) / MARGIN if setup.case.grid.size is None else None
+    if surface.kind == "cylinder":
+        return width / math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
+    return width / max(grid.dx, grid.dy)
+
+
+def warning_of_result(setup: ProblemSetup, result: Result) -> str | None:
+    """Warn if the finished contact has too few cells, where no closed form could warn before the run."""
+    if not result.increments or cells_across(setup) is not None:
+        return None
+    most = int(result.history["contact_cells"].max())
+    needed = math.ceil(0.25 * math.pi * FEWEST_CELLS**2)
+    if most >= needed:
+        return None
+    return (
+        f"grid.points: the contact has at most {most} cell{'s' * (most != 1)}; errors below a few per cent need"
+        f" {needed} or more, as many as a round contact of {FEWEST_CELLS} cells across has"
+    )
+
+
+def _in_cells(number: float) -> str:
+    """Write a number of cells, never rounded up to a limit that it misses."""
+    return f"{number:.2g}" if number < 1.0 else f"{math.floor(10.0 * number) / 10.0:.1f}"

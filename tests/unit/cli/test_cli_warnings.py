@@ -88,6 +88,10 @@ def test_no_warning_where_the_theory_does_not_apply(tmp_path: Path) -> None:
     assert case_warnings(setup_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
 
 
+def test_no_warning_below_the_friction_limit(tmp_path: Path) -> None:
+    assert case_warnings(setup_of(tmp_path, "load_path.1.Qx=39.9 N")) == []
+
+
 @pytest.mark.parametrize("command", ["validate", "run", "check"])
 def test_commands_warn_alike_and_once(command: str, tmp_path: Path) -> None:
     text = CASE.replace("friction: 0.1\n", "").replace("{Qx: 20 N, increments: 4}", "{delta_x: 1 um}")

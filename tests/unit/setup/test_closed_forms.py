@@ -12,7 +12,6 @@ from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.setup.slip_forecast import first_slide, smallest_stick
 
 P = {"P": 400.0}
 CYCLE = [P, {"Qx": 36.0}, {"Qx": -36.0}, {"Qx": 18.0}]
@@ -106,8 +105,8 @@ def test_torsion_is_exact_where_the_directions_interact() -> None:
 
 
 def smallest(*stages: dict[str, float], **parts: Any) -> tuple[int, float, str] | None:
-    found = smallest_stick(forms_of(*stages, **parts))
-    return None if found is None else (found.stage, found.radius, found.source)
+    found = forms_of(*stages, **parts).smallest_stick()
+    return None if found is None else (found.stage, found.value, found.source)
 
 
 def test_smallest_stick_zone() -> None:
@@ -133,12 +132,6 @@ def test_smallest_stick_zone() -> None:
 )
 def test_where_no_closed_form_gives_the_stick_zone(stages: list[Any], parts: dict[str, Any]) -> None:
     assert smallest(*stages, **parts) is None
-
-
-def test_nothing_slides_below_the_limit() -> None:
-    assert first_slide(forms_of(P, {"Qx": 39.99})) is None
-    slide = first_slide(forms_of(P, {"Qx": 30.0}, {"Qx": 41.0}))
-    assert (slide.stage, slide.component, slide.load, slide.carried) == (2, "Qx", 41.0, pytest.approx(40.0))
 
 
 def test_width_of_other_shapes() -> None:
