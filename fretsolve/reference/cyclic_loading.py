@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -143,10 +142,29 @@ def cyclic_loading(
 def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
     """Return the turning points of `loads` that the contact still remembers, from 0 to the last load.
 
-    A branch that goes beyond the one before it closes that loop and wipes it out (Mindlin & Deresiewicz 1953).
-    Changes of no more than `least` do not count.
+    A branch that goes beyond the one before it closes that loop and wipes it out. Changes up to `least` do not count.
     """
+    return _trace(loads, least)[0]
+
+
+def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> float:
+    """Return the energy dissipated on a path of `loads` from 0.
+
+    per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of it, a later
+    branch half of that of a cycle of half its length, a closed loop all of it.
+    """
+    points, closed = _trace(loads)
+    lengths = [abs(after - before) for before, after in itertools.pairwise(points)]
+    opened = [(0.5, 0.5 * length) if index else (0.25, length) for index, length in enumerate(lengths)]
+    return sum(cycles * per_cycle(load) for cycles, load in (*opened, *closed))
+
+
+def _trace(
+    loads: Sequence[float], least: float = 0.0
+) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+    """Return the remembered turning points, and for each closed loop its number of cycles and their load."""
     points = [0.0]
+    closed: list[tuple[float, float]] = []
     for load in loads:
         if abs(load - points[-1]) <= least:
             continue
@@ -155,35 +173,11 @@ def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
         else:
             points.append(load)
         while len(points) > 2:
-            first_loading = len(points) == 3
-            before = abs(points[-2] - points[-3]) * (2.0 if first_loading else 1.0)
-            if abs(points[-1] - points[-2]) < before * (1.0 - SAME):
+            on_first_loading = len(points) == 3
+            before = abs(points[-2] - points[-3])
+            if abs(points[-1] - points[-2]) < before * (2.0 if on_first_loading else 1.0) * (1.0 - SAME):
                 break
-            del points[-2 if first_loading else -3 : -1]
-    return tuple(points)
-
-
-def dissipated(path: Sequence[float], per_cycle: Callable[[float], float]) -> float:
-    """Return the energy dissipated on a `path` of loads from 0.
-
-    per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of it, each later
-    branch half of that of a cycle of half its length. A branch that closes a loop goes on as the one that the loop
-    began from.
-    """
-    total, here, turned = 0.0, 0.0, [0.0]
-    for load in path:
-        if (load - here) * (here - turned[-1]) < 0.0:
-            turned.append(here)
-        while load != here:
-            start, first = turned[-1], len(turned) == 1
-            loop = math.inf if first else abs(start - turned[-2]) * (2.0 if len(turned) == 2 else 1.0)
-            reached = load if abs(load - start) <= loop else start + math.copysign(loop, load - start)
-            total += _on_branch(reached - start, first, per_cycle) - _on_branch(here - start, first, per_cycle)
-            if reached != load:
-                del turned[1 if len(turned) == 2 else -2 :]
-            here = reached
-    return total
-
-
-def _on_branch(length: float, first: bool, per_cycle: Callable[[float], float]) -> float:
-    return per_cycle(abs(length)) / 4.0 if first else per_cycle(abs(length) / 2.0) / 2.0
+            # On first loading the branch goes through the mirror image of its start, after half a cycle.
+            closed.append((0.5, before) if on_first_loading else (1.0, 0.5 * before))
+            del points[-2 if on_first_loading else -3 : -1]
+    return tuple(points), closed

@@ -82,19 +82,6 @@ def cattaneo_mindlin(
     return CattaneoMindlin(hertz, friction, shear_force, tangential_compliance)
 
 
-def mindlin_unloading(
-    hertz: HertzContact, friction: float, largest: float, shear_force: float, tangential_compliance: float
-) -> float:
-    """Return the rigid displacement at `shear_force` on the way from `largest` = Q* to -Q*: d(Q*) - 2 d((Q* - Q)/2).
-
-    Mindlin & Deresiewicz (1953), |Q| <= |Q*| <= mu P.
-    """
-    require(abs(shear_force) <= abs(largest), "the shear force must lie between plus and minus the largest")
-    peak = cattaneo_mindlin(hertz, friction, largest, tangential_compliance).delta_x
-    back = cattaneo_mindlin(hertz, friction, 0.5 * (largest - shear_force), tangential_compliance).delta_x
-    return peak - 2.0 * back
-
-
 def full_stick_compliance(contact_radius: float, tangential_compliance: float) -> float:
     """Return the rigid displacement per shear force (mm/N) of a circular contact without slip: S/8a, Mindlin (1949)."""
     require(contact_radius > 0.0, "the contact radius must be positive")

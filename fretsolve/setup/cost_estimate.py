@@ -185,7 +185,7 @@ def _seconds(setup: ProblemSetup, compiled: bool) -> dict[Part, float]:
 
 
 def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> CaseError | None:
-    """Return the error of a grid that this machine's memory cannot hold; None where it can, or where that is unknown."""
+    """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown."""
     needed, there = (expected or estimate(setup)).memory, _machine_bytes()
     if there is None or needed <= there:
         return None

@@ -103,7 +103,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     for stage, load, hertz in zip(stages, setup.closed_forms.loads, setup.closed_forms.hertz, strict=True):
         pressed = load.get("P", hertz.contact.load if hertz is not None else math.inf)
         force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
-        carried = full_slip_torque(hertz.circle, friction) if hertz is not None and hertz.circle is not None else math.inf
+        circle = hertz.circle if hertz is not None else None
+        carried = full_slip_torque(circle, friction) if circle is not None else math.inf
         if 0.0 < force >= friction * pressed:
             name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
             motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {friction * pressed:.6g} N (mu P)"
