@@ -30,19 +30,19 @@ class HertzContact:
 
     def pressure(self, r: DoubleArray) -> DoubleArray:
         """Return p0 sqrt(1 - r^2/a^2) at distances `r` from the centre; 0 outside."""
-        return self.max_pressure * semicircle(r, self.contact_radius)
+        return self.max_pressure * _semicircle(r, self.contact_radius)
 
 
 def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Press a sphere by `load` > 0; Johnson (4.22-4.24): a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R."""
-    require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
+    """Return a sphere's contact at `load` > 0; Johnson (4.22-4.24): a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R."""
+    _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     a = math.cbrt(0.75 * load * radius / contact_modulus)
     return HertzContact(load, a, 1.5 * load / (math.pi * a**2), a**2 / radius)
 
 
 def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Press a sphere in by `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
-    require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
+    """Return a sphere's contact at the approach `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
+    _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
     a = math.sqrt(radius * delta_z)
     load = 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
     return HertzContact(load, a, 2.0 * contact_modulus * a / (math.pi * radius), delta_z)
@@ -65,11 +65,11 @@ class EllipticContact:
 
     def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
         """Return the pressure at points `x`, `y` (of shapes that broadcast) along the principal axes; 0 outside."""
-        return self.max_pressure * semicircle(np.hypot(x / self.semi_axis_x, y / self.semi_axis_y), 1.0)
+        return self.max_pressure * _semicircle(np.hypot(x / self.semi_axis_x, y / self.semi_axis_y), 1.0)
 
 
 def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> EllipticContact:
-    """Press bodies with the separation x^2/2Rx + y^2/2Ry, positive radii, by `load` > 0; Johnson, section 4.2.
+    """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
 
     With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
     1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
@@ -78,7 +78,7 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
     from scipy.optimize import brentq
     from scipy.special import ellipkm1, elliprd
 
-    require(min(load, radius_x, radius_y, contact_modulus) > 0.0, "load, radii and modulus must be positive")
+    _require(min(load, radius_x, radius_y, contact_modulus) > 0.0, "load, radii and modulus must be positive")
     long_radius, short_radius = max(radius_x, radius_y), min(radius_x, radius_y)
 
     def mismatch(log_axis_ratio: float) -> float:
@@ -99,7 +99,7 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
     """Return b = sqrt(4 P' R/pi E*) of a cylinder under P' N/mm; Johnson (4.43)."""
-    require(min(load_per_length, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
+    _require(min(load_per_length, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     return math.sqrt(4.0 * load_per_length * radius / (math.pi * contact_modulus))
 
 
@@ -125,8 +125,8 @@ class FlatPunch:
 
 
 def boussinesq_punch(load: float, radius: float, contact_modulus: float) -> FlatPunch:
-    """Press a flat punch of `radius` > 0 by `load` >= 0: P = 2 a E* delta_z, Johnson, section 3.4."""
-    require(load >= 0.0 and radius > 0.0 and contact_modulus > 0.0, "radius and modulus must be positive")
+    """Return the contact of a flat punch of `radius` > 0 at `load` >= 0: P = 2 a E* delta_z, Johnson, section 3.4."""
+    _require(load >= 0.0 and radius > 0.0 and contact_modulus > 0.0, "radius and modulus must be positive")
     return FlatPunch(load, radius, load / (2.0 * radius * contact_modulus))
 
 
@@ -146,35 +146,34 @@ class ConeContact:
 
 
 def love_cone(load: float, angle: float, contact_modulus: float) -> ConeContact:
-    """Press a cone whose flank makes `angle` (rad, in (0, pi/2)) with the contact plane by `load` > 0.
+    """Return the contact at `load` > 0 of a cone whose flank makes `angle` (rad, below pi/2) with the contact plane.
 
     Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t, p_m = (E*/2) t.
     """
-    require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
+    _require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
     slope = _slope(angle)
     a = math.sqrt(2.0 * load / (math.pi * contact_modulus * slope))
     return ConeContact(load, a, 0.5 * math.pi * a * slope, 0.5 * contact_modulus * slope)
 
 
 def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeContact:
-    """Press the cone of `love_cone` in by `delta_z` > 0."""
-    require(delta_z > 0.0 and contact_modulus > 0.0, "approach and modulus must be positive")
+    """Return the contact of the cone of `love_cone` at the approach `delta_z` > 0."""
+    _require(delta_z > 0.0 and contact_modulus > 0.0, "approach and modulus must be positive")
     slope = _slope(angle)
     a = 2.0 * delta_z / (math.pi * slope)
     return ConeContact(0.5 * math.pi * a**2 * contact_modulus * slope, a, delta_z, 0.5 * contact_modulus * slope)
 
 
 def _slope(angle: float) -> float:
-    require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
+    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
     return math.tan(angle)
 
 
-def semicircle(r: DoubleArray, radius: float) -> DoubleArray:
+def _semicircle(r: DoubleArray, radius: float) -> DoubleArray:
     """Return sqrt(1 - r^2/radius^2), 0 outside."""
     return np.asarray(np.sqrt(np.maximum(1.0 - np.square(r / radius), 0.0)))
 
 
-def require(condition: bool, message: str) -> None:
-    """Raise ValueError unless `condition` holds."""
+def _require(condition: bool, message: str) -> None:
     if not condition:
         raise ValueError(message)

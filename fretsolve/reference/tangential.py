@@ -8,12 +8,12 @@ of `fretsolve.model.materials.Compliances`. Every function raises ValueError out
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from fretsolve.reference.hertz import HertzContact, require, semicircle
+from fretsolve.reference.hertz import HertzContact
 from fretsolve.system.arrays import DoubleArray
 
 
@@ -62,11 +62,13 @@ class CattaneoMindlin:
         return 0.9 * limit**2 / self.hertz.contact_radius * self.compliance * braces
 
     def shear(self, r: DoubleArray) -> DoubleArray:
-        """Return the shear at distances `r` from the centre: mu p minus the stick zone's part."""
+        """Return the shear at distances `r` from the centre: mu p minus that of a Hertz contact in the stick zone."""
         a, c = self.hertz.contact_radius, self.stick_radius
-        relief = c / a * semicircle(r, c) if c > 0.0 else 0.0
-        limit = self.friction * self.hertz.max_pressure
-        return math.copysign(limit, self.shear_force) * np.asarray(semicircle(r, a) - relief)
+        shear = math.copysign(self.friction, self.shear_force) * self.hertz.pressure(r)
+        if c > 0.0:
+            inner = replace(self.hertz, contact_radius=c, max_pressure=c / a * self.hertz.max_pressure)
+            shear -= math.copysign(self.friction, self.shear_force) * inner.pressure(r)
+        return shear
 
     @property
     def _fraction(self) -> float:
@@ -76,15 +78,17 @@ class CattaneoMindlin:
 def cattaneo_mindlin(
     hertz: HertzContact, friction: float, shear_force: float, tangential_compliance: float
 ) -> CattaneoMindlin:
-    """Apply a shear force Q, |Q| <= mu P, mu > 0, at constant load."""
+    """Return the contact under a shear force Q, |Q| <= mu P, mu > 0, at constant load."""
     limit = friction * hertz.load
-    require(friction > 0.0 and abs(shear_force) <= limit, f"the force must not exceed mu P = {limit:g} N")
+    if friction <= 0.0 or abs(shear_force) > limit:
+        raise ValueError(f"the force must not exceed mu P = {limit:g} N")
     return CattaneoMindlin(hertz, friction, shear_force, tangential_compliance)
 
 
 def full_stick_compliance(contact_radius: float, tangential_compliance: float) -> float:
     """Return the rigid displacement per shear force (mm/N) of a circular contact without slip: S/8a, Mindlin (1949)."""
-    require(contact_radius > 0.0, "the contact radius must be positive")
+    if contact_radius <= 0.0:
+        raise ValueError("the contact radius must be positive")
     return tangential_compliance / (8.0 * contact_radius)
 
 
@@ -128,7 +132,7 @@ def full_slip_torque(hertz: HertzContact, friction: float) -> float:
 
 
 def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compliance: float) -> LubkinContact:
-    """Apply a torque below full slip in magnitude, mu > 0, to a Hertz contact; Lubkin (1951).
+    """Return the contact under a torque below full slip in magnitude, mu > 0; Lubkin (1951).
 
     The shear is a superposition g(b) r/sqrt(b^2 - r^2) of rigid rotations of circles with radii b from c to a
     (Johnson, 3.9). An Abel transform of mu p gives g = (2 mu p0/pi) E/b, E of the modulus sqrt(1 - b^2/a^2);
@@ -140,7 +144,8 @@ def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compli
     from scipy.special import ellipe, elliprd
 
     full = full_slip_torque(hertz, friction)
-    require(abs(torque) < full, f"the torque must be below that of full slip, {full:g} N.mm")
+    if abs(torque) >= full:
+        raise ValueError(f"the torque must be below that of full slip, {full:g} N.mm")
     p0, a = hertz.max_pressure, hertz.contact_radius
 
     def excess(share: float) -> float:  # t = 1 - width s keeps small widths 1 - c/a exact
@@ -167,7 +172,8 @@ def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
     from scipy.optimize import brentq
     from scipy.special import ellipkm1
 
-    require(friction >= 0.0, "the friction coefficient must not be negative")
+    if friction < 0.0:
+        raise ValueError("the friction coefficient must not be negative")
     if dundurs_constant == 0.0:
         return 1.0
     ratio = friction / abs(dundurs_constant)

@@ -128,7 +128,7 @@ class ClosedForms:
             for load in self.loads
         )
 
-    @property
+    @cached_property
     def largest(self) -> HertzForm | None:
         """Hertz's contact at the largest normal load; None where the contact is ever tilted."""
         found = [] if any(map(_is_tilted, self.loads)) else [form for form in self.hertz if form is not None]
