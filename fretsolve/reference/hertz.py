@@ -34,14 +34,14 @@ class HertzContact:
 
 
 def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Return a sphere's contact at `load` > 0; Johnson (4.22-4.24): a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R."""
+    """Return a sphere's contact at `load` > 0: a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R; Johnson (4.22)."""
     _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     a = math.cbrt(0.75 * load * radius / contact_modulus)
     return HertzContact(load, a, 1.5 * load / (math.pi * a**2), a**2 / radius)
 
 
 def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Return a sphere's contact at the approach `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
+    """Return a sphere's contact at `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
     _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
     a = math.sqrt(radius * delta_z)
     load = 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
