@@ -25,7 +25,8 @@ from calibration_truth import (
 
 from fretsolve.case import Case
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.setup.problem_setup import set_up
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}

@@ -10,16 +10,9 @@ import math
 from collections.abc import Callable, Mapping
 
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import (
-    boussinesq_punch,
-    cattaneo_mindlin,
-    full_slip_torque,
-    hertz_elliptic,
-    hertz_sphere,
-    love_cone,
-    lubkin,
-    mindlin_unloading,
-)
+from fretsolve.reference.cyclic_loading import CyclicLoading
+from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
+from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque, lubkin
 
 Truth = Mapping[int, Mapping[str, float]]
 """Values of the history at the end of stages (1-based)."""
@@ -83,8 +76,8 @@ def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable
         }
         values: dict[int, Mapping[str, float]] = {**hertz(pair), 2: first}
         if back:
-            unloaded = mindlin_unloading(contact, friction, force, 0.0, pair.tangential)
-            values[3] = {"delta_x": unloaded}
+            unloaded = CyclicLoading(contact, (0.0, 0.0), friction, pair.tangential, (1.0, 0.0), (force, 0.0))
+            values[3] = {"delta_x": unloaded.displacements()["delta_x"]}
             values[4] = {
                 "delta_x": -found.delta_x,
                 "stick_radius": found.stick_radius,

@@ -44,7 +44,8 @@ from pathlib import Path
 
 from programs.task import Answer, Task
 
-from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin
 
 WORKERS = Path(__file__).resolve().parent / "programs"
 GRIDS = (256, 512)

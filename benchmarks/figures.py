@@ -34,7 +34,8 @@ import transform_lengths
 from marked import printed, put_parts_into
 
 import fretsolve
-from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin, spence_stick_ratio
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 

@@ -30,14 +30,8 @@ from fretsolve import plots
 from fretsolve.model.materials import compliances
 from fretsolve.plots.canvas import own_style
 from fretsolve.plots.labels import CLOSED_FORM, marks
-from fretsolve.reference.closed_forms import (
-    HertzContact,
-    cattaneo_mindlin,
-    hertz_sphere,
-    lubkin,
-    mindlin_displacement,
-    spence_stick_ratio,
-)
+from fretsolve.reference.hertz import HertzContact, hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result
 from fretsolve.result.stored_case import stored_case
 
@@ -176,9 +170,9 @@ def figure_13() -> Figure:
 def _mindlin_loop(axes: Axes) -> None:
     force = np.linspace(0.0, 36.0, 60)
     contact, compliance = hertz(), tangential_compliance()
-    loading = np.array([mindlin_displacement(contact, FRICTION, q, compliance) for q in force])
+    loading = np.array([cattaneo_mindlin(contact, FRICTION, q, compliance).delta_x for q in force])
     back = np.linspace(36.0, -36.0, 120)
-    half = np.array([mindlin_displacement(contact, FRICTION, 0.5 * (36.0 - q), compliance) for q in back])
+    half = np.array([cattaneo_mindlin(contact, FRICTION, 0.5 * (36.0 - q), compliance).delta_x for q in back])
     unloading = loading[-1] - 2.0 * half
     displacement = np.concatenate([loading, unloading, -unloading])
     label = "Mindlin (closed form)"

@@ -25,7 +25,8 @@ from marked import data_file, put_parts_into, write_csv
 import fretsolve
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import full_slip_torque, hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import set_up
 

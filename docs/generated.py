@@ -44,7 +44,7 @@ RESULTS = {
     "fretsolve.result.state": ("State", "Summary", "Fields", "Zone"),
 }
 PICTURES = "fretsolve.plots"
-CLOSED_FORMS = "fretsolve.reference.closed_forms"
+CLOSED_FORMS = ("fretsolve.reference.hertz", "fretsolve.reference.tangential", "fretsolve.reference.cyclic_loading")
 
 
 def case_file() -> Iterator[str]:
@@ -229,9 +229,10 @@ def python_pictures() -> Iterator[str]:
 def python_closed_forms() -> Iterator[str]:
     """Return a table of the functions of the closed forms, and of the classes that they return."""
     rows = []
-    for name, subject in vars(importlib.import_module(CLOSED_FORMS)).items():
-        if callable(subject) and subject.__module__ == CLOSED_FORMS and name[0] != "_":
-            rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
+    for module in CLOSED_FORMS:
+        for name, subject in vars(importlib.import_module(module)).items():
+            if callable(subject) and subject.__module__ == module and name[0] != "_":
+                rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
     yield from _table(("function or class", "meaning"), rows)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from fretsolve import run
 from fretsolve.case import Case
 from fretsolve.model.materials import compliances
-from fretsolve.reference.closed_forms import hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import State
 from fretsolve.simulation.simulation import set_up
 

@@ -14,7 +14,7 @@ from fretsolve.commands.case_summary import warn
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.setup.warnings import doubts
+from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending, writing
 
@@ -125,7 +125,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         require_memory(setup)
     except FretsolveError as error:
         return CheckedCase(path, error=error)
-    warn(setup, *doubts(setup))
+    warn(setup, *case_warnings(setup))
     failure = None
     try:
         for state in run(setup):

@@ -19,9 +19,7 @@ from fretsolve.export.text_report import print_report
 from fretsolve.result import open_result
 from fretsolve.setup.accuracy import verdict
 from fretsolve.setup.cost_estimate import disk_problem
-from fretsolve.setup.hertz import hertz_contact
-from fretsolve.setup.resolution import doubt_of_result
-from fretsolve.setup.warnings import doubts
+from fretsolve.setup.warnings import case_warnings, warning_of_result
 
 if TYPE_CHECKING:
     from fretsolve.result import HistoryWriter, Result
@@ -72,7 +70,7 @@ class QuietMessages:
             self.warn(text)
 
     def _warnings(self) -> Iterator[str]:
-        yield from doubts(self.setup)
+        yield from case_warnings(self.setup)
         too_large = None if self.options.resume else disk_problem(self.setup, self.options.output)
         if too_large is not None:
             yield f"{dotted(too_large.key)}: {too_large.message}"
@@ -101,7 +99,7 @@ class QuietMessages:
             self._report(result)
 
     def _report(self, result: Result) -> None:
-        few_cells = doubt_of_result(self.setup, hertz_contact(self.setup), result)
+        few_cells = warning_of_result(self.setup, result)
         if few_cells is not None:
             self.warn(few_cells)
         reached = verdict(result.effective_case.get("solver", {}), result.history)
@@ -240,7 +238,7 @@ class JsonMessages(QuietMessages):
         json_line("end", **outcome, resume=self.options.resuming)
 
     def _report(self, result: Result) -> None:
-        few_cells = doubt_of_result(self.setup, hertz_contact(self.setup), result)
+        few_cells = warning_of_result(self.setup, result)
         if few_cells is not None:
             self.warn(few_cells)
         outcome = {"status": result.status, "result": str(self.options.output), "increments": result.increments}

@@ -9,7 +9,7 @@ from fretsolve.case import Body, Case, ElasticBody
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.model.terms import Terms
-from fretsolve.reference.closed_forms import spence_stick_ratio
+from fretsolve.reference.tangential import spence_stick_ratio
 
 UNCOUPLED_BELOW = 1e-12
 """Bodies count as alike below this |Dundurs' constant|: it is the rounding of equal elastic constants."""

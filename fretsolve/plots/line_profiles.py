@@ -16,7 +16,7 @@ from fretsolve.plots.canvas import Target, canvas
 from fretsolve.plots.labels import CLOSED_FORM, marks, readable, short_number
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
 from fretsolve.plots.maps import NAMES
-from fretsolve.plots.reference import ClosedForm, hertz_pressure, shear_form
+from fretsolve.plots.reference import Curve, hertz_pressure, shear_form
 from fretsolve.plots.snapshot import (
     VECTORS,
     Snapshot,
@@ -128,7 +128,7 @@ class _Panel:
     def draw(self) -> list[Line2D]:
         """Draw the panel, and return its lines for the legend."""
         found: list[Line2D] = []
-        forms: list[tuple[ClosedForm, list[int]]] = []
+        forms: list[tuple[Curve, list[int]]] = []
         inside = (self.line.along >= self.limits[0]) & (self.line.along <= self.limits[1])
         for snapshot, mark in zip(self.snapshots, marks(len(self.snapshots)), strict=True):
             rows = np.atleast_2d(self.line.cut(snapshot.field(self.name)))
@@ -152,7 +152,7 @@ class _Panel:
         self.axes.set_title(self.line.text)
         return found
 
-    def _draw_forms(self, forms: Sequence[tuple[ClosedForm, Sequence[int]]]) -> list[Line2D]:
+    def _draw_forms(self, forms: Sequence[tuple[Curve, Sequence[int]]]) -> list[Line2D]:
         """Draw the closed forms, once if those of several increments are the same."""
         along = np.linspace(*self.limits, CURVE_POINTS)
         found: list[Line2D] = []
@@ -171,7 +171,7 @@ class _Panel:
         return f"{NAMES[self.name]} {components}".rstrip()
 
 
-def _closed_form(snapshot: Snapshot, name: str) -> ClosedForm | None:
+def _closed_form(snapshot: Snapshot, name: str) -> Curve | None:
     if name == "pressure":
         return hertz_pressure(snapshot.result, snapshot.step)
     return shear_form(snapshot.result, snapshot.step) if name == "shear" else None

@@ -1,15 +1,17 @@
-"""Cattaneo, Mindlin and Lubkin on a load that goes to and fro at a constant normal force."""
+"""Cattaneo, Mindlin and Lubkin under a cyclic load at a constant normal force; Mindlin & Deresiewicz (1953)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from fretsolve.reference.closed_forms import (
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.tangential import (
     CattaneoMindlin,
-    HertzContact,
     LubkinContact,
     cattaneo_mindlin,
     full_slip_torque,
@@ -21,13 +23,148 @@ SAME = 1e-6
 """Loads that differ by no more than this, relative to the load they go with, are equal."""
 
 
-def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
-    """The turning points of `loads` that the contact still remembers, from 0 to the last load.
+@dataclass(frozen=True)
+class CyclicLoading:
+    """A Hertz contact about `center` (mm) under a force along `direction`, or (None) under a torque.
 
-    A branch that goes beyond the one before it closes that loop and wipes it out (Mindlin & Deresiewicz 1953).
-    Changes of no more than `least` are none.
+    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques.
     """
+
+    hertz: HertzContact
+    center: tuple[float, float]
+    friction: float
+    compliance: float
+    direction: tuple[float, float] | None
+    path: tuple[float, ...]
+
+    @property
+    def source(self) -> str:
+        """The authors of the solution."""
+        return (LubkinContact if self.direction is None else CattaneoMindlin).source
+
+    @property
+    def component(self) -> str:
+        """The load component that acts, the larger one of Qx and Qy."""
+        if self.direction is None:
+            return "Mz"
+        return "Qx" if abs(self.direction[0]) >= abs(self.direction[1]) else "Qy"
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude on the path."""
+        return max(map(abs, self.path))
+
+    @property
+    def limit(self) -> float:
+        """The force that friction carries, or just below the torque that it does."""
+        if self.direction is None:
+            return full_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
+        return self.friction * self.hertz.load
+
+    @property
+    def stick_radius(self) -> float:
+        """Radius c, decided by the branch after the last turning point."""
+        return self.on_loading(self._branches[-1][1]).stick_radius if self._branches else self.hertz.contact_radius
+
+    def displacements(self) -> dict[str, float]:
+        """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
+        total = 0.0
+        for times, load in self._branches:
+            branch = self.on_loading(load)
+            total += times * (branch.phi_z if isinstance(branch, LubkinContact) else branch.delta_x)
+        if self.direction is None:
+            return {"phi_z": total}
+        return {
+            name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part
+        }
+
+    def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Return the shear (2, n) at points (n,): of first loading, plus twice that of half of each later branch."""
+        along_x, along_y = x - self.center[0], y - self.center[1]
+        r = np.hypot(along_x, along_y)
+        total = np.zeros_like(r)
+        for times, load in self._branches:
+            total += times * self.on_loading(load).shear(r)
+        if self.direction is None:
+            return np.stack([-total * along_y, total * along_x]) / np.maximum(r, np.finfo(float).tiny)
+        return np.stack([total * self.direction[0], total * self.direction[1]])
+
+    def dissipated_energy(self) -> float:
+        """Return what the force has dissipated on its path (N mm)."""
+        return dissipated(
+            self.path, lambda load: cattaneo_mindlin(self.hertz, self.friction, load, self.compliance).work_per_cycle
+        )
+
+    @cached_property
+    def _branches(self) -> tuple[tuple[float, float], ...]:
+        """Loads on first loading and how often each counts: later branches count as two halves (Masing)."""
+        arm = 1.0 if self.direction is not None else self.hertz.contact_radius
+        points = remembered(self.path, SAME * self.friction * self.hertz.load * arm)
+        lengths = [after - before for before, after in itertools.pairwise(points)]
+        return tuple((2.0, 0.5 * length) if index else (1.0, length) for index, length in enumerate(lengths))
+
+    def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
+        """Return the solution on first loading, at most that of full slip."""
+        solve = lubkin if self.direction is None else cattaneo_mindlin
+        return solve(self.hertz, self.friction, max(-self.limit, min(self.limit, load)), self.compliance)
+
+
+def cyclic_loading(
+    hertz: HertzContact,
+    friction: float,
+    compliances: tuple[float, float],
+    loads: tuple[DoubleArray, DoubleArray, DoubleArray, DoubleArray],
+    center: tuple[float, float] = (0.0, 0.0),
+) -> CyclicLoading | None:
+    """Return the solution after a path of loads; None where there is none, or without friction.
+
+    loads: P, Qx, Qy and Mz about the centre, each (n,). There is a solution under a force in one direction or a torque,
+    while P is constant. hertz: the contact under the last P. compliances: tangential and torsional (1/MPa).
+    """
+    P, Qx, Qy, Mz = loads
+    nothing = SAME * friction * hertz.load
+    force, torque = np.hypot(Qx, Qy), np.abs(Mz) / hertz.contact_radius
+    if friction == 0.0 or (force.max() > nothing and torque.max() > nothing):
+        return None
+    moved = np.flatnonzero(np.maximum(force, torque) > nothing)
+    if len(moved) and np.ptp(P[max(moved[0] - 1, 0) :]) > SAME * hertz.load:
+        return None
+    if torque.max() > nothing:
+        return CyclicLoading(hertz, center, friction, compliances[1], None, tuple(Mz.tolist()))
+    largest, length = int(force.argmax()), float(force.max()) or 1.0
+    direction = (float(Qx[largest]) / length, float(Qy[largest]) / length)
+    if np.abs(direction[0] * Qy - direction[1] * Qx).max() > nothing:
+        return None
+    path = tuple((direction[0] * Qx + direction[1] * Qy).tolist())
+    return CyclicLoading(hertz, center, friction, compliances[0], direction, path)
+
+
+def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
+    """Return the turning points of `loads` that the contact still remembers, from 0 to the last load.
+
+    A branch that goes beyond the one before it closes that loop and wipes it out. Changes up to `least` do not count.
+    """
+    return _trace(loads, least)[0]
+
+
+def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> float:
+    """Return the energy dissipated on a path of `loads` from 0.
+
+    per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of it, a later
+    branch half of that of a cycle of half its length, a closed loop all of it.
+    """
+    points, closed = _trace(loads)
+    lengths = [abs(after - before) for before, after in itertools.pairwise(points)]
+    opened = [(0.5, 0.5 * length) if index else (0.25, length) for index, length in enumerate(lengths)]
+    return sum(cycles * per_cycle(load) for cycles, load in (*opened, *closed))
+
+
+def _trace(
+    loads: Sequence[float], least: float = 0.0
+) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+    """Return the remembered turning points, and for each closed loop its number of cycles and their load."""
     points = [0.0]
+    closed: list[tuple[float, float]] = []
     for load in loads:
         if abs(load - points[-1]) <= least:
             continue
@@ -36,64 +173,11 @@ def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
         else:
             points.append(load)
         while len(points) > 2:
-            first_loading = len(points) == 3
-            before = abs(points[-2] - points[-3]) * (2.0 if first_loading else 1.0)
-            if abs(points[-1] - points[-2]) < before * (1.0 - SAME):
+            on_first_loading = len(points) == 3
+            before = abs(points[-2] - points[-3])
+            if abs(points[-1] - points[-2]) < before * (2.0 if on_first_loading else 1.0) * (1.0 - SAME):
                 break
-            del points[-2 if first_loading else -3 : -1]
-    return tuple(points)
-
-
-@dataclass(frozen=True)
-class TangentialForm:
-    """A Hertz contact about `center` (mm) under a force along `direction`, or (None) under a torque.
-
-    compliance: tangential or torsional (1/MPa); points: the load's turning points as `remembered` has them.
-    """
-
-    hertz: HertzContact
-    center: tuple[float, float]
-    friction: float
-    compliance: float
-    direction: tuple[float, float] | None
-    points: tuple[float, ...]
-
-    @property
-    def name(self) -> str:
-        """Its authors."""
-        return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
-
-    @property
-    def force(self) -> str:
-        """The load component that is moved most."""
-        if self.direction is None:
-            return "Mz"
-        return "Qx" if abs(self.direction[0]) >= abs(self.direction[1]) else "Qy"
-
-    def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Shear (2, n) at points (n,): that of first loading, and twice that of half of each later branch."""
-        across, along = x - self.center[0], y - self.center[1]
-        r = np.hypot(across, along)
-        total = np.zeros_like(r)
-        for index, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False)):
-            times = 1.0 if index == 0 else 2.0
-            total += times * self._on_loading((after - before) / times).shear(r)
-        if self.direction is None:
-            return np.stack([-total * along, total * across]) / np.maximum(r, np.finfo(float).tiny)
-        return np.stack([total * self.direction[0], total * self.direction[1]])
-
-    def stick_ratio(self) -> float:
-        """c/a, which the branch after the last turning point decides."""
-        if len(self.points) < 2:
-            return 1.0
-        times = 1.0 if len(self.points) == 2 else 2.0
-        solution = self._on_loading((self.points[-1] - self.points[-2]) / times)
-        return solution.stick_radius / self.hertz.contact_radius
-
-    def _on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
-        """The solution on first loading, at most that of full slip."""
-        if self.direction is None:
-            limit = full_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
-            return lubkin(self.hertz, self.friction, max(-limit, min(limit, load)), self.compliance)
-        limit = self.friction * self.hertz.load
-        return cattaneo_mindlin(self.hertz, self.friction, max(-limit, min(limit, load)), self.compliance)
+            # On first loading the branch goes through the mirror image of its start, after half a cycle.
+            closed.append((0.5, before) if on_first_loading else (1.0, 0.5 * before))
+            del points[-2 if on_first_loading else -3 : -1]
+    return tuple(points), closed

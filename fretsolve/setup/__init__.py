@@ -1,0 +1,7 @@
+"""Problem setup: everything that is known of a case before it is solved.
+
+In: a `Case`. Out: a `ProblemSetup` with the model, the grid (sized by the loads on demand), the load path and the
+closed forms that hold; from it the warnings, the estimate of memory and time, and what an accuracy picks.
+
+    setup = set_up(load_case("case.yaml")); setup.closed_forms.largest; case_warnings(setup); estimate(setup).memory
+"""

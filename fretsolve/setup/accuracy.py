@@ -1,7 +1,7 @@
-"""What an accuracy that is asked for comes to: the settings that it picks, and whether the error bars of a run meet it.
+"""Pick the settings that an accuracy asks for, and judge by the error bars of a run whether it is met.
 
-The settings come from laws that were measured, not from the case's own errors; those are told by its error bars. All
-errors here are in parts of a scale of their kind (`SCALES`), at the ends of stages.
+The settings follow from measured laws (docs/accuracy.md), not from the case's own errors, which the error bars give.
+All errors are at the ends of stages, in parts of a scale of their kind (`scales`).
 """
 
 from __future__ import annotations
@@ -9,50 +9,63 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case import Case, SolverSpec
+from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
-if TYPE_CHECKING:
-    from fretsolve.case import Case, SolverSpec
-    from fretsolve.model.load_path import LoadPath
-
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
-"""Error bars of the cells, where the contact is this many cells across: at most about this, of the stick radius, and
-how they fall with the number of cells. docs/error_bars.md has them."""
+"""With this many cells across the contact the error bars of the cells are at most about this, that of the stick radius,
+and fall with this order of the number of cells (docs/error_bars.md)."""
 
 SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
-"""Error bar of the work where the slip annulus is a cell wide, and the order with which it falls with its cells:
-between bodies alike under shear, and between bodies that differ and are pressed together."""
+"""Error bar of the dissipated energy where the slip annulus is a cell wide, and the order with which it falls with the
+cells of the annulus: for similar bodies under shear, and for dissimilar bodies pressed together."""
 
 MOST_FOR_SLIP = 4.0
-"""Times as many cells, or increments, as else are taken at most for a narrow annulus: its work is next to nothing."""
+"""Limit on the factor of cells or increments for a narrow annulus, which dissipates next to nothing."""
 
 FEWEST_POINTS = 32
 
 ROUND_POINTS = 4
-"""Points per side are a multiple of it, so that the companion runs have just half of them."""
+"""Points per side are a multiple of it, so that the coarse runs have exactly half of them."""
 
 INCREMENTS_ERROR, INCREMENTS_ORDER = 0.06, 1.35
-"""Error bars of the increments that `increments: auto` takes by itself: about this of the work, and how they fall with
-their number. Those of displacements begin at a third of it and fall with an order of 1."""
+"""Error bar of the dissipated energy with the increments that `increments: auto` takes without an accuracy, and the
+order with which it falls with their number. Those of displacements are a third of it and fall with an order of 1."""
 
 FEWEST_REFINED = 0.5
 
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
-"""Width of the slip annulus, over the contact radius, between bodies that differ and are pressed together, below which
-it takes more increments, and how their number rises with its inverse."""
+"""Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
+increments are taken, and the order with which their number rises with the inverse of the width."""
 
 TOLERANCE = 1e-4
-"""Of the iteration, in parts of the accuracy: no part of the error is its, and the slip of small last steps is seen."""
+"""Tolerance of the iteration over the accuracy: it adds no error, and the slip of small last steps is resolved."""
 
 TIGHTEST, LOOSEST = 1e-8, 1e-5
 
 LEAST_MOTION = 1e-3
-"""Displacements and turns count in parts of no less than this much of the approach, or of approach over radius."""
+"""Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
+
+LARGEST = "its largest value"
+SCALES = {
+    **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
+    **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
+    **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
+    **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
+    "stick_radius": "the largest contact radius",
+}
+"""The scales of errors in words; LARGEST for all other quantities, at the ends of stages."""
+
+QUANTITIES = (
+    *("P", "Qx", "Qy", "Mx", "My", "Mz", "delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
+    *("contact_radius", "stick_radius", "max_pressure", "work_total"),
+)
+"""The columns of the history that an accuracy is about."""
 
 
 def points_for(
@@ -62,10 +75,10 @@ def points_for(
     sheared_width: float = 0.0,
     pressed_width: float = 0.0,
 ) -> tuple[int, int]:
-    """Points along x and y on an area of `size` (mm) for a contact of `extent` (mm).
+    """Return the points along x and y on an area of `size` (mm) for a contact of `extent` (mm).
 
     sheared_width, pressed_width: of the annulus that slips under shear and under pressure alone, over the contact
-    radius; 0 where there is none, or where it is not known.
+    radius; 0 where there is none, or where it is unknown.
     """
     usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
     for width, (error, order) in ((sheared_width, SHEARED_SLIP), (pressed_width, PRESSED_SLIP)):
@@ -78,7 +91,7 @@ def points_for(
 
 
 def refinement(accuracy: float | None, pressed_width: float = 0.0) -> float:
-    """Factor on the number of automatic increments where the slip depends on the path; 1 where nothing is asked for.
+    """Return the factor on the number of automatic increments where the slip depends on the path; 1 without accuracy.
 
     pressed_width: as in `points_for`.
     """
@@ -91,28 +104,16 @@ def refinement(accuracy: float | None, pressed_width: float = 0.0) -> float:
 
 
 def settled(case: Case) -> Case:
-    """The case with the solver's settings that its accuracy picks; explicit ones stay."""
-    accuracy, given = case.solver.accuracy, case.solver.model_fields_set
-    if accuracy is None:
+    """Return the case with the solver settings that its accuracy picks; settings that are given stay."""
+    if case.solver.accuracy is None:
         return case
-    picked: dict[str, object] = {}
-    if "tolerance" not in given:
-        picked["tolerance"] = tolerance_for(accuracy)
-    if "error_bars" not in given:
-        picked["error_bars"] = True
-    return case.model_copy(update={"solver": case.solver.model_copy(update=picked)})
-
-
-def tolerance_for(accuracy: float) -> float:
-    """Of the solver, in one digit."""
-    return float(f"{min(max(TOLERANCE * accuracy, TIGHTEST), LOOSEST):.0e}")
+    return case.model_copy(update={"solver": case.solver.model_copy(update=_solver_settings(case))})
 
 
 def picks(case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
-    """What the accuracy of `case`, as it was read, has picked, in words."""
+    """Return in words what the accuracy of `case`, as it was read, has picked."""
     if case.solver.accuracy is None:
         return ()
-    given = case.solver.model_fields_set
     found = []
     if case.grid.points is None:
         found.append(f"{points[0]} x {points[1]} points")
@@ -122,18 +123,29 @@ def picks(case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str
     if counts and load_path.path_dependent:
         least, most = min(counts), max(counts)
         found.append(f"{most if most == least else f'{least} to {most}'} increments per stage")
-    if "tolerance" not in given:
-        found.append(f"tolerance {tolerance_for(case.solver.accuracy):g}")
-    if "error_bars" not in given:
+    settings = _solver_settings(case)
+    if "tolerance" in settings:
+        found.append(f"tolerance {settings['tolerance']:g}")
+    if "error_bars" in settings:
         found.append("error bars")
     return tuple(found)
+
+
+def _solver_settings(case: Case) -> dict[str, float | bool]:
+    """Return the solver settings that the accuracy of `case` picks, the tolerance to one digit."""
+    accuracy, given = case.solver.accuracy, case.solver.model_fields_set
+    if accuracy is None:
+        return {}
+    tolerance = float(f"{min(max(TOLERANCE * accuracy, TIGHTEST), LOOSEST):.0e}")
+    picked: dict[str, float | bool] = {"tolerance": tolerance, "error_bars": True}
+    return {name: value for name, value in picked.items() if name not in given}
 
 
 @dataclass(frozen=True)
 class Verdict:
     """Whether a run has met its accuracy, by its error bars.
 
-    worst: the largest bar in parts of its scale, NaN where one is not known; quantity, stage: whose it is.
+    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is.
     """
 
     accuracy: float
@@ -156,13 +168,13 @@ class Verdict:
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {SCALES.get(self.quantity, LARGEST)}"
 
 
-def percent(part: float) -> str:
-    """In two digits."""
-    return f"{100.0 * part:.2g} %"
+def percent(share: float) -> str:
+    """Write a share in per cent, with two digits."""
+    return f"{100.0 * share:.2g} %"
 
 
 def verdict(solver: SolverSpec | Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
-    """Of a run by its history; None where no accuracy is asked for or there are no error bars."""
+    """Judge a run by its history; None without an accuracy or error bars."""
     accuracy = solver.get("accuracy") if isinstance(solver, Mapping) else solver.accuracy
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
@@ -171,7 +183,7 @@ def verdict(solver: SolverSpec | Mapping[str, object], history: Mapping[str, Dou
     for name, scale in scales(history, ends).items():
         if scale > 0.0:
             bars = history[name + ERROR_SUFFIX][ends] / scale
-            place = int(np.argmax(bars))  # of NaN, if there is one
+            place = int(np.argmax(bars))  # that of NaN, if there is one
             if math.isnan(bars[place]) or bars[place] > worst:
                 worst, quantity, where = float(bars[place]), name, int(ends[place])
             if math.isnan(worst):
@@ -180,32 +192,18 @@ def verdict(solver: SolverSpec | Mapping[str, object], history: Mapping[str, Dou
 
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
-    """What an error of each quantity is a part of: the largest value of its kind at the ends of the stages."""
+    """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
     largest = {name: float(np.abs(history[name][ends]).max()) for name in QUANTITIES}
     approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
     turn = approach / radius if radius else 0.0
-    found = dict(largest)
-    found |= dict.fromkeys(("Qx", "Qy"), max(largest["Qx"], largest["Qy"], LEAST_MOTION * force))
-    found |= dict.fromkeys(("Mx", "My", "Mz"), force * radius)
-    found |= dict.fromkeys(
-        ("delta_x", "delta_y"), max(largest["delta_x"], largest["delta_y"], LEAST_MOTION * approach)
-    )
-    found |= dict.fromkeys(("phi_x", "phi_y"), turn)
-    found |= {"phi_z": max(largest["phi_z"], LEAST_MOTION * turn)}
-    return found | dict.fromkeys(("contact_radius", "stick_radius"), radius)
-
-
-LARGEST = "its largest value"
-SCALES = {
-    **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
-    **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
-    **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
-    **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
-    "stick_radius": "the largest contact radius",
-}
-"""What errors are parts of, in words; where nothing is said, of the quantity's largest value at the ends of stages."""
-
-QUANTITIES = (
-    *("P", "Qx", "Qy", "Mx", "My", "Mz", "delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-    *("contact_radius", "stick_radius", "max_pressure", "work_total"),
-)
+    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION * force)
+    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION * approach)
+    return {
+        **largest,
+        **dict.fromkeys(("Qx", "Qy"), tangential_force),
+        **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
+        **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
+        **dict.fromkeys(("phi_x", "phi_y"), turn),
+        "phi_z": max(largest["phi_z"], LEAST_MOTION * turn),
+        "stick_radius": radius,
+    }

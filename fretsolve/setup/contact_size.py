@@ -1,27 +1,25 @@
-"""Size of the potential contact area from the loads: what `size: auto` means, and what an error can advise."""
+"""Find the size of the potential contact area from the loads, for `size: auto` and for the advice of errors."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case import Case, ConeSurface, CylinderSurface, EllipsoidSurface, SphereSurface, Surface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.surface import separation
 from fretsolve.model.terms import Terms
-
-if TYPE_CHECKING:
-    from fretsolve.case import Surface
+from fretsolve.reference.hertz import hertz_sphere, hertz_sphere_at, love_cone, love_cone_at
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
 
 MARGIN = 1.2
-"""Sides of the area in units of the frictionless contact's extent about the centre."""
+"""Sides of the area over the frictionless contact's extent about the centre."""
 
 TRIAL_POINTS = 48
 TRIAL_TOLERANCE = 1e-3
@@ -33,6 +31,43 @@ FILLED = (0.55, 0.95)
 """A trial has the right size where the contact fills this part of it, in both directions."""
 
 
+def automatic_size(case: Case, compliances: Compliances, loads: Sequence[LoadControl]) -> Size:
+    """Return the sides (mm) that hold the contact under all `loads`: by Hertz for a sphere, else by a search.
+
+    Raises CaseError where no size holds the contact.
+    """
+    concave = concave_sphere(case)
+    if concave is not None:
+        raise concave
+    surface = case.surface[0]
+    centred = surface.center == case.grid.center and len(case.surface) == 1
+    upright = not any(load.values[1] or load.values[2] for load in loads)
+    if surface.kind == "sphere" and centred and upright:
+        side = 2.0 * MARGIN * _largest_radius(surface, compliances.contact_modulus, loads)
+        if side > 0.0:
+            return side, side
+    try:
+        first = min(
+            _own_size(surface, compliances.contact_modulus, loads, ("surface", index, surface.kind))
+            for index, surface in enumerate(case.surface)
+        )
+        return contact_size(case.surface, compliances, loads, case.grid.center, first)
+    except CaseError as error:
+        raise case.source.problem(error.message, error.key) from None
+
+
+def concave_sphere(case: Case) -> CaseError | None:
+    """Return the error of a case whose only surface is a concave sphere; None for any other."""
+    sphere = case.surface[0]
+    if len(case.surface) > 1 or sphere.kind != "sphere" or sphere.radius > 0.0:
+        return None
+    return case.source.problem(
+        f"{sphere.radius:g} mm is concave, so the bodies would touch only at the grid's edge; a convex sphere has a"
+        " positive radius, a ball in a socket takes both spheres",
+        ("surface", 0, "sphere", "radius"),
+    )
+
+
 def contact_size(
     surfaces: Sequence[Surface],
     compliances: Compliances,
@@ -40,10 +75,10 @@ def contact_size(
     center: Size = (0.0, 0.0),
     first: float = 1.0,
 ) -> Size:
-    """Sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`, with a margin.
+    """Search for the sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`.
 
-    Found by solving on coarse grids that follow the contact; `first` (mm) is where the search starts. Raises
-    CaseError where the contact always reaches the edge, as that of an endless cylinder does.
+    The search solves on coarse grids and begins with the side `first` (mm). Raises CaseError where the contact always
+    reaches the edge, as that of an endless cylinder does.
     """
     pressed = [load for load in dict.fromkeys(loads) if not load.forced[0] or load.values[0] > 0.0]
     extent = np.zeros(2)
@@ -58,62 +93,50 @@ def contact_size(
     return MARGIN * float(extent[0]), MARGIN * float(extent[1])
 
 
-def first_trial(surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[LoadControl]) -> float:
-    """Side (mm) to start the search with, of the contact's order of magnitude and proportional to the unit of length.
-
-    It is that of the surface that has the smallest contact by itself.
-    """
-    return min(
-        _own_size(surface, compliances.contact_modulus, loads, ("surface", index, surface.kind))
-        for index, surface in enumerate(surfaces)
-    )
-
-
-def hertz_radius(load: LoadControl, radius: float, contact_modulus: float) -> float:
-    """Of a sphere's contact under P or delta_z (mm), 0 without contact."""
-    if load.forced[0]:
-        return math.cbrt(0.75 * load.values[0] * radius / contact_modulus)
-    return math.sqrt(radius * max(load.values[0], 0.0))
-
-
 def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[LoadControl], key: KeyPath) -> float:
-    """A length (mm) of a surface and its contact."""
-    match surface.kind:
-        case "punch":
-            return 2.0 * (surface.radius or surface.half_width or 0.0)
-        case "heights":
-            from fretsolve.model.height_map import load_height_map
+    """Return a side (mm) of the order of a surface's contact, which scales with the unit of length."""
+    if surface.kind == "punch":
+        return 2.0 * (surface.radius or surface.half_width or 0.0)
+    if surface.kind == "heights":
+        from fretsolve.model.height_map import load_height_map
 
-            found = load_height_map(surface, key)
-            return max(*found.span, *found.spacing)
-        case "cone":
-            slope = math.tan(surface.angle)
-            radii = [_love_radius(load, slope, contact_modulus) for load in loads]
-        case "ellipsoid":
-            radii = [hertz_radius(load, abs(surface.radius_x), contact_modulus) for load in loads]
-        case _:
-            radii = [hertz_radius(load, abs(surface.radius), contact_modulus) for load in loads]
-    return 2.0 * MARGIN * max(radii) or 1.0
+        found = load_height_map(surface, key)
+        return max(*found.span, *found.spacing)
+    return 2.0 * MARGIN * _largest_radius(surface, contact_modulus, loads) or 1.0
 
 
-def _love_radius(load: LoadControl, slope: float, contact_modulus: float) -> float:
-    """Of a cone's contact (mm); Love 1939."""
-    if load.forced[0]:
-        return math.sqrt(2.0 * load.values[0] / (math.pi * contact_modulus * slope))
-    return 2.0 * max(load.values[0], 0.0) / (math.pi * slope)
+def _largest_radius(
+    surface: SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface,
+    contact_modulus: float,
+    loads: Sequence[LoadControl],
+) -> float:
+    """Return the contact radius (mm) of a cone, or of a sphere as curved as the surface along x; 0 without contact."""
+    largest = 0.0
+    for load in loads:
+        pressed, forced = load.values[0], load.forced[0]
+        if pressed <= 0.0:
+            continue
+        if surface.kind == "cone":
+            cone = (love_cone if forced else love_cone_at)(pressed, surface.angle, contact_modulus)
+            largest = max(largest, cone.contact_radius)
+        else:
+            curvature = abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius)
+            sphere = (hertz_sphere if forced else hertz_sphere_at)(pressed, curvature, contact_modulus)
+            largest = max(largest, sphere.contact_radius)
+    return largest
 
 
 def _extent(
     surfaces: Sequence[Surface], compliances: Compliances, load: LoadControl, center: Size, first: float
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
+) -> DoubleArray:
+    """Return the sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
     size = np.array([first, first])
     refused: CaseError | None = None
     for _ in range(MOST_TRIALS):
         grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
         try:
             gap = separation(surfaces, grid.x, grid.y)
-        except CaseError as error:  # a grid too small to meet the surface, or a surface that cannot be had at all
+        except CaseError as error:  # the grid is too small to meet the surface, or the surface itself is wrong
             refused = error
             size *= 2.0
             continue
@@ -136,17 +159,16 @@ def _extent(
     if refused is not None:
         raise refused
     raise CaseError(
-        f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give one, or a surface"
+        f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give a size, or a surface"
         " that ends",
         ("grid", "size"),
     )
 
 
-def _contact(
-    gap: np.ndarray[tuple[int, int], np.dtype[np.float64]], compliances: Compliances, load: LoadControl, grid: Grid
-) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]] | None:
-    """Cells in contact on a trial grid; None where the grid is too small to carry the load."""
-    from fretsolve.elastic.operator import ElasticOperator  # as late as here: most cases are sized by a formula
+def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid: Grid) -> BoolArray | None:
+    """Return the cells in contact on a trial grid; None where the grid is too small to carry the load."""
+    # Imported here, since most cases are sized by a formula.
+    from fretsolve.elastic.operator import ElasticOperator
     from fretsolve.solvers.normal import NormalSolver
 
     if not np.isfinite(gap).any():

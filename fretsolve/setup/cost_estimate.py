@@ -1,9 +1,9 @@
-"""Memory and time of a case before it is run, from what such cases took.
+"""Estimate memory and time of a case before it is run, from what such cases took.
 
 The constants were measured on single-thread runs of a sphere under normal and tangential load, on grids of 256 x 256
-to 2048 x 2048 points that the contact fills. There memory comes out within a fifth; a contact that is small against
-its grid takes less. Time is an order of magnitude: it depends on the machine, on how near the load is to sliding,
-and on the tolerance.
+to 2048 x 2048 points that the contact fills (`python benchmarks/scenes.py`). Memory is right within a fifth there, and
+less for a contact that is small against its grid. Time is an order of magnitude: it depends on the machine, the
+tolerance, and how near the load is to gross slip.
 """
 
 from __future__ import annotations
@@ -14,16 +14,13 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
+from fretsolve.model.required_terms import Part
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.optional import compiler_wanted
-
-if TYPE_CHECKING:
-    from fretsolve.model.required_terms import Part
-    from fretsolve.setup.problem_setup import ProblemSetup
 
 PROCESS_BYTES = 145e6
 """Python and its libraries."""
@@ -41,57 +38,56 @@ CELL_BYTES: dict[Part, float] = {
     "between pressure and shear": 110.0,
     "slip and work": 75.0,
 }
-"""Per cell, of each part of the model that is kept: influence coefficients, padded spectra, work arrays of the solvers,
-the states before and after an increment, buffers of the result file (`python benchmarks/scenes.py`)."""
+"""Bytes per cell of each part of the model: influence coefficients, padded spectra, work arrays of the solvers, the
+states before and after an increment, buffers of the result file."""
 
-KEPT = 1.8
-"""Memory per cell on grids up to `LARGE_GRID`, where windows and coarser grids are kept, over that on larger ones."""
+SMALL_GRID = 1.8
+"""Memory per cell on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, over that on larger."""
 
-PRESSED_APPLICATIONS = 20
-FOLLOWED_APPLICATIONS = 10
-SHEARED_APPLICATIONS = 20
-COUPLED_APPLICATIONS = 10
-"""Applications of the elastic operator per increment: where the normal load changes, or the pressure follows the shear;
-where there is shear; and more where both act on each other."""
+SINGLE = 0.75
+"""Memory per cell in single precision over that in double."""
+
+PRESSED_APPLICATIONS, COUPLED_PRESSED_APPLICATIONS = 20, 10
+"""Applications of the elastic operator in the normal problem, per increment: with a changing normal load, and in every
+increment where the pressure follows the shear."""
+
+SHEARED_APPLICATIONS, COUPLING_APPLICATIONS = 20, 10
+"""Those in the tangential problem, and those of the coefficients between both."""
 
 APPLICATION_SECONDS: dict[Part, float] = {
     "normal problem": 0.033e-6,
     "tangential problem": 0.03e-6,
     "between pressure and shear": 0.033e-6,
 }
-"""Per application and cell, with all that is done besides."""
-
-NUMPY_SLOWNESS = 2.0
-"""How many times as long all takes where numba is not installed: mode I.3 on 256 x 256 points does, Hertz 1.6 times."""
+"""Seconds per application and cell, with everything around it."""
 
 CALL_SECONDS = 0.4e-3
-"""Per application, however few the cells are."""
+"""Seconds per application, however few the cells are."""
+
+NUMPY_SLOWNESS = 2.0
+"""Factor on the time where numba is not installed: 2 for mode I.3 on 256 x 256 points, 1.6 for Hertz."""
 
 LARGE_CELLS, GROWTH = 2**20, 0.2
-"""Beyond so many cells the time of a cell grows like this power of their number: larger transforms leave the caches,
-and iterations become more."""
+"""Beyond this many cells the time per cell grows with this power of their number: larger transforms leave the caches,
+and more iterations are needed."""
 
 CROSS_SHARE = 0.45
 """What ux from qy and uy from qx add to the time of the tangential problem."""
 
-PROOF_SECONDS = 0.08e-6
-SLIP_SECONDS = 0.055e-6
-"""Per increment and cell: the certificate's application and the gap; slip and work with their part of it."""
+CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
+"""Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
 
-COMPANIONS = 0.25
-"""Work of the runs for error bars over that of the run itself. There are up to two, on a quarter of its cells each."""
-
-SINGLE = 0.75
-"""Memory per cell in single precision over that in double."""
+COARSE_RUNS = 0.25
+"""Work of the coarse runs for error bars over that of the run itself; up to two, with a quarter of its cells each."""
 
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
-"""Bytes per cell of the stored fields other than 8, before compression."""
+"""Bytes per cell of the stored fields, before compression; 8 for all others."""
 
 COMPRESSION = 0.35
-"""What is left of the fields in the file where the contact fills the grid."""
+"""What remains of the fields in the file where the contact fills the grid."""
 
 EMPTIEST = 0.1
-"""What is left of that where the grid is several times as wide as the contact."""
+"""What remains of that where the grid is several times as wide as the contact."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +102,8 @@ class Share:
 class Estimate:
     """memory, file: bytes; applications: of the elastic operator over the whole path; seconds: of one thread.
 
-    shares: of the parts of the model that are kept, without the companion runs of error bars; saved: bytes of memory
-    that single precision does not need, 0 in double.
+    shares: of the parts of the model that are kept, without coarse runs; saved: bytes of memory that single precision
+    saves, 0 in double.
     """
 
     shares: dict[Part, Share]
@@ -119,7 +115,7 @@ class Estimate:
     saved: float = 0.0
 
     def lines(self) -> Iterator[str]:
-        """For people."""
+        """Yield the estimate in words."""
         yield f"about {rounded_bytes(self.memory)} of memory, a result file of about {rounded_bytes(self.file)}"
         yield (
             f"about {self.applications // self.increments} operator applications per increment,"
@@ -130,58 +126,66 @@ class Estimate:
 
 
 def estimate(setup: ProblemSetup) -> Estimate:
-    """What running `scene` with one thread takes."""
-    cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
-    terms = setup.model.terms
-    applications = _applications(setup)
-    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiler_wanted() else NUMPY_SLOWNESS)
-    each = {part: APPLICATION_SECONDS[part] * effort + CALL_SECONDS for part in applications}
-    seconds = {part: each[part] * count for part, count in applications.items()}
-    seconds["normal problem"] += PROOF_SECONDS * increments * effort
-    if terms.in_plane_coupling:
-        seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
-    if setup.model.may_slip:
-        seconds["slip and work"] = SLIP_SECONDS * increments * effort
-    kept = [decision.part for decision in setup.model.decisions if decision.kept]
-    single = setup.case.solver.precision == "single"
-    bytes_each = (SINGLE if single else 1.0) * (KEPT if cells <= LARGE_GRID else 1.0)
-    shares = {part: Share(bytes_each * CELL_BYTES[part] * cells, seconds.get(part, 0.0)) for part in kept}
-    fixed = PROCESS_BYTES + COMPILER_BYTES * compiler_wanted()
+    """Estimate what running the case with one thread takes."""
+    cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
+    compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
+    applications, seconds = _applications(setup), _seconds(setup, compiled)
+    cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
+    shares = {
+        decision.part: Share(cell_factor * CELL_BYTES[decision.part] * cells, seconds.get(decision.part, 0.0))
+        for decision in setup.model.decisions
+        if decision.kept
+    }
+    coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
+    in_cells = sum(share.memory for share in shares.values()) * (1.0 + 2.0 * coarse_runs)
+    fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
-    companions = COMPANIONS if setup.case.solver.error_bars else 0.0
     output = setup.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
-    of_cells = sum(share.memory for share in shares.values()) * (1.0 + 2.0 * companions)
     return Estimate(
         shares=shares,
-        memory=fixed + of_cells,
+        memory=fixed + in_cells,
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
         increments=increments,
-        applications=round(sum(applications.values()) * (1.0 + companions)),
-        seconds=sum(share.seconds for share in shares.values()) * (1.0 + companions),
-        saved=of_cells * (1.0 / SINGLE - 1.0) if single else 0.0,
+        applications=round(sum(applications.values()) * (1.0 + coarse_runs)),
+        seconds=sum(share.seconds for share in shares.values()) * (1.0 + coarse_runs),
+        saved=in_cells * (1.0 / SINGLE - 1.0) if single else 0.0,
     )
 
 
 def _applications(setup: ProblemSetup) -> dict[Part, int]:
-    """Applications of the elastic operator over the whole path, by the part of the model that needs them."""
-    model, increments = setup.model, setup.load_path.increments
-    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    pressed = sum(
-        count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets)
-    )
-    interact = model.has_shear and model.terms.normal_tangential_coupling
-    pressing = FOLLOWED_APPLICATIONS * increments if interact else PRESSED_APPLICATIONS * pressed
-    needed: dict[Part, int] = {"normal problem": pressing}
+    """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
+    model, path = setup.model, setup.load_path
+    coupled = model.has_shear and model.terms.normal_tangential_coupling
+    stages = zip(setup.case.stages(), path.counts, strict=True)
+    pressed = sum(count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets))
+    normal = COUPLED_PRESSED_APPLICATIONS * path.increments if coupled else PRESSED_APPLICATIONS * pressed
+    needed: dict[Part, int] = {"normal problem": normal}
     if model.has_shear:
-        needed["tangential problem"] = SHEARED_APPLICATIONS * increments
+        needed["tangential problem"] = SHEARED_APPLICATIONS * path.increments
     if model.terms.normal_tangential_coupling:
-        needed["between pressure and shear"] = COUPLED_APPLICATIONS * increments if interact else increments
+        needed["between pressure and shear"] = (COUPLING_APPLICATIONS if coupled else 1) * path.increments
     return needed
 
 
+def _seconds(setup: ProblemSetup, compiled: bool) -> dict[Part, float]:
+    """Return the seconds that each part of the model takes over the whole path."""
+    cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
+    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
+    seconds = {
+        part: (APPLICATION_SECONDS[part] * effort + CALL_SECONDS) * count
+        for part, count in _applications(setup).items()
+    }
+    seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
+    if setup.model.terms.in_plane_coupling:
+        seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
+    if setup.model.may_slip:
+        seconds["slip and work"] = SLIP_SECONDS * increments * effort
+    return seconds
+
+
 def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> CaseError | None:
-    """The error of a grid that this machine's memory cannot hold; None where it can, or where that is unknown."""
+    """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown."""
     needed, there = (expected or estimate(setup)).memory, _machine_bytes()
     if there is None or needed <= there:
         return None
@@ -194,7 +198,7 @@ def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> Cas
 
 
 def require_memory(setup: ProblemSetup) -> Estimate:
-    """The estimate of a case. Raises CaseError where it cannot fit in this machine's memory, rather than be killed."""
+    """Return the estimate of a case. Raises CaseError where this machine's memory cannot hold it."""
     expected = estimate(setup)
     problem = memory_problem(setup, expected)
     if problem is not None:
@@ -202,41 +206,36 @@ def require_memory(setup: ProblemSetup) -> Estimate:
     return expected
 
 
-def disk_problem(setup: ProblemSetup, out: Path) -> CaseError | None:
-    """The error of a result that may not fit on the disk of `out`; None where it does, or where that is unknown.
+def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseError | None:
+    """Return the error of a result that may not fit on the disk of `out`; None where it does, or where that is unknown.
 
-    It lies there twice for a moment, as the increments that were saved and as the file made of them.
+    It needs its size twice for a moment, for the saved increments and for the file made of them. certain: only where it
+    cannot fit, however much of its fields is empty.
     """
-    return _on_disk(setup, out)[0]
-
-
-def require_disk(setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError where the result cannot fit on the disk of `out`, however much of its fields is empty."""
-    problem, certain = _on_disk(setup, out)
-    if problem is not None and certain:
-        raise problem
-
-
-def _on_disk(setup: ProblemSetup, out: Path) -> tuple[CaseError | None, bool]:
-    """The error of a result that may not fit, and whether it cannot."""
     file, free = estimate(setup).file, free_bytes(out)
-    if free is None or 2.0 * file <= free:
-        return None, False
-    certain = EMPTIEST * file > free
-    if certain:
-        verdict, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
+    impossible = free is not None and EMPTIEST * file > free
+    if free is None or 2.0 * file <= free or (certain and not impossible):
+        return None
+    if impossible:
+        fits, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
     else:
-        verdict, advice = "may be too much for", "empty cells compress, the run goes on"
-    problem = setup.case.source.problem(
-        f"a result of about {rounded_bytes(file)}, twice that while it is written, {verdict} the"
+        fits, advice = "may be too much for", "empty cells compress, the run goes on"
+    return setup.case.source.problem(
+        f"a result of about {rounded_bytes(file)}, twice that while it is written, {fits} the"
         f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
         ("output", "every"),
     )
-    return problem, certain
+
+
+def require_disk(setup: ProblemSetup, out: Path) -> None:
+    """Raise CaseError where the result cannot fit on the disk of `out`."""
+    problem = disk_problem(setup, out, certain=True)
+    if problem is not None:
+        raise problem
 
 
 def free_bytes(out: Path) -> int | None:
-    """What a file `out` may take, in place of what is there; None where that is unknown."""
+    """Return what a file `out` may take, in place of what is there; None where that is unknown."""
     try:
         return shutil.disk_usage(out.parent).free + (out.stat().st_size if out.is_file() else 0)
     except OSError:
@@ -251,7 +250,7 @@ def _machine_bytes() -> int | None:
 
 
 def rounded_bytes(size: float) -> str:
-    """For people, such as ``1.7 MB``."""
+    """Write a size such as ``1.7 MB``."""
     for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
         if size >= factor:
             return f"{_two_digits(size / factor)} {unit}"

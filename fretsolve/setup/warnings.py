@@ -1,58 +1,56 @@
-"""What a person should hear of a case before relying on its numbers: doubtful theory, resolution, loads, settings."""
+"""Warn of what makes the numbers of a case doubtful: theory, resolution, loads and settings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
+from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.setup.accuracy import percent
-from fretsolve.setup.boussinesq import punch_contact
-from fretsolve.setup.contact_size import MARGIN
-from fretsolve.setup.hertz import Hertz, hertz_contacts
-from fretsolve.setup.problem_setup import concave_sphere, points_needed
-from fretsolve.setup.resolution import FEWEST_CELLS, cells_across, in_cells
-from fretsolve.setup.slip_forecast import first_slide, smallest_stick
+from fretsolve.setup.closed_forms import HertzForm
+from fretsolve.setup.contact_size import MARGIN, concave_sphere
+from fretsolve.setup.problem_setup import ProblemSetup, points_needed
 
 if TYPE_CHECKING:
-    from fretsolve.setup.problem_setup import ProblemSetup
+    from fretsolve.result import Result
+
+FEWEST_CELLS = 20
+"""Cells across the contact below which results are off by per cents."""
 
 FEWEST_STICK_CELLS = 3
 """Cells across the stick zone below which its size means little."""
 
 FREE_CELLS = 1.5
-"""Cells that the contact should leave to the grid's edge: those in between may be reached by its discrete edge."""
+"""Cells that should stay free between the contact and the grid's edge, as the discrete edge may reach into them."""
 
 LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body.
 
-So for the slope of a cone and for the approach of a punch over its radius, at which the strains are about the same.
+The same limit holds for the slope of a cone and for the approach of a punch over its radius: there the strains are
+about the same.
 """
 
 LOOSEST = 1e-3
 """Tolerance beyond which residuals show in the digits that people read."""
 
 
-def doubts(setup: ProblemSetup) -> list[str]:
-    """One sentence per doubt, each beginning with the key of the case file that it is about."""
-    contacts = hertz_contacts(setup)
-    pressed = [hertz for hertz in contacts if hertz is not None]
-    hertz = max(pressed, key=lambda contact: contact.load, default=None)
+def case_warnings(setup: ProblemSetup) -> list[str]:
+    """Return one sentence per warning, each beginning with the key of the case file that it is about."""
     found = [
         *setup.model.warnings,
         *_about_shape(setup),
-        *_about_slope(setup),
         *_about_punch(setup),
         *_about_friction(setup),
-        *_about_sliding(setup, contacts),
-        *_about_resolution(setup, hertz),
-        *_about_stick(setup, contacts),
+        *_about_sliding(setup),
+        *_about_resolution(setup),
         *_about_tolerance(setup),
         *_about_accuracy(setup),
     ]
+    hertz = setup.closed_forms.largest
     if hertz is not None:
         found += [*_about_theory(hertz), *_about_motion(setup, hertz), *_about_edge(setup, hertz)]
     return list(dict.fromkeys(found))
@@ -62,6 +60,25 @@ def _about_shape(setup: ProblemSetup) -> Iterator[str]:
     concave = concave_sphere(setup.case)
     if concave is not None:
         yield f"{dotted(concave.key)}: {concave.message}"
+    for place, surface in enumerate(setup.case.surface):
+        if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
+            key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
+            yield (
+                f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and contact plane is steep (mean"
+                f" pressure over E* {0.5 * math.tan(surface.angle):.2g}): half-spaces and linear elasticity hold to"
+                f" about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
+            )
+
+
+def _about_punch(setup: ProblemSetup) -> Iterator[str]:
+    punch = setup.closed_forms.punch
+    if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
+        depth = punch.delta_z / punch.contact_radius
+        yield (
+            f"load_path: the punch goes deep against its radius (delta_z/a = {depth:.2g}, mean pressure over E*"
+            f" {punch.mean_pressure / setup.model.compliances.contact_modulus:.2g}): half-spaces and linear elasticity"
+            f" hold to about delta_z/a = {LARGEST_SIZE:g}; are all units right?"
+        )
 
 
 def _about_friction(setup: ProblemSetup) -> Iterator[str]:
@@ -72,26 +89,39 @@ def _about_friction(setup: ProblemSetup) -> Iterator[str]:
     if moved:
         why = f"although the load path moves {', '.join(dict.fromkeys(moved))}"
     elif abs(beta) > UNCOUPLED_BELOW:
-        why = f"although the bodies differ (Dundurs' constant {beta:.4g}), so that with it pressing alone shears them"
+        why = f"although the bodies differ (Dundurs' constant {beta:.4g}), so that pressing alone would shear them"
     else:
         return
-    yield f"friction: not given, so it is 0, {why}; say friction: 0 if that is meant"
+    yield f"friction: not given, so it is 0, {why}; write friction: 0 if that is meant"
 
 
-def _about_sliding(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Iterator[str]:
-    slide = first_slide(setup, contacts)
-    if slide is None or "friction" not in setup.case.model_fields_set:  # of which one hears already
+def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of the first stage at whose end a tangential force or a torque alone is not below what friction carries."""
+    friction, stages = setup.model.friction, setup.case.stages()
+    if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
-    units, motion = {"Qx": ("N", "delta_x"), "Qy": ("N", "delta_y"), "Mz": ("N*mm", "phi_z")}[slide.component]
-    stage = setup.case.stages()[slide.stage]
-    place = dotted((*stage.key, slide.component) if slide.component in dict(stage.targets) else stage.key)
-    yield (
-        f"{place}: {slide.load:.6g} {units} is not below the {slide.carried:.6g} {units} ({slide.limit}) that friction"
-        f" carries: everything slides, and the run ends there; impose {motion} to follow it"
-    )
+    for stage, load, hertz in zip(stages, setup.closed_forms.loads, setup.closed_forms.hertz, strict=True):
+        pressed = load.get("P", hertz.contact.load if hertz is not None else math.inf)
+        force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
+        circle = hertz.circle if hertz is not None else None
+        carried = full_slip_torque(circle, friction) if circle is not None else math.inf
+        if 0.0 < force >= friction * pressed:
+            name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
+            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {friction * pressed:.6g} N (mu P)"
+        elif torque > carried:
+            name, motion = "Mz", "phi_z"
+            loads = f"{torque:.6g} N*mm is not below the {carried:.6g} N*mm (3 pi mu P a/16)"
+        else:
+            continue
+        place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
+        yield (
+            f"{place}: {loads} that friction carries: everything slides, and the run ends there; impose {motion} to"
+            " follow the sliding"
+        )
+        return
 
 
-def _about_theory(hertz: Hertz) -> Iterator[str]:
+def _about_theory(hertz: HertzForm) -> Iterator[str]:
     if hertz.size_over_radius > LARGEST_SIZE:
         yield (
             f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
@@ -100,62 +130,37 @@ def _about_theory(hertz: Hertz) -> Iterator[str]:
         )
 
 
-def _about_slope(setup: ProblemSetup) -> Iterator[str]:
-    for place, surface in enumerate(setup.case.surface):
-        if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
-            strain = 0.5 * math.tan(surface.angle)
-            key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
-            yield (
-                f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and"
-                f" contact plane is steep (mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold"
-                f" to about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
-            )
-
-
-def _about_punch(setup: ProblemSetup) -> Iterator[str]:
-    punch = punch_contact(setup)
-    if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
-        depth = punch.delta_z / punch.contact_radius
-        strain = punch.mean_pressure / setup.model.compliances.contact_modulus
-        yield (
-            f"load_path: the punch goes deep against its radius (delta_z/a = {depth:.2g},"
-            f" mean pressure over E* {strain:.2g}): half-spaces and linear elasticity hold to about delta_z/a ="
-            f" {LARGEST_SIZE:g}; are all units right?"
-        )
-
-
-def _about_motion(setup: ProblemSetup, hertz: Hertz) -> Iterator[str]:
+def _about_motion(setup: ProblemSetup, hertz: HertzForm) -> Iterator[str]:
     radius = min(hertz.half_extent)
     for load in setup.load_path.imposed:
-        for name, reach in (("delta_x", 1.0), ("delta_y", 1.0), ("phi_z", radius)):
-            if abs(load.get(name, 0.0)) * reach > radius:
+        for name, arm in (("delta_x", 1.0), ("delta_y", 1.0), ("phi_z", radius)):
+            if abs(load.get(name, 0.0)) * arm > radius:
                 yield (
-                    f"load_path: {name} moves the surfaces by {abs(load[name]) * reach / radius:.2g} contact radii, but"
-                    " both keep their places on the grid: motions are taken as small against the contact"
+                    f"load_path: {name} moves the surfaces by {abs(load[name]) * arm / radius:.2g} contact radii, but"
+                    " both keep their places on the grid: motions must be small against the contact"
                 )
 
 
-def _about_resolution(setup: ProblemSetup, hertz: Hertz | None) -> Iterator[str]:
-    cells = cells_across(setup, hertz)
+def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
+    cells = cells_across(setup)
     if cells is not None and cells < FEWEST_CELLS:
         yield (
-            f"grid.points: only {in_cells(cells)} cells across the contact;"
+            f"grid.points: only {_in_cells(cells)} cells across the contact;"
             f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
         )
-
-
-def _about_stick(setup: ProblemSetup, contacts: Sequence[Hertz | None]) -> Iterator[str]:
-    stick = smallest_stick(setup, contacts)
-    cell = max(setup.grid.dx, setup.grid.dy)
-    if stick is not None and stick.cells_across(cell) < FEWEST_STICK_CELLS:
+    stick = setup.closed_forms.smallest_stick()
+    if stick is None:
+        return
+    cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
+    if cells < FEWEST_STICK_CELLS:
         yield (
-            f"grid.points: the stick zone shrinks to {in_cells(stick.cells_across(cell))} cells across in stage"
-            f" {stick.stage + 1} ({stick.authors}: c = {stick.radius:.3g} mm); {FEWEST_STICK_CELLS} or more are needed"
-            " for its size to mean something"
+            f"grid.points: the stick zone shrinks to {_in_cells(cells)} cells across in stage {stick.stage + 1}"
+            f" ({stick.source}: c = {stick.value:.3g} mm); {FEWEST_STICK_CELLS} or more are needed for its size to mean"
+            " something"
         )
 
 
-def _about_edge(setup: ProblemSetup, hertz: Hertz) -> Iterator[str]:
+def _about_edge(setup: ProblemSetup, hertz: HertzForm) -> Iterator[str]:
     if setup.case.grid.size is None:
         return
     grid, center = setup.grid, setup.case.surface[0].center
@@ -171,12 +176,12 @@ def _about_tolerance(setup: ProblemSetup) -> Iterator[str]:
     if tolerance > LOOSEST:
         yield (
             f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {100.0 * tolerance:.2g} %, so"
-            " that no digit can be relied on; 1e-6 is usual"
+            " no digit is reliable; 1e-6 is usual"
         )
 
 
 def _about_accuracy(setup: ProblemSetup) -> Iterator[str]:
-    """Of settings in the case that fall short of those that its accuracy would pick."""
+    """Warn of settings in the case that fall short of those that its accuracy would pick."""
     accuracy, path = setup.case.solver.accuracy, setup.load_path
     if accuracy is None:
         return
@@ -184,14 +189,44 @@ def _about_accuracy(setup: ProblemSetup) -> Iterator[str]:
     if any(count < wanted for count, wanted in zip(setup.grid.shape, needed, strict=True)):
         (nx, ny), (more_x, more_y) = setup.grid.shape, needed
         yield (
-            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} that accuracy {percent(accuracy)} picks:"
-            " it will hardly be met; leave them out"
+            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} that accuracy {percent(accuracy)} picks,"
+            " so it will hardly be met; leave them out"
         )
     short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
     if short:
         stage, count = setup.case.stages()[short[0]], path.counts[short[0]]
-        more = f", and {len(short) - 1} more stages with too few" if len(short) > 1 else ""
+        more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
         yield (
             f"{dotted(stage.key)}.increments: {count} are fewer than the {path.needed[short[0]]} that accuracy"
-            f" {percent(accuracy)} picks{more}: it will hardly be met; leave them out"
+            f" {percent(accuracy)} picks{more}, so it will hardly be met; leave them out"
         )
+
+
+def cells_across(setup: ProblemSetup) -> float | None:
+    """Return the cells along the shorter side of the contact where it is largest; None if no closed form gives it."""
+    grid, surface = setup.grid, setup.case.surface[0]
+    width = setup.closed_forms.contact_width(max(grid.size))
+    if width is None:
+        return min(grid.shape) / MARGIN if setup.case.grid.size is None else None
+    if surface.kind == "cylinder":
+        return width / math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
+    return width / max(grid.dx, grid.dy)
+
+
+def warning_of_result(setup: ProblemSetup, result: Result) -> str | None:
+    """Warn if the finished contact has too few cells, where no closed form could warn before the run."""
+    if not result.increments or cells_across(setup) is not None:
+        return None
+    most = int(result.history["contact_cells"].max())
+    needed = math.ceil(0.25 * math.pi * FEWEST_CELLS**2)
+    if most >= needed:
+        return None
+    return (
+        f"grid.points: the contact has at most {most} cell{'s' * (most != 1)}; errors below a few per cent need"
+        f" {needed} or more, as many as a round contact of {FEWEST_CELLS} cells across has"
+    )
+
+
+def _in_cells(number: float) -> str:
+    """Write a number of cells, never rounded up to a limit that it misses."""
+    return f"{number:.2g}" if number < 1.0 else f"{math.floor(10.0 * number) / 10.0:.1f}"

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from fretsolve.errors import CaseError
-from fretsolve.study.closed_form import closed_form_values, why_left_out
 from fretsolve.study.quantity import (
     NAMES,
     Observable,
@@ -34,7 +33,7 @@ def known_values(kind: TruthKind, setup: ProblemSetup) -> Mapping[Observable, fl
     if kind == "finest":
         return None
     if kind == "closed-form":
-        known = closed_form_values(setup)
+        known = {Observable(form.quantity, form.stage + 1): form.value for form in setup.closed_forms.values()}
         if not known:
             raise CaseError(
                 "--truth closed-form: no closed form is known for this case; those of Hertz, Cattaneo and Mindlin, and"
@@ -68,7 +67,8 @@ def chosen_observables(
             if known is not None and observable not in known:
                 same_name = [str(one) for one in in_order(list(known)) if one.name == observable.name]
                 there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(list(known))))
-                why = why_left_out(setup) if kind == "closed-form" and observable.name in OF_MINDLIN else ""
+                of_mindlin = kind == "closed-form" and observable.name in OF_MINDLIN
+                why = setup.closed_forms.why_not_mindlin if of_mindlin else ""
                 hint = f"; {why}" if why else ""
                 message = f"--truth {kind}: there is no {NOUNS[kind]} of it, but of {there}{hint}"
                 raise CaseError(message, (), f"--quantity {observable}")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.errors import CaseError
-from fretsolve.study.closed_form import why_left_out
 from fretsolve.study.compared_with import NOUNS, TruthKind, chosen_observables, known_values
 from fretsolve.study.quantity import Observable, usual_observables
 from fretsolve.study.trial import Trial, finest, prepare_trials, stage_count
@@ -74,5 +73,5 @@ def make_plan(
     others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.seconds)
     usual = usual_observables(costliest.setup) if kind == "closed-form" and not quantities else ()
     unknown = tuple(one for one in usual if one not in observables)
-    why = why_left_out(costliest.setup) if unknown else ""
+    why = costliest.setup.closed_forms.why_not_mindlin if unknown else ""
     return Plan(variations, (costliest, *others), observables, unknown, why, kind, known)

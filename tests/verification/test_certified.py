@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from solving import HERTZ, MATERIAL, A, solve_last
 
-from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 
 RIGID, TRACTION = 1e-3, 2e-3
 MINDLIN = cattaneo_mindlin(HERTZ, 0.1, 36.0, MATERIAL.tangential)

@@ -16,7 +16,8 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
 from fretsolve.model.surface import separation
-from fretsolve.reference.closed_forms import cattaneo_mindlin, lubkin, mindlin_unloading, spence_stick_ratio
+from fretsolve.reference.cyclic_loading import CyclicLoading
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_areas import stick_area
 from fretsolve.solvers.normal import NormalSolver
@@ -26,6 +27,7 @@ POINTS = (24, 48, 96)
 SIZES = (0.68, 0.72, 0.77)
 SHEAR_FORCE, TORQUE = 36.0, 5.0
 MINDLIN = cattaneo_mindlin(HERTZ, FRICTION, SHEAR_FORCE, MATERIAL.tangential)
+UNLOADED = CyclicLoading(HERTZ, (0.0, 0.0), FRICTION, MATERIAL.tangential, (1.0, 0.0), (SHEAR_FORCE, 0.0))
 LUBKIN = lubkin(HERTZ, FRICTION, TORQUE, MATERIAL.torsional)
 
 
@@ -68,7 +70,7 @@ def mindlin():
         r = distance(cells)
         axis = cells.ny // 2
         along = MINDLIN.shear(r)[:, axis]
-        unloaded = mindlin_unloading(HERTZ, FRICTION, SHEAR_FORCE, 0.0, MATERIAL.tangential)
+        unloaded = UNLOADED.displacements()["delta_x"]
         half_cycle = reversed_.summary.work_total - sheared.summary.work_total
         return {
             "delta_z": pressed.summary.delta_z / HERTZ.delta_z - 1.0,

@@ -12,7 +12,8 @@ from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, SIMILAR
 from fretsolve import load_case, run
 from fretsolve.errors import ContactLostError, GridEdgeError, NoSolutionError, SlidingError
 from fretsolve.model.required_terms import derive_model
-from fretsolve.reference.closed_forms import boussinesq_punch, full_slip_torque, full_stick_compliance, love_cone
+from fretsolve.reference.hertz import boussinesq_punch, love_cone
+from fretsolve.reference.tangential import full_slip_torque, full_stick_compliance
 from fretsolve.result.state import Zone
 
 CASE = """\

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from solving import FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_last
 
-from fretsolve.reference.closed_forms import cattaneo_mindlin, hertz_sphere, lubkin
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 

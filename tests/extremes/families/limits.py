@@ -10,17 +10,8 @@ import numpy as np
 from solving import RADIUS
 
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import (
-    HertzContact,
-    boussinesq_punch,
-    cattaneo_mindlin,
-    full_stick_compliance,
-    hertz_elliptic,
-    hertz_sphere,
-    love_cone,
-    lubkin,
-    spence_stick_ratio,
-)
+from fretsolve.reference.hertz import HertzContact, boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
+from fretsolve.reference.tangential import cattaneo_mindlin, full_stick_compliance, lubkin, spence_stick_ratio
 
 from .driving import Parts, Run, solve_parts
 

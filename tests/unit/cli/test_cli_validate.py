@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import subprocess
 import sys
@@ -14,7 +13,6 @@ from command_line import CASE, invoke, python, write_case
 from fretsolve import load_case
 from fretsolve.commands.validate import effective_yaml
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.hertz import hertz_contact
 from fretsolve.setup.problem_setup import set_up
 
 DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
@@ -61,18 +59,18 @@ def test_effective_case_is_a_case(tmp_path: Path) -> None:
     assert "&" not in written
 
 
-def test_coarse_grid_is_warned_of(tmp_path: Path) -> None:
+def test_coarse_grid_gets_a_warning(tmp_path: Path) -> None:
     _, messages = validated(tmp_path)
     assert messages.count("\n") == 1
     assert "case.yaml: warning: grid.points: only 13.3 cells across the contact; 20 or more" in messages
 
 
-def test_case_that_asks_for_too_few_terms_is_warned_of(tmp_path: Path) -> None:
+def test_too_few_terms_get_a_warning(tmp_path: Path) -> None:
     _, messages = validated(tmp_path, "grid.points=64", "coupling=none", DISSIMILAR)
     assert "warning: coupling: none leaves out what pressure and shear do to each other" in messages
 
 
-def test_automatic_increments_are_told(tmp_path: Path) -> None:
+def test_automatic_increments_are_printed(tmp_path: Path) -> None:
     output, _ = validated(tmp_path, "load_path=[{P: 400 N}, {cycle: {times: 60, stages: [{Qx: 9}, {Qx: -9}]}}]")
     assert "stage 1: P -> 400 N in 1 increment (auto)" in output
     assert "and 81 more stages, up to stage 121" in output
@@ -84,25 +82,6 @@ def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
         assert "Hertz" not in output
     output, _ = validated(tmp_path, "surface={cone: {angle: 2 deg}}", "grid.size=1 mm")
     assert "Hertz" not in output
-
-
-def setup_of(tmp_path: Path, *sets: str) -> object:
-    return set_up(load_case(write_case(tmp_path), ["grid.size=1 mm", *sets]))
-
-
-def test_hertz_under_displacement_control_is_that_under_its_force(tmp_path: Path) -> None:
-    forced = hertz_contact(setup_of(tmp_path))
-    moved = hertz_contact(setup_of(tmp_path, f"load_path.0={{delta_z: {forced.delta_z!r}}}"))
-    assert moved.load == pytest.approx(400.0)
-    assert moved.semi_axes == pytest.approx(forced.semi_axes)
-
-
-def test_hertz_of_an_ellipsoid(tmp_path: Path) -> None:
-    round_one = hertz_contact(setup_of(tmp_path, "surface={ellipsoid: {radius_x: 10 mm, radius_y: 10 mm}}"))
-    slim = hertz_contact(setup_of(tmp_path, ELLIPSOID))
-    assert round_one == hertz_contact(setup_of(tmp_path))
-    assert slim.semi_axes == pytest.approx((0.255826, 0.470156), rel=1e-5)
-    assert slim.max_pressure == pytest.approx(1.5 * 400.0 / (math.pi * math.prod(slim.semi_axes)))
 
 
 def test_several_cases_and_the_errors_of_all(tmp_path: Path) -> None:
@@ -125,7 +104,7 @@ def test_missing_height_map_is_found_before_the_run(tmp_path: Path) -> None:
     assert result.stderr.count("\n") == 1
 
 
-def test_grid_beyond_the_memory_is_warned_of(tmp_path: Path) -> None:
+def test_grid_beyond_the_memory_gets_a_warning(tmp_path: Path) -> None:
     _, messages = validated(tmp_path, "grid.points=1000000")
     assert "take about" in messages
 
@@ -142,7 +121,7 @@ def test_validate_loads_no_solver(tmp_path: Path) -> None:
 NORMAL = ("friction=0", "load_path=[{P: 400 N, increments: 2}]", "expect=[]")
 
 
-RUN_AND_TELL_MEMORY = """
+RUN_AND_PRINT_MEMORY = """
 import re
 from pathlib import Path
 from fretsolve.cli.main import main
@@ -169,7 +148,7 @@ def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     case = write_case(tmp_path)
     values = ["grid.points=256", *sets]
     words = [word for value in values for word in ("--set", value)]
-    command = [sys.executable, "-c", RUN_AND_TELL_MEMORY, "run", str(case), "-q", *words]
+    command = [sys.executable, "-c", RUN_AND_PRINT_MEMORY, "run", str(case), "-q", *words]
     child = subprocess.run(command, capture_output=True, text=True, check=True)
     taken = 1024 * int(child.stdout)
     assert estimate(set_up(load_case(case, values))).memory == pytest.approx(taken, rel=0.2)

@@ -27,7 +27,6 @@ from fretsolve.plots.labels import readable
 from fretsolve.plots.load_history import chosen_stage_ends, cycles, moved_pairs
 from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.plots.snapshot import Snapshot
-from fretsolve.reference.cyclic_loading import remembered
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Zone
 
@@ -301,16 +300,6 @@ def test_hertz_of_a_turned_tilted_ellipsoid(results: dict[str, Result]) -> None:
     off = form.at(x.ravel(), y.ravel()).reshape(x.shape) - result.field("pressure")
     inside = result.field("pressure") > 500.0
     assert np.abs(off)[inside].max() < 0.03 * result.history["max_pressure"][1]
-
-
-def test_turning_points_that_are_remembered() -> None:
-    assert remembered([1.0, 2.0, 3.0]) == (0.0, 3.0)
-    assert remembered([3.0, 1.0, 2.0]) == (0.0, 3.0, 1.0, 2.0)
-    assert remembered([3.0, 1.0, 2.0, 0.5]) == (0.0, 3.0, 0.5)
-    assert remembered([3.0, -3.0]) == (0.0, -3.0)
-    assert remembered([3.0, -2.0, 3.0, 3.0]) == (0.0, 3.0)
-    assert remembered([3.0, 3.0 - 1e-12, 3.0], least=1e-9) == (0.0, 3.0)
-    assert remembered([]) == (0.0,)
 
 
 def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -> None:

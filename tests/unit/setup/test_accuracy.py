@@ -153,7 +153,7 @@ def test_without_points_and_accuracy(tmp_path: Path) -> None:
     result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}", "--set", "grid.size=1 mm")
     assert "grid.points: missing; needed is cells per side, or [nx, ny], such as 128; or solver" in result.stderr
     result = invoke("validate", case, "--set", "grid.points=12")
-    assert "grid.points: 12 x 12 are too few for an error estimate" in result.stderr
+    assert "grid.points: 12 x 12 are too few for error bars" in result.stderr
 
 
 def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:

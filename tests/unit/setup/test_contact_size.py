@@ -6,7 +6,7 @@ from solving import HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import CaseError
 from fretsolve.model.load_control import LoadControl
-from fretsolve.reference.closed_forms import hertz_elliptic, love_cone
+from fretsolve.reference.hertz import hertz_elliptic, love_cone
 from fretsolve.setup.contact_size import MARGIN, contact_size
 from fretsolve.setup.problem_setup import set_up
 

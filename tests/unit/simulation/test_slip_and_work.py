@@ -7,7 +7,7 @@ import pytest
 from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, RADIUS, A, solve
 
 from fretsolve.model.grid import Grid
-from fretsolve.reference.closed_forms import hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Zone
 from fretsolve.simulation.slip_and_work import mean_pressure, share_in_contact, slipped_apart
 

@@ -11,7 +11,7 @@ from solving import FRICTION, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_l
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
-from fretsolve.reference.closed_forms import hertz_sphere
+from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 

@@ -1,0 +1,179 @@
+"""Bodies pressed together without friction: sphere, ellipsoid, cylinder, cone and flat punch.
+
+Sources: Johnson, Contact Mechanics (1985), chapters 3 and 4; Love (1939); Boussinesq (1885); Carlson's integrals as in
+DLMF chapter 19. Every function raises ValueError outside its stated range.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.system.arrays import DoubleArray
+
+
+@dataclass(frozen=True)
+class HertzContact:
+    """Circular Hertz contact: load P, contact radius a, peak pressure p0, approach delta_z."""
+
+    load: float
+    contact_radius: float
+    max_pressure: float
+    delta_z: float
+
+    @property
+    def semi_axes(self) -> tuple[float, float]:
+        """The radius twice, as an ellipse has it."""
+        return self.contact_radius, self.contact_radius
+
+    def pressure(self, r: DoubleArray) -> DoubleArray:
+        """Return p0 sqrt(1 - r^2/a^2) at distances `r` from the centre; 0 outside."""
+        return self.max_pressure * _semicircle(r, self.contact_radius)
+
+
+def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
+    """Return a sphere's contact at `load` > 0: a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R; Johnson (4.22)."""
+    _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
+    a = math.cbrt(0.75 * load * radius / contact_modulus)
+    return HertzContact(load, a, 1.5 * load / (math.pi * a**2), a**2 / radius)
+
+
+def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
+    """Return a sphere's contact at `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
+    _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
+    a = math.sqrt(radius * delta_z)
+    load = 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
+    return HertzContact(load, a, 2.0 * contact_modulus * a / (math.pi * radius), delta_z)
+
+
+@dataclass(frozen=True)
+class EllipticContact:
+    """Elliptic Hertz contact: load P, semi-axes along x and y, peak pressure p0, approach delta_z."""
+
+    load: float
+    semi_axis_x: float
+    semi_axis_y: float
+    max_pressure: float
+    delta_z: float
+
+    @property
+    def semi_axes(self) -> tuple[float, float]:
+        """Those along x and y."""
+        return self.semi_axis_x, self.semi_axis_y
+
+    def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Return the pressure at points `x`, `y` (of shapes that broadcast) along the principal axes; 0 outside."""
+        return self.max_pressure * _semicircle(np.hypot(x / self.semi_axis_x, y / self.semi_axis_y), 1.0)
+
+
+def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> EllipticContact:
+    """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
+
+    With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
+    1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
+    (E/k'^2 - K)/k^2 of Johnson. Their ratio gives k'. The approach is (p0 b/E*) K(k).
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ellipkm1, elliprd
+
+    _require(min(load, radius_x, radius_y, contact_modulus) > 0.0, "load, radii and modulus must be positive")
+    long_radius, short_radius = max(radius_x, radius_y), min(radius_x, radius_y)
+
+    def mismatch(log_axis_ratio: float) -> float:
+        square = math.exp(2.0 * log_axis_ratio)
+        curvature_ratio = elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)
+        return math.log(curvature_ratio) - math.log(long_radius / short_radius)
+
+    # b/a lies between R_b/R_a and 1: near (R_b/R_a)^(2/3) for a nearly round ellipse, larger for a slim one
+    lowest = math.log(short_radius / long_radius)
+    ratio = math.exp(brentq(mismatch, lowest, 0.0, xtol=1e-15, rtol=1e-15)) if lowest < 0.0 else 1.0
+    a = math.cbrt(load * long_radius * elliprd(0.0, ratio**2, 1.0) / (math.pi * contact_modulus))
+    b = ratio * a
+    p0 = 1.5 * load / (math.pi * a * b)
+    delta_z = p0 * b / contact_modulus * ellipkm1(ratio**2)
+    axis_x, axis_y = (a, b) if radius_x >= radius_y else (b, a)
+    return EllipticContact(load, axis_x, axis_y, p0, float(delta_z))
+
+
+def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
+    """Return b = sqrt(4 P' R/pi E*) of a cylinder under P' N/mm; Johnson (4.43)."""
+    _require(min(load_per_length, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
+    return math.sqrt(4.0 * load_per_length * radius / (math.pi * contact_modulus))
+
+
+@dataclass(frozen=True)
+class FlatPunch:
+    """Flat cylindrical punch without friction: load P, contact radius a, approach delta_z."""
+
+    load: float
+    contact_radius: float
+    delta_z: float
+
+    @property
+    def mean_pressure(self) -> float:
+        """P/(pi a^2)."""
+        return self.load / (math.pi * self.contact_radius**2)
+
+    def pressure(self, r: DoubleArray) -> DoubleArray:
+        """Return P/(2 pi a sqrt(a^2 - r^2)) at distances `r` < a; infinite at the edge, 0 outside."""
+        a = self.contact_radius
+        with np.errstate(divide="ignore"):
+            inside = self.load / (2.0 * np.pi * a * np.sqrt(np.maximum(a**2 - np.square(r), 0.0)))
+        return np.where(np.asarray(r) <= a, inside, 0.0)
+
+
+def boussinesq_punch(load: float, radius: float, contact_modulus: float) -> FlatPunch:
+    """Return the contact of a flat punch of `radius` > 0 at `load` >= 0: P = 2 a E* delta_z, Johnson, section 3.4."""
+    _require(load >= 0.0 and radius > 0.0 and contact_modulus > 0.0, "radius and modulus must be positive")
+    return FlatPunch(load, radius, load / (2.0 * radius * contact_modulus))
+
+
+@dataclass(frozen=True)
+class ConeContact:
+    """Cone on a flat: load P, contact radius a, approach delta_z, mean pressure p_m."""
+
+    load: float
+    contact_radius: float
+    delta_z: float
+    mean_pressure: float
+
+    def pressure(self, r: DoubleArray) -> DoubleArray:
+        """Return p_m arcosh(a/r) at distances `r` from the apex; infinite there, 0 outside."""
+        with np.errstate(divide="ignore"):
+            return self.mean_pressure * np.arccosh(np.maximum(self.contact_radius / np.asarray(r), 1.0))
+
+
+def love_cone(load: float, angle: float, contact_modulus: float) -> ConeContact:
+    """Return the contact at `load` > 0 of a cone whose flank makes `angle` (rad, below pi/2) with the contact plane.
+
+    Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t, p_m = (E*/2) t.
+    """
+    _require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
+    slope = _slope(angle)
+    a = math.sqrt(2.0 * load / (math.pi * contact_modulus * slope))
+    return ConeContact(load, a, 0.5 * math.pi * a * slope, 0.5 * contact_modulus * slope)
+
+
+def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeContact:
+    """Return the contact of the cone of `love_cone` at the approach `delta_z` > 0."""
+    _require(delta_z > 0.0 and contact_modulus > 0.0, "approach and modulus must be positive")
+    slope = _slope(angle)
+    a = 2.0 * delta_z / (math.pi * slope)
+    return ConeContact(0.5 * math.pi * a**2 * contact_modulus * slope, a, delta_z, 0.5 * contact_modulus * slope)
+
+
+def _slope(angle: float) -> float:
+    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
+    return math.tan(angle)
+
+
+def _semicircle(r: DoubleArray, radius: float) -> DoubleArray:
+    """Return sqrt(1 - r^2/radius^2), 0 outside."""
+    return np.asarray(np.sqrt(np.maximum(1.0 - np.square(r / radius), 0.0)))
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ValueError(message)

@@ -1,0 +1,194 @@
+"""Tangential force and torque on a Hertz contact, and friction under pressing alone.
+
+Sources: Cattaneo (1938), Mindlin (1949), Mindlin & Deresiewicz (1953), Lubkin (1951), Spence (1975); Johnson, Contact
+Mechanics (1985), chapters 3 and 7. Formulas are arranged so that nothing cancels at small loads. Compliances are those
+of `fretsolve.model.materials.Compliances`. Every function raises ValueError outside its stated range.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.system.arrays import DoubleArray
+
+
+@dataclass(frozen=True)
+class CattaneoMindlin:
+    """Hertz contact under a shear force |Q| <= mu P, after loading from zero; Johnson, section 7.2.
+
+    compliance: the tangential one (1/MPa). Below, f = |Q|/mu P.
+    """
+
+    source: ClassVar[str] = "Cattaneo-Mindlin"
+
+    hertz: HertzContact
+    friction: float
+    shear_force: float
+    compliance: float
+
+    @property
+    def stick_radius(self) -> float:
+        """c = a (1 - f)^(1/3)."""
+        return self.hertz.contact_radius * math.cbrt(1.0 - self._fraction)
+
+    @property
+    def center_shear(self) -> float:
+        """q0 = mu p0 (1 - c/a) at the centre, with the sign of the force."""
+        value = self.friction * self.hertz.max_pressure * _one_minus_power(self._fraction, 1 / 3)
+        return math.copysign(value, self.shear_force)
+
+    @property
+    def delta_x(self) -> float:
+        """Rigid displacement (3 mu P S/16a) (1 - (1 - f)^(2/3)) in the direction of the force; Mindlin (1949)."""
+        scale = 3.0 * self.friction * self.hertz.load * self.compliance / (16.0 * self.hertz.contact_radius)
+        return math.copysign(scale * _one_minus_power(self._fraction, 2 / 3), self.shear_force)
+
+    @property
+    def work_per_cycle(self) -> float:
+        """Energy (N mm) dissipated in a full cycle between plus and minus the force.
+
+        (9 mu^2 P^2 S/10a) {1 - (1 - f)^(5/3) - (5f/6)[1 + (1 - f)^(2/3)]}. The braces are O(f^3); their binomial
+        series, all of whose terms are positive, sums to (5/162) f^3 2F1(4/3, 2; 4; f).
+        """
+        from scipy.special import hyp2f1
+
+        limit, f = self.friction * self.hertz.load, self._fraction
+        braces = 5.0 / 162.0 * f**3 * float(hyp2f1(4.0 / 3.0, 2.0, 4.0, f))
+        return 0.9 * limit**2 / self.hertz.contact_radius * self.compliance * braces
+
+    def shear(self, r: DoubleArray) -> DoubleArray:
+        """Return the shear at distances `r` from the centre: mu p minus that of a Hertz contact in the stick zone."""
+        a, c = self.hertz.contact_radius, self.stick_radius
+        shear = math.copysign(self.friction, self.shear_force) * self.hertz.pressure(r)
+        if c > 0.0:
+            inner = replace(self.hertz, contact_radius=c, max_pressure=c / a * self.hertz.max_pressure)
+            shear -= math.copysign(self.friction, self.shear_force) * inner.pressure(r)
+        return shear
+
+    @property
+    def _fraction(self) -> float:
+        return abs(self.shear_force) / (self.friction * self.hertz.load)
+
+
+def cattaneo_mindlin(
+    hertz: HertzContact, friction: float, shear_force: float, tangential_compliance: float
+) -> CattaneoMindlin:
+    """Return the contact under a shear force Q, |Q| <= mu P, mu > 0, at constant load."""
+    limit = friction * hertz.load
+    if friction <= 0.0 or abs(shear_force) > limit:
+        raise ValueError(f"the force must not exceed mu P = {limit:g} N")
+    return CattaneoMindlin(hertz, friction, shear_force, tangential_compliance)
+
+
+def full_stick_compliance(contact_radius: float, tangential_compliance: float) -> float:
+    """Return the rigid displacement per shear force (mm/N) of a circular contact without slip: S/8a, Mindlin (1949)."""
+    if contact_radius <= 0.0:
+        raise ValueError("the contact radius must be positive")
+    return tangential_compliance / (8.0 * contact_radius)
+
+
+@dataclass(frozen=True)
+class LubkinContact:
+    """Hertz contact under a torque Mz about its axis, below full slip: stick radius c and rotation phi_z."""
+
+    source: ClassVar[str] = "Lubkin"
+
+    hertz: HertzContact
+    friction: float
+    torque: float
+    stick_radius: float
+    phi_z: float
+
+    def shear(self, r: DoubleArray) -> DoubleArray:
+        """Return the circumferential shear at distances `r`, positive about +z for a positive torque; 0 outside.
+
+        Lubkin (1951): mu p for r >= c, and (2/pi) mu p [pi/2 + (K - E) F(psi, k') - K E(psi, k')] for r < c,
+        with k' = c/a, K and E of the modulus k = sqrt(1 - k'^2), sin^2 psi = (1 - r^2/c^2)/(1 - r^2/a^2). The
+        bracket's rounding error is that of 1, however small its value.
+        """
+        from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
+
+        a, c = self.hertz.contact_radius, self.stick_radius
+        limit = math.copysign(self.friction, self.torque) * self.hertz.pressure(r)
+        if c == 0.0:
+            return limit
+        inside = np.minimum(np.abs(r) / c, 1.0)
+        square = min((c / a) ** 2, 1.0 - 2.0**-52)  # F is infinite at 1, where it is multiplied by K - E = 0
+        sine_squared = (1.0 - inside) * (1.0 + inside) / (1.0 - square * inside**2)
+        psi = np.arcsin(np.sqrt(sine_squared))
+        K, E = ellipkm1(square), ellipe(1.0 - square)
+        bracket = np.pi / 2 + (K - E) * ellipkinc(psi, square) - K * ellipeinc(psi, square)
+        return np.asarray(limit * np.where(inside < 1.0, 2.0 / np.pi * bracket, 1.0))
+
+
+def full_slip_torque(hertz: HertzContact, friction: float) -> float:
+    """Return the torque (3 pi/16) mu P a at which the whole circular contact slips."""
+    return 3.0 * math.pi / 16.0 * friction * hertz.load * hertz.contact_radius
+
+
+def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compliance: float) -> LubkinContact:
+    """Return the contact under a torque below full slip in magnitude, mu > 0; Lubkin (1951).
+
+    The shear is a superposition g(b) r/sqrt(b^2 - r^2) of rigid rotations of circles with radii b from c to a
+    (Johnson, 3.9). An Abel transform of mu p gives g = (2 mu p0/pi) E/b, E of the modulus sqrt(1 - b^2/a^2);
+    hence Mz = (8/3) mu p0 a^3 int_{c/a}^1 t^2 E(sqrt(1 - t^2)) dt and phi_z = (1/2) mu p0 (K - E) sum 1/G_i,
+    K and E of the modulus sqrt(1 - c^2/a^2).
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, elliprd
+
+    full = full_slip_torque(hertz, friction)
+    if abs(torque) >= full:
+        raise ValueError(f"the torque must be below that of full slip, {full:g} N.mm")
+    p0, a = hertz.max_pressure, hertz.contact_radius
+
+    def excess(share: float) -> float:  # t = 1 - width s keeps small widths 1 - c/a exact
+        width = share * widest
+        value, _ = quad(
+            lambda s: (1.0 - width * s) ** 2 * ellipe(width * s * (2.0 - width * s)), 0.0, 1.0, epsrel=1e-12
+        )
+        return share * float(value) / mean - 1.0
+
+    # the torque is concave in the width, with the slope 4 pi/3 mu p0 a^3 at 0: Mz/(that) < width < Mz/full
+    widest, mean = abs(torque) / full, 3.0 * math.pi**2 / 64.0
+    width = widest * brentq(excess, 0.25, min(1.01, 1.0 / widest), xtol=1e-15, rtol=1e-15) if torque else 0.0
+    modulus = width * (2.0 - width)  # k^2 = 1 - c^2/a^2
+    difference = modulus / 3.0 * float(elliprd(0.0, 1.0 - modulus, 1.0))  # K - E
+    phi_z = 0.5 * friction * p0 * difference * torsional_compliance
+    return LubkinContact(hertz, friction, torque, a * (1.0 - width), math.copysign(phi_z, torque))
+
+
+def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
+    """Return c/a of a sphere pressed on with friction >= 0, the shear not acting back on the pressure; Spence (1975).
+
+    Root of (a/2c) ln((a + c)/(a - c)) = (mu/|beta|) K(sqrt(1 - c^2/a^2)): 1 for beta = 0, 0 for mu = 0.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ellipkm1
+
+    if friction < 0.0:
+        raise ValueError("the friction coefficient must not be negative")
+    if dundurs_constant == 0.0:
+        return 1.0
+    ratio = friction / abs(dundurs_constant)
+    if ratio < 0.04:  # c/a < 1e-10: K = ln(4a/c) and the left side is 1, to the last digit
+        return 4.0 * math.exp(-1.0 / ratio) if ratio > 0.0 else 0.0
+
+    def mismatch(log_v: float) -> float:
+        v = math.exp(log_v)  # c/a = tanh v, so that the left side is v/tanh v
+        return v / math.tanh(v) - ratio * float(ellipkm1(math.tanh(v) ** 2))
+
+    # K falls with v, and v < v/tanh v: a root above 1 lies below the right side's value at v = 1
+    upper = max(1.0, ratio * float(ellipkm1(math.tanh(1.0) ** 2)))
+    return math.tanh(math.exp(brentq(mismatch, math.log(1e-11), math.log(upper), xtol=1e-15, rtol=1e-15)))
+
+
+def _one_minus_power(fraction: float, exponent: float) -> float:
+    """Return 1 - (1 - fraction)^exponent without loss of digits for a small fraction."""
+    return -math.expm1(exponent * math.log1p(-fraction)) if fraction < 1.0 else 1.0

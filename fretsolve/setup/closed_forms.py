@@ -1,0 +1,282 @@
+"""Find every closed form that holds for a case: Hertz, Boussinesq, Love, Cattaneo and Mindlin, Lubkin, Spence.
+
+`validate`, the warnings, studies, the automatic size and the plots all ask here. The formulas are in
+`fretsolve.reference`; no solver is needed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from fretsolve.case import Case, ConeSurface, CylinderSurface, EllipsoidSurface, PunchSurface, SphereSurface, Surface
+from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.model.materials import Compliances
+from fretsolve.model.required_terms import Model
+from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
+from fretsolve.reference.hertz import (
+    EllipticContact,
+    FlatPunch,
+    HertzContact,
+    boussinesq_punch,
+    hertz_elliptic,
+    hertz_line_half_width,
+    hertz_sphere,
+    hertz_sphere_at,
+    love_cone,
+)
+from fretsolve.reference.tangential import spence_stick_ratio
+from fretsolve.system.arrays import DoubleArray
+
+Load = Mapping[str, float]
+"""The imposed load components with their totals (N, mm, N mm, rad)."""
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The value of a column of the history at the end of a stage (from 0), and whose solution gives it."""
+
+    quantity: str
+    stage: int
+    value: float
+    source: str
+
+
+@dataclass(frozen=True)
+class HertzForm:
+    """Hertz's contact of the only surface of a case, a sphere or an ellipsoid.
+
+    radii: of curvature along the semi-axes (mm); angle: from x to the first semi-axis; modulus: E* (MPa).
+    """
+
+    contact: HertzContact | EllipticContact
+    radii: tuple[float, float]
+    angle: float
+    modulus: float
+
+    @property
+    def circle(self) -> HertzContact | None:
+        """The contact where it is circular."""
+        return self.contact if isinstance(self.contact, HertzContact) else None
+
+    @property
+    def size_over_radius(self) -> float:
+        """a/R, the larger one of both directions."""
+        return max(axis / radius for axis, radius in zip(self.contact.semi_axes, self.radii, strict=True))
+
+    @property
+    def strain(self) -> float:
+        """p0/E*, of the order of the strains."""
+        return self.contact.max_pressure / self.modulus
+
+    @property
+    def half_extent(self) -> tuple[float, float]:
+        """How far the contact reaches from its centre along x and along y (mm)."""
+        (first, second), cosine, sine = self.contact.semi_axes, math.cos(self.angle), math.sin(self.angle)
+        return math.hypot(first * cosine, second * sine), math.hypot(first * sine, second * cosine)
+
+    def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Return the pressure (MPa) at points `x`, `y` (mm) about the centre; 0 outside."""
+        if isinstance(self.contact, HertzContact):
+            return self.contact.pressure(np.hypot(x, y))
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        return self.contact.pressure(cosine * x + sine * y, cosine * y - sine * x)
+
+
+def hertz_form(case: Case, compliances: Compliances, load: Load) -> HertzForm | None:
+    """Return Hertz's contact under P, or for a sphere under delta_z; None for other shapes or without contact.
+
+    Only the surface and the load count: it is upright and without shear.
+    """
+    surface, modulus = case.surface[0], compliances.contact_modulus
+    if isinstance(surface, SphereSurface):
+        radii, angle = (surface.radius, surface.radius), 0.0
+    elif isinstance(surface, EllipsoidSurface):
+        radii, angle = (surface.radius_x, surface.radius_y), surface.angle
+    else:
+        return None
+    pressed = load.get("P", load.get("delta_z", 0.0))
+    if len(case.surface) > 1 or min(radii) <= 0.0 or pressed <= 0.0:
+        return None
+    if radii[0] != radii[1]:
+        return HertzForm(hertz_elliptic(pressed, *radii, modulus), radii, angle, modulus) if "P" in load else None
+    press = hertz_sphere if "P" in load else hertz_sphere_at
+    return HertzForm(press(pressed, radii[0], modulus), radii, 0.0, modulus)
+
+
+@dataclass(frozen=True)
+class ClosedForms:
+    """The closed forms of a case along its load path. Stages are counted from 0.
+
+    loads: what is imposed at the end of each stage.
+    """
+
+    case: Case
+    model: Model
+    loads: tuple[Load, ...]
+
+    @cached_property
+    def hertz(self) -> tuple[HertzForm | None, ...]:
+        """Hertz's contact at the end of each stage; None where it is tilted, without contact, or of another shape."""
+        find = cache(lambda *load: hertz_form(self.case, self.model.compliances, dict(load)))
+        return tuple(
+            None if _is_tilted(load) else find(*((name, load[name]) for name in ("P", "delta_z") if name in load))
+            for load in self.loads
+        )
+
+    @cached_property
+    def largest(self) -> HertzForm | None:
+        """Hertz's contact at the largest normal load; None where the contact is ever tilted."""
+        found = [] if any(map(_is_tilted, self.loads)) else [form for form in self.hertz if form is not None]
+        return max(found, key=lambda form: form.contact.load, default=None)
+
+    @property
+    def punch(self) -> FlatPunch | None:
+        """Boussinesq's flat round punch where it is pressed hardest, sharp and never tilted."""
+        surface = self._only_surface()
+        if not isinstance(surface, PunchSurface) or surface.radius is None or surface.edge_radius:
+            return None
+        if any(map(_is_tilted, self.loads)):
+            return None
+        radius, modulus = surface.radius, self.model.compliances.contact_modulus
+        stiffness = 1.0 / boussinesq_punch(1.0, radius, modulus).delta_z
+        pressed = max(load["P"] if "P" in load else stiffness * load.get("delta_z", 0.0) for load in self.loads)
+        return boussinesq_punch(pressed, radius, modulus) if pressed > 0.0 else None
+
+    def contact_width(self, endless: float) -> float | None:
+        """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
+
+        endless: the length (mm) that counts of a cylinder without ends.
+        """
+        if self.largest is not None:
+            return 2.0 * min(self.largest.contact.semi_axes)
+        surface, modulus = self._only_surface(), self.model.compliances.contact_modulus
+        if isinstance(surface, PunchSurface):
+            return 2.0 * (surface.radius or surface.half_width or 0.0)
+        load = max(load.get("P", 0.0) for load in self.loads)
+        if load <= 0.0:
+            return None
+        if isinstance(surface, ConeSurface):
+            return 2.0 * love_cone(load, surface.angle, modulus).contact_radius
+        if isinstance(surface, CylinderSurface) and surface.crown_radius is None and surface.radius > 0.0:
+            return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, modulus)
+        return None
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """The centre of the first surface (mm)."""
+        return self.case.surface[0].center
+
+    def shear(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
+        """Return Cattaneo and Mindlin's or Lubkin's solution for a sphere after `stage`; None where there is none.
+
+        There is none where shear acts on the pressure, or where a tangential motion is imposed. center: of the contact
+        (mm), by default that of the sphere.
+        """
+        loads, form = self.loads[: stage + 1], self.hertz[stage]
+        circle = form.circle if form is not None else None
+        if circle is None or not self.model.has_shear or self.model.coupled or any(map(_is_tilted, loads)):
+            return None
+        P = np.array([0.0, *(0.0 if one is None else one.contact.load for one in self.hertz[: stage + 1])])
+        Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
+        if not np.isfinite([Qx, Qy, Mz]).all():
+            return None
+        # An imposed Mz is about the origin; a rotation that is held takes no torque about the contact's centre.
+        x, y = center or self.center
+        imposed = np.array([False, *("Mz" in load for load in loads)])
+        torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
+        compliances = self.model.compliances
+        return cyclic_loading(
+            circle,
+            self.model.friction,
+            (compliances.tangential, compliances.torsional),
+            (P, Qx, Qy, torque),
+            (x, y),
+        )
+
+    def values(self) -> Iterator[ClosedForm]:
+        """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.
+
+        Cattaneo and Mindlin neglect that shear along x moves the surfaces along y, Lubkin does not.
+        """
+        if self.model.terms.normal_tangential_coupling:
+            return
+        for stage, (load, form) in enumerate(zip(self.loads, self.hertz, strict=True)):
+            if form is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
+                continue
+            found = {"delta_z": form.contact.delta_z, "max_pressure": form.contact.max_pressure}
+            found |= _circle("contact", math.sqrt(math.prod(form.contact.semi_axes)))
+            yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
+            shear = self.shear(stage)
+            if shear is not None and 0.0 < shear.largest <= shear.limit and self._is_exact(shear):
+                found = shear.displacements() | _circle("stick", shear.stick_radius)
+                if shear.direction is not None:
+                    found["work_total"] = shear.dissipated_energy()
+                yield from (ClosedForm(name, stage, value, shear.source) for name, value in found.items())
+
+    @property
+    def why_not_mindlin(self) -> str:
+        """Why Cattaneo and Mindlin are not exact, where Poisson's ratio is the only reason; else empty."""
+        moved = {name for load in self.loads for name, value in load.items() if value}
+        if not self._directions_interact or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
+            return ""
+        return (
+            "with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which Cattaneo and"
+            " Mindlin neglect: they are exact only with coupling: none"
+        )
+
+    @property
+    def _directions_interact(self) -> bool:
+        """Whether shear along x moves the surfaces along y."""
+        return self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
+
+    def _is_exact(self, shear: CyclicLoading) -> bool:
+        if shear.direction is not None:
+            return not self._directions_interact
+        return self._directions_interact or self.model.compliances.B == 0.0
+
+    def smallest_stick(self) -> ClosedForm | None:
+        """Return the smallest stick radius (mm) of the path; None where no closed form gives it.
+
+        Spence: a sphere pressed on a dissimilar body, without tangential load. Cattaneo and Mindlin, or Lubkin: a
+        sphere under a tangential force or a torque at constant P, similar bodies; unloading leaves no smaller one.
+        """
+        if not self.model.has_shear:
+            return None
+        if any(load.get(name) for load in self.loads for name in TANGENTIAL):
+            shear = self.shear(len(self.loads) - 1)
+            if shear is None or shear.largest >= shear.limit:
+                return None
+            stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
+            return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
+        radii = [(form.circle.contact_radius, stage) for stage, form in enumerate(self.hertz) if form and form.circle]
+        if not radii or not self.model.coupled:
+            return None
+        radius, stage = max(radii)
+        ratio = spence_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
+        return ClosedForm("stick_radius", stage, ratio * radius, "Spence")
+
+    def _only_surface(self) -> Surface | None:
+        return self.case.surface[0] if len(self.case.surface) == 1 else None
+
+
+def _is_tilted(load: Load) -> bool:
+    return any(load.get(name) for name in ("Mx", "My", "phi_x", "phi_y"))
+
+
+def _path(loads: Sequence[Load], force: str) -> list[float]:
+    """Return a tangential force at the end of each stage; infinite where its motion is imposed, 0 while it is held."""
+    motion = dict(PAIRS)[force]
+    path: list[float] = []
+    for load in loads:
+        held = load.get(motion) == 0.0 and not any(path)
+        path.append(load.get(force, 0.0 if held else math.inf))
+    return path
+
+
+def _circle(zone: str, radius: float) -> dict[str, float]:
+    return {f"{zone}_radius": radius, f"{zone}_area": math.pi * radius**2}

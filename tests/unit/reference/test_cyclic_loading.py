@@ -1,0 +1,53 @@
+"""Turning points that a contact remembers, and the energy that it dissipates between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from solving import FRICTION, HERTZ, MATERIAL
+
+from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading, dissipated, remembered
+
+COMPLIANCES = (MATERIAL.tangential, MATERIAL.torsional)
+
+
+def loaded(P, Qx, Qy=0.0, Mz=0.0) -> CyclicLoading | None:
+    loads = np.broadcast_arrays(*(np.asarray(column, float) for column in (P, Qx, Qy, Mz)))
+    return cyclic_loading(HERTZ, FRICTION, COMPLIANCES, loads)
+
+
+def test_turning_points_that_are_remembered() -> None:
+    assert remembered([1.0, 2.0, 3.0]) == (0.0, 3.0)
+    assert remembered([3.0, 1.0, 2.0]) == (0.0, 3.0, 1.0, 2.0)
+    assert remembered([3.0, 1.0, 2.0, 0.5]) == (0.0, 3.0, 0.5)
+    assert remembered([3.0, -3.0]) == (0.0, -3.0)
+    assert remembered([3.0, -2.0, 3.0, 3.0]) == (0.0, 3.0)
+    assert remembered([3.0, 3.0 - 1e-12, 3.0], least=1e-9) == (0.0, 3.0)
+    assert remembered([]) == (0.0,)
+
+
+def test_dissipation_of_loops_within_loops() -> None:
+    def per_cycle(load: float) -> float:
+        return load**3
+
+    assert dissipated([2.0, 6.0], per_cycle) == pytest.approx(216.0 / 4)
+    assert dissipated([6.0, -6.0, 6.0], per_cycle) == pytest.approx(216.0 * 1.25)
+    assert dissipated([6.0, 2.0, 6.0, 8.0], per_cycle) == pytest.approx(512.0 / 4 + 8.0)
+    assert dissipated([6.0, -7.0], per_cycle) == pytest.approx(343.0 / 4 + 216.0 / 2)
+    assert dissipated([6.0, 0.0, 4.0, -6.0], per_cycle) == pytest.approx(216.0 / 4 + 216.0 / 2 + 8.0)
+
+
+def test_an_oblique_force_is_one_along_its_direction() -> None:
+    straight, oblique = loaded([400, 400], [0, 30]), loaded([400, 400], [0, 18], [0, 24])
+    assert oblique.stick_radius == pytest.approx(straight.stick_radius)
+    assert oblique.component == "Qy"
+    along = straight.displacements()["delta_x"]
+    assert oblique.displacements() == {"delta_x": pytest.approx(0.6 * along), "delta_y": pytest.approx(0.8 * along)}
+
+
+def test_where_there_is_no_solution() -> None:
+    assert loaded([400, 400], [0, 30], [0, 0], [0, 1]) is None  # a force and a torque
+    assert loaded([400, 400, 400], [0, 30, 30], [0, 0, 10]) is None  # the direction changes
+    assert loaded([300, 300, 400], [0, 30, 30]) is None  # P changes under shear
+    assert loaded([0, 300, 400, 400], [0, 0, 0, 30]).path == (0.0, 0.0, 0.0, 30.0)
+    assert loaded([400], [0]).stick_radius == HERTZ.contact_radius
