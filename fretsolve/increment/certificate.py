@@ -38,11 +38,13 @@ class Solution:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Gap (nx, ny) and slip increment (2, nx, ny) of a `Solution` in mm, its zones (nx, ny), and the residuals."""
+    """What follows from a `Solution`: gap (nx, ny) and slip increment (2, nx, ny) in mm, zones (nx, ny) as `Zone`,
+    resultants P, Mx, My, Qx, Qy, Mz (N, N mm), and the residuals."""
 
     gap: FloatArray
     slip: FloatArray
     zone: NDArray[np.uint8]
+    resultants: Vector
     certificate: Certificate
 
 
@@ -80,15 +82,17 @@ class Examiner:
         zone = self.zones(solution, slip, contact, friction_limit)
         # C4 to C6: residuals
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
+        of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
+        resultants = np.concatenate([of_pressure, of_shear])
         stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK) if self.may_slip else (0.0, 0.0)
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
             bound=_bound_residual(solution.shear, friction_limit) if self.may_slip else 0.0,
-            load=self._load_residual(solution, friction_limit, normal, tangential),
+            load=self._load_residual(solution, resultants, friction_limit, normal, tangential),
         )
-        return Evidence(gap, slip, zone, certificate)
+        return Evidence(gap, slip, zone, resultants, certificate)
 
     def zones(
         self, solution: Solution, slip: FloatArray, contact: BoolArray, friction_limit: FloatArray
@@ -182,25 +186,24 @@ class Examiner:
         return stick, float(np.max(weighted)) / self._slip_scale(solution, float(distance.max()), motion)
 
     def _load_residual(
-        self, solution: Solution, friction_limit: FloatArray, normal: LoadControl, tangential: LoadControl
+        self,
+        solution: Solution,
+        resultants: Vector,
+        friction_limit: FloatArray,
+        normal: LoadControl,
+        tangential: LoadControl,
     ) -> float:
         """Return the largest error of an imposed load over P or what friction can carry (moments: times half the grid's
         side), or of an imposed displacement over the largest rigid displacement (rotations: likewise)."""
-        found = self.normal.resultants(solution.pressure)
-        load, reach = float(found[0]), max(self.reach, TINY)
+        reach = max(self.reach, TINY)
+        arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
         carried = float(friction_limit.sum(dtype=np.float64)) * self.normal.cell_area
-        sheared = self.tangential.resultants(solution.shear)
-        farthest = float(np.abs(solution.rigid * np.array([1.0, reach, reach, 1.0, 1.0, reach])).max())
-        errors = []
-        for control, resultant, rigid, scale, arms in (
-            (normal, found, solution.rigid[:3], load, (1.0, reach, reach)),
-            (tangential, sheared, solution.rigid[3:], carried, (1.0, 1.0, reach)),
-        ):
-            for mode, (forced, value) in enumerate(zip(control.forced, control.values, strict=True)):
-                error = abs(float(resultant[mode] if forced else rigid[mode]) - value)
-                unit = scale * arms[mode] if forced else farthest / arms[mode]
-                errors.append(error / max(unit, TINY) if error else 0.0)
-        return float(np.max(errors))
+        farthest = float(np.abs(solution.rigid * arms).max())
+        forced = np.array([*normal.forced, *tangential.forced])
+        error = np.abs(np.where(forced, resultants, solution.rigid) - (*normal.values, *tangential.values))
+        scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)
+        with np.errstate(over="ignore"):  # infinite where nothing carries a load
+            return float(np.max(error / np.maximum(scale, TINY)))
 
 
 def _bound_residual(shear: FloatArray, friction_limit: FloatArray) -> float:

@@ -21,7 +21,7 @@ from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray
 
 MARGIN = 0.3
 """Tolerance of the solvers in parts of the case's: their residuals and those of the certificate differ a little."""
@@ -37,14 +37,11 @@ MOST_ATTEMPTS = 12
 class Solved:
     """A certified increment and its cost.
 
-    normal, tangential: resultants (P, Mx, My) and (Qx, Qy, Mz); operator_applications: in parts of one on the whole
-    grid where they are on active regions and coarser grids, rounded up.
+    operator_applications: in parts of one on the whole grid where they are on smaller grids, rounded up.
     """
 
     solution: Solution
     evidence: Evidence
-    normal: Vector
-    tangential: Vector
     iterations_normal: int
     iterations_tangential: int
     staggered_iterations: int
@@ -101,7 +98,8 @@ class IncrementSolver:
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
-                return self._solved(solution, evidence, work, self.applications - before)
+                iterations = work.iterations_normal, work.iterations_tangential, work.staggered_iterations
+                return Solved(solution, evidence, *iterations, math.ceil(round(self.applications - before, 6)))
             # C7: try again with a tighter target, unless rounding is the cause
             rounding = self._examiner.lost_in_rounding(solution, evidence)
             if rounding:
@@ -225,18 +223,6 @@ class IncrementSolver:
             operator.tangential_from_pressure(work.pressure - start.pressure, sideways)
             moved += sideways
         return moved
-
-    def _solved(self, solution: Solution, evidence: Evidence, work: WorkingState, applications: float) -> Solved:
-        return Solved(
-            solution,
-            evidence,
-            self._examiner.normal.resultants(work.pressure),
-            self._examiner.tangential.resultants(work.shear),
-            work.iterations_normal,
-            work.iterations_tangential,
-            work.staggered_iterations,
-            math.ceil(round(applications, 6)),
-        )
 
 
 def _rounded(field: FloatArray) -> FloatArray:

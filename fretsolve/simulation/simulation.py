@@ -190,8 +190,7 @@ def _summary(
     return Summary(
         step=increment.step,
         stage=increment.stage.number,
-        **dict(zip(("P", "Mx", "My"), map(float, solved.normal), strict=True)),
-        **dict(zip(("Qx", "Qy", "Mz"), map(float, solved.tangential), strict=True)),
+        **dict(zip(("P", "Mx", "My", "Qx", "Qy", "Mz"), map(float, solved.evidence.resultants), strict=True)),
         **rigid,
         contact_area=contact,
         stick_area=stick,

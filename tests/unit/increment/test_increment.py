@@ -49,11 +49,11 @@ def test_two_increments(bodies):
     solver = solver_of(setup)
     first = solver.solve(increment(setup), nothing(setup.grid))
     assert first.evidence.certificate.worst <= 1e-7
-    assert first.normal[0] == pytest.approx(LOAD)
+    assert first.evidence.resultants[0] == pytest.approx(LOAD)
     pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, -5.0, 0.0)))
     second = solver.solve(pulled, after(first))
     assert second.evidence.certificate.worst <= 1e-7
-    assert second.tangential[:2] == pytest.approx((25.0, -5.0))
+    assert second.evidence.resultants[3:5] == pytest.approx((25.0, -5.0))
     assert second.solution.motion == pytest.approx(second.solution.rigid - first.solution.rigid)
     assert min(second.iterations_tangential, second.staggered_iterations, second.operator_applications) > 0
 
@@ -164,7 +164,7 @@ def test_control_by_displacement_from_the_start():
     forced = solver_of(setup).solve(increment(setup), nothing(setup.grid))
     moved = LoadControl((False, False, False), (float(forced.solution.rigid[0]), 0.0, 0.0))
     solved = solver_of(setup).solve(replace(increment(setup), normal=moved), nothing(setup.grid))
-    assert solved.normal[0] == pytest.approx(LOAD, rel=1e-5)
+    assert solved.evidence.resultants[0] == pytest.approx(LOAD, rel=1e-5)
 
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])
