@@ -264,7 +264,8 @@ def _described(subject: Any, name: str) -> Iterator[str]:
         yield f"`{name.rpartition('.')[2]}{_signature(subject)}`\n"
     yield f"{_paragraphs(inspect.getdoc(subject) or '')}\n"
     if dataclasses.is_dataclass(subject):
-        yield f"Attributes: {', '.join(f'`{field.name}`' for field in dataclasses.fields(subject))}.\n"
+        names = [field.name for field in dataclasses.fields(subject) if not field.name.startswith("_")]
+        yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
     rows = list(_members(subject)) if inspect.isclass(subject) else []
     if rows:
         yield from _table(("member", "meaning"), rows)

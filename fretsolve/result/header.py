@@ -65,17 +65,8 @@ class RunHeader:
 
     def attributes(self, status: str, failure: tuple[str, str] | None = None) -> dict[str, Any]:
         """Return the root attributes of a result; failure: why the run failed, and the kind of failure."""
-        values: dict[str, Any] = {
-            "fretsolve_version": self.version,
-            "format_version": self.format_version,
-            "status": status,
-            "case_yaml": self.case_yaml,
-            "effective_case": self.effective_case,
-            "coupling": self.coupling,
-            "model": self.model,
-            "inputs": self.inputs,
-            "provenance": self.provenance,
-        }
+        names = ("format_version", "case_yaml", "effective_case", "coupling", "model", "inputs", "provenance")
+        values = {"fretsolve_version": self.version, "status": status, **{name: getattr(self, name) for name in names}}
         return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
 
     def to_json(self) -> str:

@@ -49,7 +49,10 @@ class RunLock:
             with suppress(OSError):  # the holder is only for the message of the next run
                 (folder / HOLDER_NAME).write_text(f"process {os.getpid()} on {socket.gethostname()}")
             return cls(folder, lock)
-        raise BusyError(f"another run is writing this output{_holder(folder)}", folder)
+        holder = ""
+        with suppress(OSError):
+            holder = f" ({(folder / HOLDER_NAME).read_text()})"
+        raise BusyError(f"another run is writing this output{holder}", folder)
 
     def release(self) -> None:
         """Give the lock back, and remove the folder if nothing else is in it."""
@@ -76,10 +79,3 @@ def is_locked(folder: Path) -> bool:
     finally:
         os.close(descriptor)
     return False
-
-
-def _holder(folder: Path) -> str:
-    try:
-        return f" ({(folder / HOLDER_NAME).read_text()})"
-    except OSError:
-        return ""

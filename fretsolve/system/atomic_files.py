@@ -93,15 +93,6 @@ class WriteThroughFile(io.RawIOBase):
         self.check()
         os.fsync(self._descriptor)
 
-    def readable(self) -> bool:
-        return True
-
-    def writable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
     def close(self) -> None:
         if not self.closed:
             os.close(self._descriptor)

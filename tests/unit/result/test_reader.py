@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -15,8 +16,9 @@ from fake_states import ALL_FIELDS, fake_header, fake_states
 from fretsolve import __version__, open_result
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, reader
-from fretsolve.result.layout import FIELDS, FORMAT_VERSION, HISTORY
+from fretsolve.result.layout import ERRORS, FIELDS, FORMAT_VERSION, FORMER_NAMES, HISTORY
 from fretsolve.result.parts import Part, component, parts_folder
+from fretsolve.result.state import SummaryErrors
 
 COUNT = 4
 SAMPLES = sorted((Path(__file__).parents[2] / "data").glob("result_v*.h5"))
@@ -272,3 +274,24 @@ def test_both_components_at_once(tmp_path):
             result.history["nix"]
         with pytest.raises(KeyError, match="no field 'stress'"):
             result.field("stress")
+
+
+def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
+    """Error bars were columns `companion_*` and the key `error_estimate`."""
+    out, header = tmp_path / "out.h5", fake_header(errors=True, error_bars=True)
+    states = [replace(state, errors=SummaryErrors(*range(len(ERRORS)))) for state in fake_states(2)]
+    with HistoryWriter.open(out, header) as writer:
+        for state in states:
+            writer.append(state)
+        writer.finish("failed")
+    with h5py.File(out, "r+") as file:
+        for name, former in FORMER_NAMES.items():
+            file["history"].move(name, former)
+        file.attrs["effective_case"] = file.attrs["effective_case"].replace("error_bars", "error_estimate")
+    with open_result(out) as result:
+        assert result.effective_case["solver"]["error_bars"] is True
+        for quantity in ERRORS:
+            assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert writer.errors == [state.errors for state in states]
+        assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
