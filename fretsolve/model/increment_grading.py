@@ -20,6 +20,7 @@ from functools import cache
 import numpy as np
 
 from fretsolve.case.load_components import TANGENTIAL
+from fretsolve.reference.tangential import mindlin_stick_ratio
 from fretsolve.system.arrays import DoubleArray
 
 SAMPLES = 400
@@ -137,8 +138,7 @@ class IncrementGrading:
         force = np.hypot(_between(before, after, "Qx") - start_x, _between(before, after, "Qy") - start_y)
         limit = branch.span * self._friction * load
         fraction = np.divide(force, limit, out=np.ones_like(force), where=limit > force)
-        ratio: DoubleArray = np.cbrt(1.0 - fraction)
-        return ratio
+        return mindlin_stick_ratio(fraction)
 
 
 def _between(before: Loads, after: Loads, name: str) -> DoubleArray:

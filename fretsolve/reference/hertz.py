@@ -34,7 +34,10 @@ class HertzContact:
 
 
 def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Return a sphere's contact at `load` > 0: a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R; Johnson (4.22)."""
+    """Return a sphere's contact at `load` > 0; Johnson (4.22-4.24).
+
+    a^3 = 3 P R/4E*, p0 = 3P/2 pi a^2, delta_z = a^2/R.
+    """
     _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     a = math.cbrt(0.75 * load * radius / contact_modulus)
     return HertzContact(load, a, 1.5 * load / (math.pi * a**2), a**2 / radius)
@@ -98,7 +101,7 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
 
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
-    """Return b = sqrt(4 P' R/pi E*) of a cylinder under P' N/mm; Johnson (4.43)."""
+    """Return b = sqrt(4 P' R/pi E*) of a cylinder under P' N/mm; Johnson, section 4.2(c)."""
     _require(min(load_per_length, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     return math.sqrt(4.0 * load_per_length * radius / (math.pi * contact_modulus))
 

@@ -17,6 +17,11 @@ from fretsolve.reference.hertz import HertzContact
 from fretsolve.system.arrays import DoubleArray
 
 
+def mindlin_stick_ratio(fraction: DoubleArray) -> DoubleArray:
+    """Return c/a = (1 - f)^(1/3) for the tangential force over mu P, f <= 1; Johnson, section 7.2."""
+    return np.asarray(np.cbrt(1.0 - fraction))
+
+
 @dataclass(frozen=True)
 class CattaneoMindlin:
     """Hertz contact under a shear force |Q| <= mu P, after loading from zero; Johnson, section 7.2.
@@ -34,7 +39,7 @@ class CattaneoMindlin:
     @property
     def stick_radius(self) -> float:
         """c = a (1 - f)^(1/3)."""
-        return self.hertz.contact_radius * math.cbrt(1.0 - self._fraction)
+        return self.hertz.contact_radius * float(mindlin_stick_ratio(np.array(self._fraction)))
 
     @property
     def center_shear(self) -> float:

@@ -14,6 +14,7 @@ from fretsolve.model.materials import Compliances
 from fretsolve.model.surface import separation
 from fretsolve.model.terms import Terms
 from fretsolve.reference.hertz import hertz_sphere, hertz_sphere_at, love_cone, love_cone_at
+from fretsolve.setup.closed_forms import hertz_form
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
@@ -40,11 +41,12 @@ def automatic_size(case: Case, compliances: Compliances, loads: Sequence[LoadCon
     if concave is not None:
         raise concave
     surface = case.surface[0]
-    centred = surface.center == case.grid.center and len(case.surface) == 1
     upright = not any(load.values[1] or load.values[2] for load in loads)
-    if surface.kind == "sphere" and centred and upright:
-        side = 2.0 * MARGIN * _largest_radius(surface, compliances.contact_modulus, loads)
-        if side > 0.0:
+    if surface.kind == "sphere" and surface.center == case.grid.center and upright:
+        pressed = ({"P" if load.forced[0] else "delta_z": load.values[0]} for load in loads)
+        forms = [form for form in (hertz_form(case, compliances, load) for load in pressed) if form is not None]
+        if forms:
+            side = 2.0 * MARGIN * max(form.contact.semi_axes[0] for form in forms)
             return side, side
     try:
         first = min(
@@ -110,7 +112,10 @@ def _largest_radius(
     contact_modulus: float,
     loads: Sequence[LoadControl],
 ) -> float:
-    """Return the contact radius (mm) of a cone, or of a sphere as curved as the surface along x; 0 without contact."""
+    """Return the contact radius (mm) of a cone, or of a sphere as curved as the surface along x; 0 without contact.
+
+    Only its order of magnitude counts, as the search begins there.
+    """
     largest = 0.0
     for load in loads:
         pressed, forced = load.values[0], load.forced[0]
