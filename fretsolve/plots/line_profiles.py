@@ -127,6 +127,7 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     components: set[int] = set()
     points = np.linspace(*limits, CURVE_POINTS)
     for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
+        # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
         shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= LEAST_COMPONENT * largest]
         components |= set(shown)
@@ -136,17 +137,17 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
             if k:
                 options["markerfacecolor"] = mark.color
             found += axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
+        # closed form, once if those of several increments are the same
         curve = _closed_form(snapshot, name) if shown else None
         if curve is not None:
             exact = np.atleast_2d(curve.at(*line.points(points))) * unit.factor
             for k in shown:
-                # draw the same closed form of several increments once
                 if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
-    drawn = " and ".join("xy"[k] for k in sorted(components)) if name in VECTORS else ""
+    of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
     axes.set_xlim(limits)
     axes.set_xlabel(f"{'xy'[line.axis]} (mm)")
-    axes.set_ylabel(f"{f'{NAMES[name]} {drawn}'.rstrip()} ({unit.text})")
+    axes.set_ylabel(" ".join([NAMES[name], *of_vector, f"({unit.text})"]))
     axes.set_title(line.text)
     return [*found, *forms], len(components)
 
