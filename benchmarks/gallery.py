@@ -1,11 +1,11 @@
-"""The pictures of the documents, drawn from the shipped cases: docs/pictures/NAME.png.
+"""Draw the pictures of the documents from the shipped cases: docs/pictures/NAME.png.
 
     python benchmarks/gallery.py                  # all of them, about two minutes on one core
     python benchmarks/gallery.py figure_12 loop   # some
     python benchmarks/gallery.py -o FOLDER
 
-Names with a number are figures of Gallego, Nelias & Deyber, Wear 2009. What `fretsolve.plots` has as a kind of pictures
-is drawn by it; where the paper compares several runs in one panel, here is how.
+Names with a number are figures of Gallego, Nelias & Deyber, Wear 2009. `fretsolve.plots` draws those that show one
+result; the code here draws those that compare several runs in one panel.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fretsolve import plots
-from fretsolve.model.materials import compliances
+from fretsolve.model.materials import Compliances, compliances
 from fretsolve.plots.canvas import own_style
 from fretsolve.plots.labels import CLOSED_FORM, marks
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
@@ -55,7 +55,7 @@ _folder = tempfile.TemporaryDirectory(prefix="gallery")
 
 @cache
 def solved(case: Path, *overrides: str) -> Result:
-    """The result of a case, made once."""
+    """Return the result of a case, which is run once."""
     out = Path(_folder.name) / f"{solved.cache_info().currsize}.h5"
     sets = [word for override in overrides for word in ("--set", override)]
     subprocess.run([sys.executable, "-m", "fretsolve", "run", case, "-o", out, "-q", *sets], check=True)
@@ -63,42 +63,35 @@ def solved(case: Path, *overrides: str) -> Result:
 
 
 def shipped(name: str, *overrides: str) -> Result:
-    """The result of a shipped case."""
+    """Return the result of a shipped case."""
     return solved(CASES / f"{name}.yaml", *overrides)
 
 
 def mode_2(friction: float, increments: int = 10) -> Result:
-    """Mode II with another coefficient of friction."""
+    """Return mode II with another coefficient of friction."""
     sets = f"friction={friction}", f"load_path.0.increments={increments}", "expect=[]"
     return shipped("mode2_dissimilar", *sets)
 
 
 def end_of_stage(result: Result, stage: int) -> int:
-    """The last increment of a stage, counted from 1."""
+    """Return the last increment of a stage, counted from 1."""
     return int(np.flatnonzero(result.history["stage"] == stage)[-1])
 
 
+def base_compliances() -> Compliances:
+    """Return the compliances of the base case; the dissimilar bodies have the same contact modulus."""
+    case = stored_case(shipped("mode1_similar"))
+    assert case is not None
+    return compliances(*case.bodies)
+
+
 def hertz(load: float = LOAD) -> HertzContact:
-    """Hertz's contact of the base case; the dissimilar bodies have the same modulus."""
-    case = stored_case(shipped("mode1_similar"))
-    assert case is not None
-    return hertz_sphere(load, RADIUS, compliances(*case.bodies).contact_modulus)
-
-
-def tangential_compliance() -> float:
-    case = stored_case(shipped("mode1_similar"))
-    assert case is not None
-    return compliances(*case.bodies).tangential
-
-
-def torsional_compliance() -> float:
-    case = stored_case(shipped("mode1_similar"))
-    assert case is not None
-    return compliances(*case.bodies).torsional
+    """Return Hertz's contact of the base case."""
+    return hertz_sphere(load, RADIUS, base_compliances().contact_modulus)
 
 
 def along_x(result: Result, name: str, step: int) -> tuple[FloatArray, FloatArray]:
-    """x/a and a field, or the length of a vector field, half way between the two middle rows of cells."""
+    """Return x/a and a field, or the length of a vector field, midway between the two middle rows of cells."""
     field = result.field(name, step)
     middle = field.shape[-1] // 2
     row = 0.5 * (field[..., middle - 1] + field[..., middle])
@@ -106,13 +99,13 @@ def along_x(result: Result, name: str, step: int) -> tuple[FloatArray, FloatArra
 
 
 def panels(rows: int, columns: int, size: tuple[float, float], **options: bool) -> tuple[Figure, list[Axes]]:
-    """A figure with its axes."""
+    """Return a figure with its axes."""
     figure = Figure(figsize=(columns * size[0], rows * size[1]), layout="constrained")
     return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False, **options)))
 
 
 def tutorial() -> Figure:
-    """The loop of the tutorial's case."""
+    """Draw the loop of the tutorial's case."""
     text = (ROOT / "docs" / "howto" / "tutorial.md").read_text()
     found = re.search(r"```yaml\n(# mode1.yaml\n.*?)```", text, re.DOTALL)
     assert found is not None
@@ -122,7 +115,7 @@ def tutorial() -> Figure:
 
 
 def contact_map() -> Figure:
-    """Mode I between dissimilar bodies at A."""
+    """Draw mode I between dissimilar bodies at A."""
     result = shipped(MODE_1["I.3"])
     return plots.contact_map(result, step=end_of_stage(result, 2))
 
@@ -132,13 +125,13 @@ def stick_history() -> Figure:
 
 
 def figure_9() -> Figure:
-    """Angle of the slip in case I.2 at A."""
+    """Draw the angle of the slip in case I.2 at A."""
     result = shipped(MODE_1["I.2"])
     return plots.slip_angle(result, step=end_of_stage(result, 2))
 
 
 def figures_10_and_11(name: str) -> Callable[[], Figure]:
-    """Pressure, shear and slip at A and B."""
+    """Draw pressure, shear traction and slip at A and B."""
 
     def draw() -> Figure:
         result = shipped(MODE_1[name])
@@ -148,12 +141,12 @@ def figures_10_and_11(name: str) -> Callable[[], Figure]:
 
 
 def figure_12() -> Figure:
-    """Streamlines of the shear at A."""
+    """Draw streamlines of the shear traction at A."""
     return _streamlines(MODE_1)
 
 
 def figure_13() -> Figure:
-    """Fretting loops of mode I, with that of Mindlin."""
+    """Draw the fretting loops of mode I, with that of Mindlin."""
     figure, (axes,) = panels(1, 1, (5.6, 4.2))
     _mindlin_loop(axes)
     finer = [f"load_path.{stage}.increments=10" for stage in range(1, 6)]
@@ -169,7 +162,7 @@ def figure_13() -> Figure:
 
 def _mindlin_loop(axes: Axes) -> None:
     force = np.linspace(0.0, 36.0, 60)
-    contact, compliance = hertz(), tangential_compliance()
+    contact, compliance = hertz(), base_compliances().tangential
     loading = np.array([cattaneo_mindlin(contact, FRICTION, q, compliance).delta_x for q in force])
     back = np.linspace(36.0, -36.0, 120)
     half = np.array([cattaneo_mindlin(contact, FRICTION, 0.5 * (36.0 - q), compliance).delta_x for q in back])
@@ -180,7 +173,7 @@ def _mindlin_loop(axes: Axes) -> None:
 
 
 def figure_14() -> Figure:
-    """c/a over P in mode II."""
+    """Draw c/a over P in mode II."""
     figure, (axes,) = panels(1, 1, (5.6, 4.0))
     for mark, friction in zip(marks(len(MODE_2_FRICTION)), MODE_2_FRICTION, strict=True):
         history = mode_2(friction).history
@@ -194,7 +187,7 @@ def figure_14() -> Figure:
 
 
 def figure_15() -> Figure:
-    """c/a over friction in mode II at the last load."""
+    """Draw c/a over friction in mode II at the last load."""
     figure, (axes,) = panels(1, 1, (4.6, 3.6))
     friction = np.linspace(0.0, 0.26, 100)
     spence = [spence_stick_ratio(value, DUNDURS) for value in friction]
@@ -212,7 +205,7 @@ def _final_ratio(result: Result) -> float:
 
 
 def figure_16() -> Figure:
-    """Pressure and shear of mode II at the last load, and the largest pressure over friction."""
+    """Draw pressure and shear traction of mode II at the last load, and the largest pressure over friction."""
     figure, (profile, largest) = panels(1, 2, (4.8, 3.8))
     p0 = hertz().max_pressure
     for mark, friction in zip(marks(len(MODE_2_FRICTION)), MODE_2_FRICTION, strict=True):
@@ -232,7 +225,7 @@ def figure_16() -> Figure:
 
 
 def figure_17() -> Figure:
-    """Shear of mode II pressed in one, ten and forty increments."""
+    """Draw the shear traction of mode II pressed in one, ten and forty increments."""
     figure, (axes,) = panels(1, 1, (5.8, 3.8))
     for mark, increments in zip(marks(3), (1, 10, 40), strict=True):
         result = mode_2(FRICTION, increments)
@@ -245,7 +238,7 @@ def figure_17() -> Figure:
 
 
 def figure_18() -> Figure:
-    """Pressure and shear of mode II as the load rises."""
+    """Draw pressure and shear traction of mode II as the load rises."""
     figure, axes = panels(2, 3, (3.3, 2.5), sharex=True)
     p0 = hertz().max_pressure
     for column, friction in enumerate((0.01, 0.1, 0.25)):
@@ -265,16 +258,16 @@ def figure_18() -> Figure:
 
 
 def figure_19() -> Figure:
-    """Streamlines of mode II."""
+    """Draw streamlines of mode II."""
     return plots.streamlines(mode_2(FRICTION))
 
 
 def figure_20() -> Figure:
-    """Shear of mode III along x."""
+    """Draw the shear traction of mode III along x."""
     figure, (axes,) = panels(1, 1, (6.2, 3.8))
     contact = hertz()
     scale = FRICTION * contact.max_pressure
-    form = lubkin(contact, FRICTION, TORQUE, torsional_compliance())
+    form = lubkin(contact, FRICTION, TORQUE, base_compliances().torsional)
     x = np.linspace(-1.0, 1.0, 401)
     shear = np.abs(form.shear(np.abs(x) * contact.contact_radius)) / scale
     axes.plot(x, shear, label="Lubkin (closed form)", **CLOSED_FORM)
@@ -288,7 +281,7 @@ def figure_20() -> Figure:
 
 
 def figure_21() -> Figure:
-    """Radial share of the shear in mode III between equal bodies."""
+    """Draw the radial share of the shear traction in mode III between equal bodies."""
     figure, axes = panels(1, 2, (3.6, 3.1))
     for panel, name in zip(axes, ("III.1", "III.2"), strict=True):
         result = shipped(MODE_3[name])
@@ -301,12 +294,12 @@ def figure_21() -> Figure:
         image = panel.imshow(share.T, origin="lower", extent=tuple(edges), cmap="RdBu_r", vmin=-0.05, vmax=0.05)
         panel.set(xlabel="x/a (1)", ylabel="y/a (1)", title=f"{name}: at most {np.nanmax(np.abs(share)):.2g}")
         panel.grid(False)
-    figure.colorbar(image, ax=axes, label="radial over whole shear (1)")
+    figure.colorbar(image, ax=axes, label="radial part of the shear traction (1)")
     return figure
 
 
 def figure_22() -> Figure:
-    """Streamlines of the shear of mode III."""
+    """Draw streamlines of the shear traction of mode III."""
     return _streamlines(MODE_3)
 
 
@@ -315,7 +308,7 @@ def _streamlines(cases: dict[str, str]) -> Figure:
     for panel, (name, case) in zip(axes, cases.items(), strict=True):
         result = shipped(case)
         plots.streamlines(result, panel, step=end_of_stage(result, 2))
-        panel.set_title(f"{name}: shear")
+        panel.set_title(f"{name}: shear traction")
         handles = panel.get_legend().legend_handles
         panel.get_legend().remove()
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
@@ -323,10 +316,10 @@ def _streamlines(cases: dict[str, str]) -> Figure:
 
 
 def convergence() -> Figure:
-    """Errors of case I.1 at A against closed forms as the grid is refined."""
+    """Draw the errors of case I.1 at A against closed forms as the grid is refined."""
     figure, (axes,) = panels(1, 1, (5.4, 4.0))
     contact = hertz()
-    form = cattaneo_mindlin(contact, FRICTION, 36.0, tangential_compliance())
+    form = cattaneo_mindlin(contact, FRICTION, 36.0, base_compliances().tangential)
     truths = {
         "delta_z": contact.delta_z,
         "max_pressure": contact.max_pressure,
@@ -373,7 +366,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 def compact(figure: Figure) -> bytes:
-    """The picture as a PNG of few colours."""
+    """Return the picture as a PNG of few colours."""
     whole = io.BytesIO()
     figure.savefig(whole, format="png", dpi=DPI, facecolor="white")
     image = Image.open(whole).convert("RGB")

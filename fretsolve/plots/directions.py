@@ -20,7 +20,6 @@ from fretsolve.plots.snapshot import (
     Snapshot,
     ViewBox,
     chosen_step,
-    common_contact,
     has_field,
     present_fields,
     view_box,
@@ -69,7 +68,7 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
     if not snapshot.field(names[0]).any():
         stored = [name for name in VECTORS if has_field(result, name)]
         raise PictureError(f"{' and '.join(stored)} are 0 everywhere in increment {snapshot.step}")
-    box = view_box(result, common_contact([snapshot]))
+    box = view_box(result, snapshot.contact)
     with maps.map_canvas(ax, snapshot, len(names), box) as drawn:
         for axes, name in zip(drawn.axes, names, strict=False):
             _draw_lines(drawn, axes, snapshot, name, box)
@@ -137,7 +136,7 @@ def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: V
         y,
         u,
         v,
-        color=(length * scale.unit.factor)[np.ix_(i, j)].T,
+        color=(length * scale.factor)[np.ix_(i, j)].T,
         cmap=colors,
         norm=norm,
         density=DENSITY,

@@ -55,6 +55,15 @@ RESIDUALS = {
 FLOOR = 1e-4
 """Residuals below this part of the tolerance are round-off, which would take up most of the axis."""
 
+ERROR_BARS: dict[str, Any] = {
+    "fmt": "none",
+    "ecolor": "0.35",
+    "elinewidth": 0.8,
+    "capsize": 1.5,
+    "zorder": 2.5,
+    "label": "estimated errors",
+}
+
 MOST_STAGES = 60
 """Stages whose ends are marked; the lines of more would hide the curves."""
 
@@ -193,25 +202,14 @@ def _energy(energy: float, error: float = 0.0) -> str:
 
 def _draw_errors(axes: Axes, result: Result, pair: MovedPair, x_unit: Unit, y_unit: Unit) -> list[Any]:
     """Draw error bars for the columns that have errors, and return them for the legend."""
-    x_error, y_error = (
-        None if name not in result.history else np.abs(result.history[name]) * unit.factor
-        for name, unit in ((f"{pair.motion}_error", x_unit), (f"{pair.force}_error", y_unit))
-    )
-    if x_error is None and y_error is None:
-        return []
-    bars = axes.errorbar(
-        result.history[pair.motion] * x_unit.factor,
-        result.history[pair.force] * y_unit.factor,
-        xerr=x_error,
-        yerr=y_error,
-        fmt="none",
-        ecolor="0.35",
-        elinewidth=0.8,
-        capsize=1.5,
-        zorder=2.5,
-        label="estimated errors",
-    )
-    return [bars]
+    columns = {"x": (pair.motion, x_unit.factor), "y": (pair.force, y_unit.factor)}
+    errors: dict[str, Any] = {
+        f"{axis}err": np.abs(result.history[f"{name}_error"]) * factor
+        for axis, (name, factor) in columns.items()
+        if f"{name}_error" in result.history
+    }
+    x, y = (result.history[name] * factor for name, factor in columns.values())
+    return [axes.errorbar(x, y, **errors, **ERROR_BARS)] if errors else []
 
 
 def _draw_counts(axes: Axes, result: Result) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,6 @@ from fretsolve.plots.snapshot import (
     VECTORS,
     Snapshot,
     chosen_step,
-    common_contact,
     component,
     middle,
     present_fields,
@@ -94,14 +94,15 @@ def profiles(
     names = present_fields(snapshots, FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
     with canvas(ax, len(names), 2, PANEL) as drawn:
-        pairs = [(name, line) for name in names for line in lines]
-        panels = [_Panel(axes, line, name, snapshots) for axes, (name, line) in zip(drawn.axes, pairs, strict=False)]
         handles: dict[str, Line2D] = {}
-        for panel in panels:
-            for handle in panel.draw():
+        most_components = 0
+        for axes, (name, line) in zip(drawn.axes, itertools.product(names, lines), strict=False):
+            found, components = _draw_panel(axes, line, name, snapshots)
+            for handle in found:
                 handles.setdefault(str(handle.get_label()), handle)
+            most_components = max(most_components, components)
         drawn.heading(result)
-        drawn.legend([*handles.values(), *_component_key(panels)], columns=2)
+        drawn.legend([*handles.values(), *(_component_key() if most_components > 1 else [])], columns=2)
     return drawn.figure
 
 
@@ -113,62 +114,42 @@ def _lines(result: Result, at: tuple[float, float]) -> tuple[ProfileLine, Profil
     return ProfileLine(0, at[1], result.x, result.y), ProfileLine(1, at[0], result.y, result.x)
 
 
-class _Panel:
-    """One field along one line, at several increments."""
-
-    def __init__(self, axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]):
-        self.axes, self.line, self.name, self.snapshots = axes, line, name, snapshots
-        result = snapshots[0].result
-        self.largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
-        self.unit = readable(result.units(component(name)), self.largest)
-        box = view_box(result, common_contact(snapshots))
-        self.limits = box.x if line.axis == 0 else box.y
-        self.components: set[int] = set()
-
-    def draw(self) -> list[Line2D]:
-        """Draw the panel, and return its lines for the legend."""
-        found: list[Line2D] = []
-        forms: list[tuple[Curve, list[int]]] = []
-        inside = (self.line.along >= self.limits[0]) & (self.line.along <= self.limits[1])
-        for snapshot, mark in zip(self.snapshots, marks(len(self.snapshots)), strict=True):
-            rows = np.atleast_2d(self.line.cut(snapshot.field(self.name)))
-            least = LEAST_COMPONENT * self.largest
-            shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= least]
+def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]) -> tuple[list[Line2D], int]:
+    """Draw one field along one line at several increments; return its lines and the number of its components."""
+    result = snapshots[0].result
+    box = view_box(result, np.logical_or.reduce([snapshot.contact for snapshot in snapshots]))
+    limits = box.x if line.axis == 0 else box.y
+    inside = (line.along >= limits[0]) & (line.along <= limits[1])
+    largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
+    unit = readable(result.units(component(name)), largest)
+    found: list[Line2D] = []
+    forms: list[Line2D] = []
+    components: set[int] = set()
+    points = np.linspace(*limits, CURVE_POINTS)
+    for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
+        # values, the components of a vector one by one
+        rows = np.atleast_2d(line.cut(snapshot.field(name)))
+        shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= LEAST_COMPONENT * largest]
+        components |= set(shown)
+        label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
+        for k in shown:
+            options = mark.options(int(inside.sum())) | COMPONENTS[k]
+            if k:
+                options["markerfacecolor"] = mark.color
+            found += axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
+        # closed form, once if those of several increments are the same
+        curve = _closed_form(snapshot, name) if shown else None
+        if curve is not None:
+            exact = np.atleast_2d(curve.at(*line.points(points))) * unit.factor
             for k in shown:
-                options = mark.options(int(inside.sum())) | COMPONENTS[k]
-                if k:
-                    options["markerfacecolor"] = mark.color
-                values = rows[k][inside] * self.unit.factor
-                label = f"increment {snapshot.step}: {load_text(snapshot.result, snapshot.step)}"
-                found += self.axes.plot(self.line.along[inside], values, label=label, **options)
-            self.components |= set(shown)
-            form = _closed_form(snapshot, self.name)
-            if form is not None and shown:
-                forms.append((form, shown))
-        found += self._draw_forms(forms)
-        self.axes.set_xlim(self.limits)
-        self.axes.set_xlabel(f"{'xy'[self.line.axis]} (mm)")
-        self.axes.set_ylabel(f"{self._axis_name()} ({self.unit.text})")
-        self.axes.set_title(self.line.text)
-        return found
-
-    def _draw_forms(self, forms: Sequence[tuple[Curve, Sequence[int]]]) -> list[Line2D]:
-        """Draw the closed forms, once if those of several increments are the same."""
-        along = np.linspace(*self.limits, CURVE_POINTS)
-        found: list[Line2D] = []
-        before: list[DoubleArray] = []
-        for form, components in forms:
-            rows = np.atleast_2d(form.at(*self.line.points(along))) * self.unit.factor
-            for k in components:
-                if not any(np.allclose(rows[k], other, rtol=1e-4) for other in before):
-                    found += self.axes.plot(along, rows[k], label=f"{form.name} (closed form)", **CLOSED_FORM)
-                    before.append(rows[k])
-        return found
-
-    def _axis_name(self) -> str:
-        """Return the field with the components that are drawn, such as ``slip x``."""
-        components = " and ".join("xy"[k] for k in sorted(self.components)) if self.name in VECTORS else ""
-        return f"{NAMES[self.name]} {components}".rstrip()
+                if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
+                    forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
+    of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
+    axes.set_xlim(limits)
+    axes.set_xlabel(f"{'xy'[line.axis]} (mm)")
+    axes.set_ylabel(" ".join([NAMES[name], *of_vector, f"({unit.text})"]))
+    axes.set_title(line.text)
+    return [*found, *forms], len(components)
 
 
 def _closed_form(snapshot: Snapshot, name: str) -> Curve | None:
@@ -177,10 +158,8 @@ def _closed_form(snapshot: Snapshot, name: str) -> Curve | None:
     return shear_form(snapshot.result, snapshot.step) if name == "shear" else None
 
 
-def _component_key(panels: Sequence[_Panel]) -> list[Line2D]:
-    """Return lines that show how the components differ, if a panel has both."""
-    if not any(len(panel.components) > 1 for panel in panels):
-        return []
+def _component_key() -> list[Line2D]:
+    """Return lines that show how the components of a vector differ."""
     shades = ({"markerfacecolor": "white"}, {"markerfacecolor": "0.3"})
     return [
         Line2D([], [], color="0.3", marker="o", label=label, **(options | shade))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width
-from fretsolve.plots.labels import Unit, readable
+from fretsolve.plots.labels import readable
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import (
     VECTORS,
@@ -77,17 +77,13 @@ STICK_LINE: dict[str, Any] = {"color": "black", "linewidth": 1.3, "linestyle": (
 
 @dataclass(frozen=True)
 class FieldScale:
-    """How a field is coloured: its unit, limits and colour map."""
+    """How a field is coloured. factor: from the result's unit to that of `label`."""
 
     name: str
-    unit: Unit
+    label: str
+    factor: float
     norm: Normalize
     colors: Colormap
-
-    @property
-    def label(self) -> str:
-        """Name and unit."""
-        return f"{NAMES[self.name]} ({self.unit.text})"
 
 
 def contact_map(
@@ -143,9 +139,10 @@ def panel_size(box: ViewBox) -> tuple[float, float]:
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
     """Return the scale of a field from 0 to `largest`, which is in its own units."""
     if name == "zone":
-        return FieldScale(name, Unit("1", 1.0), BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
+        return FieldScale(name, "", 1.0, BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
     unit = readable(result.units(component(name)), largest)
-    return FieldScale(name, unit, Normalize(0.0, (largest or 1.0) * unit.factor), matplotlib.colormaps["cividis"])
+    norm = Normalize(0.0, (largest or 1.0) * unit.factor)
+    return FieldScale(name, f"{NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
 
 
 def largest_of(snapshot: Snapshot, name: str) -> float:
@@ -158,16 +155,15 @@ def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale,
     draw_field(axes, snapshot, scale, box)
     draw_frame(axes, box)
     axes.set_title(NAMES[scale.name])
-    zones = scale.name == "zone"
-    bar = drawn.colorbar(axes, ScalarMappable(scale.norm, scale.colors), "" if zones else scale.label)
-    if zones:
+    bar = drawn.colorbar(axes, ScalarMappable(scale.norm, scale.colors), scale.label)
+    if scale.name == "zone":
         bar.set_ticks([zone.value for zone in Zone], labels=[zone.name.lower() for zone in Zone])
         bar.ax.minorticks_off()
 
 
 def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> None:
     """Draw one field with arrows and outlines."""
-    values = _finite_magnitude(snapshot, scale.name) * scale.unit.factor
+    values = _finite_magnitude(snapshot, scale.name) * scale.factor
     shown = np.ones_like(values, bool) if scale.name in ("zone", "gap") else snapshot.contact | (values > 0.0)
     draw_cells(axes, snapshot.result, values, ~shown, scale.norm, scale.colors)
     if scale.name in VECTORS:
@@ -254,10 +250,12 @@ def _finite_magnitude(snapshot: Snapshot, name: str) -> DoubleArray:
 
 
 def _outline_key(snapshot: Snapshot) -> list[Line2D]:
-    handles = [Line2D([], [], label="edge of the contact", **CONTACT_LINE)]
-    if snapshot.stick is not None and snapshot.stick.any():
-        handles.append(Line2D([], [], label="edge of the stick zone", **STICK_LINE))
-    return handles
+    lines = [("contact", snapshot.contact, CONTACT_LINE), ("stick zone", snapshot.stick, STICK_LINE)]
+    return [
+        Line2D([], [], label=f"edge of the {name}", **line)
+        for name, mask, line in lines
+        if mask is not None and mask.any()
+    ]
 
 
 def _padded(centres: DoubleArray) -> DoubleArray:

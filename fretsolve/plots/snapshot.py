@@ -62,10 +62,12 @@ class Snapshot:
 
     @cached_property
     def contact(self) -> BoolArray:
-        """Cells in contact, ``(nx, ny)``."""
+        """Cells in contact, ``(nx, ny)``; none if no stored field shows them."""
         if has_field(self.result, "zone"):
             return np.asarray(self.field("zone") != Zone.OPEN)
-        return np.asarray(self.field("pressure") > 0.0)
+        if has_field(self.result, "pressure"):
+            return np.asarray(self.field("pressure") > 0.0)
+        return np.zeros((len(self.result.x), len(self.result.y)), bool)
 
     @cached_property
     def stick(self) -> BoolArray | None:
@@ -132,7 +134,7 @@ def middle(snapshot: Snapshot) -> tuple[float, float]:
     """Return the middle of the contact (mm), or that of the grid if it is at most a cell away or nothing touches."""
     result = snapshot.result
     found = []
-    for (low, high), centres in zip(_extent(result, common_contact([snapshot])), (result.x, result.y), strict=True):
+    for (low, high), centres in zip(_extent(result, snapshot.contact), (result.x, result.y), strict=True):
         of_contact, of_grid = 0.5 * (low + high), 0.5 * float(centres[0] + centres[-1])
         found.append(of_grid if abs(of_contact - of_grid) <= cell_size(centres) else of_contact)
     return found[0], found[1]
@@ -147,14 +149,6 @@ def view_box(result: Result, contact: BoolArray) -> ViewBox:
         edges = float(centres[0]) - 0.5 * cell, float(centres[-1]) + 0.5 * cell
         sides.append((max(edges[0], low - space), min(edges[1], high + space)))
     return ViewBox(*sides)
-
-
-def common_contact(snapshots: Sequence[Snapshot]) -> BoolArray:
-    """Return the cells in contact in any of `snapshots`, ``(nx, ny)``; none if no field tells them."""
-    result = snapshots[0].result
-    if has_field(result, "zone") or has_field(result, "pressure"):
-        return np.asarray(np.logical_or.reduce([snapshot.contact for snapshot in snapshots]))
-    return np.zeros((len(result.x), len(result.y)), bool)
 
 
 def _extent(result: Result, contact: BoolArray) -> list[tuple[float, float]]:
