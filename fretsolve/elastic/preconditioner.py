@@ -1,10 +1,10 @@
 """Preconditioner of the contact's linear equations: the inverse of the half-space's symbol on a periodic grid.
 
 In an unbounded half-space a traction of wave vector k meets the compliance A/k if it is normal, A/k if it is a shear
-along k and (A + B)/k if it is a shear across k. The inverse of this symbol acts over a few cells only (its kernel
-falls like 1/r^3). So the contact needs no zero-padding, single precision is enough, and an application costs a small
-part of one of the elastic operator. The spectra of the elastic operator would not do: they ripple about the symbol,
-down to negative values if dx and dy differ.
+along k and (A + B)/k if it is a shear across k (T8 of docs/theory.md). The inverse of this symbol acts over a few cells
+only: its kernel falls like 1/r^3. So the contact needs no zero-padding, single precision is enough, and an application
+costs a small part of one of the elastic operator. The spectra of the elastic operator would not do: they ripple about
+the symbol, down to negative values if dx and dy differ.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Kernels of the conjugate gradients in NumPy. They work on blocks of rows that stay in cache.
 
-Fields are (c, nx, ny) with one or two components, planes (nx, ny), constraints N (n, c, nx, ny), moments (n,). The
-symbols T, B, S, W, N are those of `fretsolve.solvers.projected_cg`. `normal` and `stiffness` are used for two
-components only.
+Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny), moments (m,). The
+symbols T, S, W, c, the steps CG1 to CG6 and the equations (T6) to (T9) are those of docs/theory.md. `normal` and
+`stiffness` are used for two components only.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def finish_search(
     constraints: FloatArray,
     moments: FloatArray,
 ) -> float:
-    """Compute ``image = T (W image + (1 - W^2) W residual)`` and ``moments = N' image``.
+    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7) and ``moments = c' image`` (CG2).
 
     Return the product of the image with `residual`.
     """
@@ -55,7 +55,7 @@ def turn(
     moments: FloatArray,
     growth: float,
 ) -> None:
-    """Compute ``image -= W N moments`` and ``direction = growth direction + image``."""
+    """Compute ``image -= W c moments`` (T9) and ``direction = growth direction + image`` (CG3)."""
     for rows in _blocks(weight):
         block = image[:, rows]
         for constraint, moment in zip(constraints, moments, strict=True):
@@ -74,7 +74,7 @@ def finish_image(
     constraints: FloatArray,
     moments: FloatArray,
 ) -> float:
-    """Compute ``image = T (image + S direction)`` in the zone, 0 outside, and ``moments = N' W image``.
+    """Compute ``image = T (image + S direction)`` in the zone, 0 outside, and ``moments = c' W image`` (CG4).
 
     Return the product of the image with `direction`.
     """
@@ -102,7 +102,7 @@ def advance(
     moments: FloatArray,
     length: float,
 ) -> float:
-    """Compute ``solution += length direction`` and ``residual -= length (image - N moments)``.
+    """Compute ``solution += length direction`` and ``residual -= length (image - c moments)`` (CG5).
 
     Return the largest length of the residual in a cell.
     """
@@ -118,7 +118,7 @@ def advance(
 
 
 def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
-    """Compute ``field = T field`` in the zone, 0 outside."""
+    """Compute ``field = T field`` in the zone, 0 outside (CG1)."""
     for rows in _blocks(zone):
         if len(field) == 2:
             _take_tangential(field[:, rows], normal[:, rows])
@@ -126,7 +126,7 @@ def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
 
 
 def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
-    """Compute ``moments = N' W field``."""
+    """Compute ``moments = c' W field`` (T9)."""
     moments[:] = 0.0
     for rows in _blocks(weight):
         weighted = weight[rows] * field[:, rows]
@@ -135,7 +135,7 @@ def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray
 
 
 def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> float:
-    """Compute ``field -= N moments``. Return its largest length in a cell."""
+    """Compute ``field -= c moments`` (T9). Return its largest length in a cell."""
     largest = 0.0
     for rows in _blocks(field[0]):
         block = field[:, rows]

@@ -1,4 +1,4 @@
-"""Kernels of the slip law in NumPy; see "The tangential problem" in docs/theory.md.
+"""Kernels of the slip law in NumPy. TG1 to TG8 are the steps of the tangential problem in docs/theory.md.
 
 Vectors are (2, nx, ny), planes (nx, ny); `x` (nx,) and `y` (ny,) are the cells' centres. A rigid motion of amplitudes
 (a, b, c) is (a - c y, b + c x). `normal` is n = q/|q| in the slip zone and 0 elsewhere; the tangential part T v of a
@@ -24,7 +24,7 @@ def take_slip(
     weight: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Compute ``slip = elastic_slip + rigid motion`` in the contact.
+    """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2).
 
     sums: weighted sums of T slip times each of the rigid motions.
     """
@@ -50,7 +50,7 @@ def move(
     unit: float,
     stiffest: float,
 ) -> None:
-    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear.
+    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3).
 
     ``stiffness = min(slip along n / bound / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + stiffness)``.
     """
@@ -73,7 +73,7 @@ def move(
 
 
 def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
-    """Compute the weighted sums of products of the tangential parts of the rigid motions, (3, 3)."""
+    """Compute the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
     across_x, across_y = x[:, None], y[None, :]
     along = normal[1] * across_x - normal[0] * across_y
     w_x, w_y = weight * normal[0], weight * normal[1]
@@ -89,14 +89,14 @@ def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, r
 def add_motion(
     shear: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, weight: FloatArray, normal: FloatArray
 ) -> None:
-    """Add the weighted tangential part of a rigid motion to the shear."""
+    """Add the weighted tangential part of a rigid motion to the shear (TG7)."""
     motion = np.zeros_like(shear)
     _add_motion(motion, rigid, x, y)
     shear += weight * _tangential(motion, normal)
 
 
 def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tuple[float, float, float]:
-    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside of it."""
+    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside."""
     tangential = _tangential(slip, normal)
     squared = np.einsum("kij,kij->ij", tangential, tangential)
     in_slip = float(np.max(squared, where=slipping, initial=0.0))
@@ -106,14 +106,14 @@ def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tupl
 
 
 def scale_tangential(slip: FloatArray, normal: FloatArray, factor: float, result: FloatArray) -> None:
-    """Compute ``result = factor T slip``, in the precision of `result`."""
+    """Compute ``result = factor T slip``, in the precision of `result` (TG5)."""
     np.multiply(_tangential(slip, normal), factor, out=result, casting="same_kind")
 
 
 def return_to_circle(
     shear: FloatArray, bound: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
 ) -> None:
-    """Let cells slip whose shear is beyond the bound; scale the shear of slipping cells to it; set n there."""
+    """Let cells slip whose shear is beyond the bound; scale slipping shear to it, and set n (TG6)."""
     length = np.hypot(shear[0], shear[1])
     slipping |= length > bound
     slipping &= contact

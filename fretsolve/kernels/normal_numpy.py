@@ -1,4 +1,4 @@
-"""Kernels of the normal problem in NumPy; see "The normal problem" in docs/theory.md.
+"""Kernels of the normal problem in NumPy. N1 to N8 are its steps in docs/theory.md.
 
 Fields are (nx, ny); `x` (nx,) and `y` (ny,) are the cells' centres. A rigid displacement of amplitudes (a, b, c) is
 a + b y + c x. `separation` is inf where there is no material.
@@ -25,7 +25,7 @@ def sum_gaps(
     contact: BoolArray,
     sums: FloatArray,
 ) -> None:
-    """Compute the sums over the contact of the gap times 1, y, x."""
+    """Compute the sums over the contact of the gap times 1, y, x (N2)."""
     gap = np.empty_like(uz)
     _gap(separation, uz, rigid, x, y, gap)
     gap[~contact] = 0.0
@@ -41,7 +41,7 @@ def take_gap(
     contact: BoolArray,
     gap: FloatArray,
 ) -> tuple[float, float, float]:
-    """Compute ``gap = separation + uz - rigid displacement``.
+    """Compute ``gap = separation + uz - rigid displacement`` (T1, N3).
 
     Return its largest absolute value in contact, the deepest penetration elsewhere, and the largest uz in contact.
     """
@@ -52,7 +52,7 @@ def take_gap(
 
 
 def take_residual(gap: FloatArray, contact: BoolArray, factor: float, residual: FloatArray) -> None:
-    """Compute ``residual = factor gap`` in contact, 0 elsewhere, in the precision of `residual`."""
+    """Compute ``residual = factor gap`` in contact, 0 elsewhere, in the precision of `residual` (N5)."""
     residual[:] = 0.0
     np.multiply(gap, factor, out=residual, where=contact, casting="same_kind")
 
@@ -75,7 +75,7 @@ def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray, sums: FloatArray)
 
 
 def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:
-    """Multiply the pressure by 1 + the rigid displacement; negative values become 0."""
+    """Multiply the pressure by 1 + the rigid displacement; negative values become 0 (N7)."""
     pressure *= 1.0 + (rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None])
     np.maximum(pressure, 0.0, out=pressure)
 

@@ -22,7 +22,7 @@ class ElasticBody(Protocol):
 
 @dataclass(frozen=True)
 class Compliances:
-    """Sums over both bodies (1/MPa), with G_i = E_i / 2(1 + nu_i); a rigid body adds nothing.
+    """Sums over both bodies (1/MPa), with G_i = E_i / 2(1 + nu_i) (T4 of docs/theory.md). A rigid body adds nothing.
 
     A: sum (1 - nu_i)/G_i; B: sum nu_i/G_i; C: (1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2, which couples the normal and the
     tangential problem and changes sign if the bodies are swapped.
