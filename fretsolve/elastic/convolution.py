@@ -60,7 +60,7 @@ KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
 """Kernels from each field (column) to each displacement (row)."""
 
 
-class RowSpace:
+class RowSpectra:
     """Memory for row spectra, shared by convolutions that never work at the same time."""
 
     def __init__(self) -> None:
@@ -124,7 +124,7 @@ class PaddedConvolution:
         kernels: KernelMatrix,
         fields: Sequence[FloatArray],
         displacements: Sequence[FloatArray],
-        space: RowSpace,
+        row_spectra: RowSpectra,
         turn_field: bool = False,
         turn_displacement: bool = False,
     ) -> None:
@@ -134,7 +134,7 @@ class PaddedConvolution:
         -i (see the top of this file). A displacement may be the array of a field.
         """
         count = max(len(fields), len(displacements))
-        spectra = space.arrays(count, (self.shape[0], self.columns), self._complex)
+        spectra = row_spectra.arrays(count, (self.shape[0], self.columns), self._complex)
         for field, spectrum in zip(fields, spectra, strict=False):
             self._transform_rows(field, spectrum)
         turned = turn_field, turn_displacement

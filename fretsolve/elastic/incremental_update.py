@@ -23,7 +23,7 @@ NOTHING = 1e-3
 
 
 @dataclass(frozen=True)
-class Room:
+class UpdateArrays:
     """Working arrays of an update: one in double precision (2, nx, ny), two in single precision (2, nx, ny)."""
 
     double: FloatArray
@@ -46,13 +46,13 @@ class IncrementalUpdate:
     displacements: int
 
     def add(
-        self, displacement: FloatArray, room: Room, allowed: float, sign: float = 1.0, expected: float = 0.0
+        self, displacement: FloatArray, arrays: UpdateArrays, allowed: float, sign: float = 1.0, expected: float = 0.0
     ) -> None:
-        """Add `sign` times the displacement that the change of the traction in ``room.double`` causes.
+        """Add `sign` times the displacement that the change of the traction in ``arrays.double`` causes.
 
         allowed: error (mm) that is as large as the tolerance; expected: about how large the displacement is (mm).
         """
-        change, moved = room.double[: self.tractions], room.double[: self.displacements]
+        change, moved = arrays.double[: self.tractions], arrays.double[: self.displacements]
         largest = cg.largest_part(change)
         factor = self.unit * largest
         # The surfaces move by less than the left side.
@@ -60,7 +60,7 @@ class IncrementalUpdate:
             return
         limit = SHARE * allowed / SINGLE_ROUNDING
         if self.double is None or limit > expected:
-            field, image = room.single[0][: self.tractions], room.single[1][: self.displacements]
+            field, image = arrays.single[0][: self.tractions], arrays.single[1][: self.displacements]
             np.divide(change, largest, out=field, casting="same_kind")
             self.single(_plane(field), _plane(image))
             if self.double is None or factor * cg.largest_part(image) <= limit:

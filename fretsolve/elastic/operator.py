@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution, RowSpace
+from fretsolve.elastic.convolution import KernelMatrix, KernelSpectrum, PaddedConvolution, RowSpectra
 from fretsolve.elastic.incremental_update import IncrementalUpdate
 from fretsolve.elastic.influence import Influence, InfluenceSpectra, ScaledSpectra, along_x, inverse_distance
 from fretsolve.elastic.interface import Apply, Operators
@@ -35,7 +35,7 @@ class ElasticOperator:
 
     Its methods compute displacements (mm) from tractions (MPa) and write them into their last argument.
     `applications` counts the calls; `transforms` counts a forward and an inverse transform of one field as one.
-    space: memory for row spectra, which operators that take turns may share; spectra: of the influence coefficients in
+    row_spectra: memory for them, which operators that take turns may share; spectra: of the influence coefficients, in
     the precision `dtype`, if they are known already.
     """
 
@@ -46,14 +46,14 @@ class ElasticOperator:
         compliances: Compliances,
         terms: Terms,
         threads: ThreadTeam = ONE_THREAD,
-        space: RowSpace | None = None,
+        row_spectra: RowSpectra | None = None,
         dtype: type[np.floating] = np.float64,
         spectra: dict[Influence, KernelSpectrum] | None = None,
     ):
         self.shape, self.spacing, self.compliances, self.terms = shape, spacing, compliances, terms
         self.threads, self.dtype = threads, dtype
         self.applications = 0
-        self._space = space or RowSpace()
+        self._row_spectra = row_spectra or RowSpectra()
         self._given_spectra = spectra
 
     @cached_property
@@ -61,7 +61,7 @@ class ElasticOperator:
         """This operator and its preconditioner for the inner iterations, in units of their own."""
         unit = UNIT_OF_COMPLIANCE * self.self_coefficient
         place = self.shape, self.spacing, self.compliances
-        shared = self.threads, self._space, INNER_PRECISION
+        shared = self.threads, self._row_spectra, INNER_PRECISION
         spectra = ScaledSpectra(self._spectra, 1.0 / unit, INNER_PRECISION)
         elastic = ElasticOperator(*place, self.terms, *shared, spectra)
         return InnerOperators(unit, elastic, Preconditioner(*place, self.terms.in_plane_coupling, unit, *shared))
@@ -178,7 +178,7 @@ class ElasticOperator:
         turn_field: bool = False,
         turn_displacement: bool = False,
     ) -> None:
-        self._convolution.apply(kernels, fields, displacements, self._space, turn_field, turn_displacement)
+        self._convolution.apply(kernels, fields, displacements, self._row_spectra, turn_field, turn_displacement)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution, RowSpace
+from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution, RowSpectra
 from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
 from fretsolve.elastic.transform_length import fast_length
 from fretsolve.model.materials import Compliances
@@ -27,7 +27,7 @@ APART = 2
 class Preconditioner:
     """Computes tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`.
 
-    in_plane_coupling: qx depends on uy as well, and qy on ux; space: memory for row spectra, shared with others.
+    in_plane_coupling: qx depends on uy as well, and qy on ux; row_spectra: memory for row spectra, shared with others.
     """
 
     def __init__(
@@ -38,13 +38,13 @@ class Preconditioner:
         in_plane_coupling: bool,
         factor: float,
         threads: ThreadTeam = ONE_THREAD,
-        space: RowSpace | None = None,
+        row_spectra: RowSpectra | None = None,
         dtype: type[np.floating] = np.float64,
     ):
         self.shape, self._spacing, self._material, self._in_plane = shape, spacing, compliances, in_plane_coupling
         self._size = (fast_length(shape[0] + APART), fast_length(shape[1] + APART))
         self._factor, self._dtype, self._threads = factor, dtype, threads
-        self._space = space or RowSpace()
+        self._row_spectra = row_spectra or RowSpectra()
 
     @cached_property
     def _convolution(self) -> PaddedConvolution:
@@ -64,7 +64,7 @@ class Preconditioner:
         along_x, along_y, mixed = self._tangential
         if self._in_plane:
             kernels = ((along_x, mixed), (mixed, along_y))
-            self._convolution.apply(kernels, (*displacement,), (*traction,), self._space)
+            self._convolution.apply(kernels, (*displacement,), (*traction,), self._row_spectra)
         else:
             self._one_component(along_x, displacement[0], traction[0])
             self._one_component(along_y, displacement[1], traction[1])
@@ -72,7 +72,7 @@ class Preconditioner:
     def _one_component(self, inverse: KernelSpectrum, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute one component by itself, without a transform if the displacement is 0."""
         if displacement.any():
-            self._convolution.apply(((inverse,),), (displacement,), (traction,), self._space)
+            self._convolution.apply(((inverse,),), (displacement,), (traction,), self._row_spectra)
         else:
             traction[:] = 0.0
 

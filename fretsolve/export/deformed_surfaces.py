@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case import Case, ElasticBody
-from fretsolve.elastic.convolution import RowSpace
+from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.fftw_wisdom import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import FretsolveError
@@ -91,9 +91,9 @@ def _body_operators(case: Case, result: Result) -> list[ElasticOperator | None]:
     shape = len(result.x), len(result.y)
     spacing = float(result.x[1] - result.x[0]), float(result.y[1] - result.y[0])
     first, second = (body if isinstance(body, ElasticBody) else None for body in case.bodies)
-    space = RowSpace()  # both can use it, as they run one after the other
+    row_spectra = RowSpectra()  # both can use it, as they run one after the other
     return [
-        ElasticOperator(shape, spacing, compliances(*pair), terms, space=space) if any(pair) else None
+        ElasticOperator(shape, spacing, compliances(*pair), terms, row_spectra=row_spectra) if any(pair) else None
         for pair in ((first, None), (None, second))
     ]
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import RowSpace
+from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
@@ -42,18 +42,18 @@ class GridLevel:
         grid: Grid,
         model: Model,
         threads: ThreadTeam = ONE_THREAD,
-        space: RowSpace | None = None,
+        row_spectra: RowSpectra | None = None,
         dtype: type[np.floating] = np.float64,
     ):
         self.grid = grid
         self._has_shear = model.has_shear
-        space = space or RowSpace()
+        row_spectra = row_spectra or RowSpectra()
         self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, space, dtype
+            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, row_spectra, dtype
         )
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
-        self.coarser = None if coarse is None else GridLevel(coarse, model, threads, space, dtype)
+        self.coarser = None if coarse is None else GridLevel(coarse, model, threads, row_spectra, dtype)
 
     @cached_property
     def normal(self) -> NormalSolver:

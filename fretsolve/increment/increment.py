@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.elastic.convolution import RowSpace
+from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
@@ -64,8 +64,8 @@ class IncrementSolver:
     ):
         self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
         self.tolerance, self.max_iterations, self._precision = tolerance, max_iterations, precision
-        self._threads, self._space = ThreadTeam(threads), RowSpace()
-        self.level = GridLevel(grid, model, self._threads, self._space, precision)
+        self._threads, self._row_spectra = ThreadTeam(threads), RowSpectra()
+        self.level = GridLevel(grid, model, self._threads, self._row_spectra, precision)
         self._examiner = Examiner(
             separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.may_slip, precision
         )
@@ -138,7 +138,7 @@ class IncrementSolver:
         """Free the memory of one part of an increment before the next needs its own, on a large grid."""
         if self._large:
             level.release()
-            self._space.release()
+            self._row_spectra.release()
 
     def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
         """Return a region that holds the expected contact, and the iteration on it; those of the last ones are kept."""
@@ -153,7 +153,8 @@ class IncrementSolver:
                 self._spent += before - self.applications
             level = self.level
             if region.count < self.grid.nx * self.grid.ny:
-                level = GridLevel(region.part_of(self.grid), self.model, self._threads, self._space, self._precision)
+                part = region.part_of(self.grid)
+                level = GridLevel(part, self.model, self._threads, self._row_spectra, self._precision)
             separation = self.separation[region.cells]
             iteration = StaggeredIteration(level, separation, self.model, self.max_iterations, self.tolerance)
         self._iterations[region] = iteration
@@ -202,7 +203,7 @@ class IncrementSolver:
                 operator.tangential_from_pressure(work.pressure, displacement)
         previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
-            self._space.release()
+            self._row_spectra.release()
         motion = work.rigid - start.rigid
         return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous)
 

@@ -2,7 +2,7 @@
 
 The normal solver, the tangential solver and the coupled Newton method of a grid never work at the same time, and none
 of them keeps anything in these arrays between two solves. Sharing them saves 28 bytes per cell. (The row spectra of
-the convolutions are shared in the same way by `fretsolve.elastic.convolution.RowSpace`.)
+the convolutions are shared in the same way by `fretsolve.elastic.convolution.RowSpectra`.)
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.incremental_update import Room
+from fretsolve.elastic.incremental_update import UpdateArrays
 from fretsolve.system.arrays import FloatArray
 
 
@@ -41,6 +41,6 @@ class Workspace:
         )
 
     @property
-    def update(self) -> Room:
+    def update(self) -> UpdateArrays:
         """The arrays in which an incremental update is computed: the change of a traction goes into `double`."""
-        return Room(self.double, (self.direction, self.image))
+        return UpdateArrays(self.double, (self.direction, self.image))

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import convolve2d
 
 from fretsolve.elastic import convolution
-from fretsolve.elastic.convolution import PaddedConvolution, RowSpace
+from fretsolve.elastic.convolution import PaddedConvolution, RowSpectra
 from fretsolve.elastic.transform_length import padded_length
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
@@ -30,7 +30,7 @@ def whole(values, odd_x, odd_y):
 
 def convolve(padded, kernels, fields, turn_field=False):
     results = [np.empty(padded.shape, dtype=fields[0].dtype) for _ in kernels]
-    padded.apply(kernels, fields, results, RowSpace(), turn_field)
+    padded.apply(kernels, fields, results, RowSpectra(), turn_field)
     return results
 
 
@@ -101,11 +101,11 @@ def test_single_precision():
 
 
 def test_memory_for_spectra_is_shared_and_freed():
-    space = RowSpace()
-    first = space.arrays(2, (4, 5), np.dtype(np.complex128))
-    again = space.arrays(1, (5, 6), np.dtype(np.complex64))
+    row_spectra = RowSpectra()
+    first = row_spectra.arrays(2, (4, 5), np.dtype(np.complex128))
+    again = row_spectra.arrays(1, (5, 6), np.dtype(np.complex64))
     assert np.shares_memory(first[0], again[0])
     assert not np.shares_memory(*first)
     assert all(array.ctypes.data % 64 == 0 for array in first)
-    space.release()
-    assert not np.shares_memory(first[0], space.arrays(1, (4, 5), np.dtype(np.complex128))[0])
+    row_spectra.release()
+    assert not np.shares_memory(first[0], row_spectra.arrays(1, (4, 5), np.dtype(np.complex128))[0])

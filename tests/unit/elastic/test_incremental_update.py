@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.incremental_update import NOTHING, SHARE, Room
+from fretsolve.elastic.incremental_update import NOTHING, SHARE, UpdateArrays
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.model.materials import Compliances
@@ -24,10 +24,10 @@ UPDATES = {
 }
 
 
-def room(change):
+def arrays(change):
     double = np.zeros((2, *SHAPE))
     double[: len(change)] = change
-    return Room(double, (np.zeros((2, *SHAPE), np.float32), np.zeros((2, *SHAPE), np.float32)))
+    return UpdateArrays(double, (np.zeros((2, *SHAPE), np.float32), np.zeros((2, *SHAPE), np.float32)))
 
 
 def exact(name, traction):
@@ -54,7 +54,7 @@ def test_errors_stay_below_the_allowed_one(name, sign, tolerance):
     found = sign * exact(name, changes[0])
     allowed = tolerance * np.abs(found).max()
     for change in changes[1:]:
-        UPDATES[name][0].add(found, room(change), allowed, sign)
+        UPDATES[name][0].add(found, arrays(change), allowed, sign)
     np.testing.assert_allclose(found, sign * exact(name, total), rtol=1e-12, atol=allowed)
 
 
@@ -66,7 +66,7 @@ def test_precision_follows_the_allowed_error(name):
     errors = []
     for allowed in (1.5 * SINGLE_ROUNDING / SHARE * largest, 0.7 * SINGLE_ROUNDING / SHARE * largest, 0.0):
         found = np.zeros_like(wanted)
-        UPDATES[name][0].add(found, room(change), allowed)
+        UPDATES[name][0].add(found, arrays(change), allowed)
         errors.append(np.abs(found - wanted).max() / largest)
     assert 1e-9 < errors[0] < SINGLE_ROUNDING
     assert errors[1:] == pytest.approx([0.0, 0.0], abs=1e-15)
@@ -80,16 +80,16 @@ def test_a_negligible_change_is_left_out(name):
     found = np.zeros((update.displacements, *SHAPE))
     applications = OPERATOR.total_applications
     allowed = update.unit * np.abs(change).max() * max(SHAPE) / NOTHING
-    update.add(found, room(change), 1.01 * allowed)
+    update.add(found, arrays(change), 1.01 * allowed)
     assert not found.any()
     assert OPERATOR.total_applications == applications
     assert np.abs(exact(name, np.full_like(change, np.abs(change).max()))).max() < NOTHING * allowed
-    update.add(found, room(change), 0.99 * allowed)
+    update.add(found, arrays(change), 0.99 * allowed)
     assert found.any()
 
 
 def test_a_nan_comes_through():
     found, change = np.zeros((2, *SHAPE)), np.zeros((2, *SHAPE))
     change[0, 3, 3] = np.nan
-    UPDATES["tangential"][0].add(found, room(change), 1.0)
+    UPDATES["tangential"][0].add(found, arrays(change), 1.0)
     assert np.isnan(found).any()
