@@ -92,8 +92,7 @@ class _Block:
 class PaddedConvolution:
     """Plans and buffers for convolutions of fields ``(nx, ny)``.
 
-    padded: the periods, where they are not to be those in which nothing wraps around. `transforms` counts a forward
-    and an inverse transform of one field as one.
+    padded: the periods, where they are not to be those in which nothing wraps around.
     """
 
     def __init__(
@@ -106,7 +105,6 @@ class PaddedConvolution:
         self.shape = shape
         self.padded = padded or (padded_length(shape[0]), padded_length(shape[1]))
         self.columns = self.padded[1] // 2 + 1
-        self.transforms = 0.0
         self._float = np.dtype(dtype)
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
         self._threads = threads
@@ -165,7 +163,6 @@ class PaddedConvolution:
             spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
 
         self._threads.share(transform, self._row_parts)
-        self.transforms += 0.5
 
     def _restore_rows(self, spectrum: ComplexArray, field: FloatArray) -> None:
         """Transform ``spectrum`` (nx, my//2 + 1) back along y into ``field`` (nx, ny)."""
@@ -178,7 +175,6 @@ class PaddedConvolution:
             spectral.split_rows(lines, field[upper], field[lower])
 
         self._threads.share(restore, self._row_parts)
-        self.transforms += 0.5
 
     def _row_pairs(self, part: slice) -> tuple[slice, slice]:
         """Return the rows of the grid that are the real and the imaginary parts of a block's lines."""

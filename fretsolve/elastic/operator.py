@@ -34,9 +34,8 @@ class ElasticOperator:
     """Applies the influence coefficients on a grid of ``shape`` cells of ``spacing`` (mm).
 
     Its methods compute displacements (mm) from tractions (MPa) and write them into their last argument.
-    `applications` counts the calls; `transforms` counts a forward and an inverse transform of one field as one.
-    row_spectra: memory for them, which operators that take turns may share; spectra: of the influence coefficients, in
-    the precision `dtype`, if they are known already.
+    `applications` counts the calls. row_spectra: working memory, which operators that take turns may share; spectra:
+    of the influence coefficients, in the precision `dtype`, if they are known already.
     """
 
     def __init__(
@@ -80,11 +79,6 @@ class ElasticOperator:
     def total_applications(self) -> int:
         """Applications so far, including those of the inner iterations."""
         return self.applications + (self.inner.elastic.applications if "inner" in self.__dict__ else 0)
-
-    @property
-    def transforms(self) -> float:
-        """Forward and inverse transforms so far, counted in pairs, without those of the inner iterations."""
-        return self._convolution.transforms
 
     @cached_property
     def self_coefficient(self) -> float:

@@ -50,11 +50,6 @@ class Preconditioner:
     def _convolution(self) -> PaddedConvolution:
         return PaddedConvolution(self.shape, self._dtype, self._threads, self._size)
 
-    @property
-    def transforms(self) -> float:
-        """Forward and inverse transforms so far, counted in pairs, in units of one that is padded to twice the size."""
-        return self._convolution.transforms * self._size[0] * self._size[1] / (4 * self.shape[0] * self.shape[1])
-
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
         self._one_component(self._normal, displacement[0], traction[0])

@@ -187,9 +187,9 @@ def _warnings(
         beta = material.dundurs_constant
         stick = f"{100.0 * spence_stick_ratio(friction, beta):.3g} %"
         found.append(
-            f"coupling: {asked} leaves out what pressure and shear do to each other, with Dundurs' constant {beta:.4g}"
-            f" and friction {friction:g}; with it a sphere under P alone sticks on {stick} of the contact radius"
-            " (Spence); coupling: auto keeps it"
+            f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"
+            f" and friction {friction:g} a sphere under P alone sticks on {stick} of the contact radius (Spence), here"
+            " on all of it; coupling: auto keeps it"
         )
     if asked == "none" and moved and material.B:
         text = "coupling: none leaves out ux from qy and uy from qx"

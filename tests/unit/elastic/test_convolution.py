@@ -81,13 +81,6 @@ def test_matrix_of_kernels():
     np.testing.assert_allclose(together[0], alone, atol=1e-12)
 
 
-def test_transforms_are_counted():
-    padded = PaddedConvolution((8, 8))
-    kernel = padded.kernel_spectrum(quadrant((8, 8), False, False), False, False)
-    convolve(padded, ((kernel,),), [np.ones((8, 8))])
-    assert padded.transforms == 1.0
-
-
 def test_single_precision():
     shape = (20, 16)
     values, field = quadrant(shape, False, False), np.random.default_rng(4).normal(size=shape)

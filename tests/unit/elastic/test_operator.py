@@ -71,7 +71,6 @@ def test_applications_are_counted(tractions):
     elastic.normal_from_shear(tractions[1:], uz)
     elastic.all(tractions[0], tractions[1:], uz, displacement)
     assert elastic.applications == 5
-    assert elastic.transforms == pytest.approx(1 + 2 + 1.5 + 1.5 + 3)
     single = elastic.inner.dtype
     elastic.inner.elastic.normal(tractions[0].astype(single), uz.astype(single))
     assert (elastic.applications, elastic.total_applications) == (5, 6)
@@ -91,13 +90,17 @@ def test_inputs_are_left_alone(tractions):
     np.testing.assert_array_equal(tractions, before)
 
 
-def test_a_shear_of_zero_costs_nothing(tractions):
+def test_a_shear_of_zero_costs_nothing(tractions, monkeypatch):
     """Without in-plane coupling the direction without load is left out."""
-    elastic, displacement = operator(NONE), np.empty((2, *SHAPE))
+    elastic, displacement, convolved = operator(NONE), np.empty((2, *SHAPE)), []
+    apply = convolution.PaddedConvolution.apply
+    monkeypatch.setattr(
+        convolution.PaddedConvolution, "apply", lambda *words: convolved.append(len(words[2])) or apply(*words)
+    )
     tractions[2] = 0.0
     elastic.tangential(tractions[1:], displacement)
     assert not displacement[1].any()
-    assert (elastic.transforms, elastic.applications) == (1.0, 1)
+    assert (convolved, elastic.applications) == ([1], 1)
 
 
 def test_the_inner_operator_is_the_same_in_its_units(tractions):

@@ -144,8 +144,8 @@ class TestWarnings:
     def test_less_than_dissimilar_bodies_need(self, stages):
         (warning,) = model(*stages, bodies=DISSIMILAR, coupling="tangential").warnings
         assert warning == (
-            "coupling: tangential leaves out what pressure and shear do to each other, with Dundurs' constant 0.1938"
-            " and friction 0.1; with it a sphere under P alone sticks on 51 % of the contact radius (Spence);"
+            "coupling: tangential leaves out what pressure and shear do to each other: with Dundurs' constant 0.1938"
+            " and friction 0.1 a sphere under P alone sticks on 51 % of the contact radius (Spence), here on all of it;"
             " coupling: auto keeps it"
         )
         assert len(model(PRESS, TWIST, bodies=DISSIMILAR, coupling="none").warnings) == 2
