@@ -230,8 +230,7 @@ class PaddedConvolution:
         products = [product[: len(fields[0])] for product in self._products[member]]
         if len(fields) == len(results) == 2:
             (xx, xy), (_, yy) = values
-            pair = (fields[0], fields[1])
-            spectral.multiply_pair((xx, yy, xy), odd[0][1], pair, pair, (products[0], products[1]))
+            spectral.multiply_pair((xx, yy, xy), odd[0][1], (fields[0], fields[1]), (products[0], products[1]))
         elif len(fields) == len(results) == 3:
             (zz, zx, zy), (_, xx, xy), (_, _, yy) = values
             odd_mixed = (odd[0][1], odd[0][2], odd[1][2])

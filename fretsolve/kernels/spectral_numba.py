@@ -121,10 +121,9 @@ def multiply(kernel, odd, field, result):
 
 
 @compiled
-def multiply_pair(kernels, odd, fields, results, products):
+def multiply_pair(kernels, odd, fields, products):
     direct_x, direct_y, mixed = kernels
     field_x, field_y = fields
-    result_x, result_y = results
     lines, length = field_x.shape
     half = mixed.shape[1]
     one = mixed.dtype.type(1.0)
@@ -132,12 +131,12 @@ def multiply_pair(kernels, odd, fields, results, products):
     for n in range(lines):
         for i in range(half):
             x, y, across = field_x[n, i], field_y[n, i], mixed[n, i]
-            result_x[n, i] = x * direct_x[n, i] + y * across
-            result_y[n, i] = x * across + y * direct_y[n, i]
+            field_x[n, i] = x * direct_x[n, i] + y * across
+            field_y[n, i] = x * across + y * direct_y[n, i]
         for i in range(half, length):
             x, y, across = field_x[n, i], field_y[n, i], sign * mixed[n, length - i]
-            result_x[n, i] = x * direct_x[n, length - i] + y * across
-            result_y[n, i] = x * across + y * direct_y[n, length - i]
+            field_x[n, i] = x * direct_x[n, length - i] + y * across
+            field_y[n, i] = x * across + y * direct_y[n, length - i]
 
 
 @compiled

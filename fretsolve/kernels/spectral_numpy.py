@@ -82,20 +82,19 @@ def multiply_pair(
     kernels: tuple[FloatArray, FloatArray, FloatArray],
     odd: bool,
     fields: tuple[ComplexArray, ComplexArray],
-    results: tuple[ComplexArray, ComplexArray],
     products: tuple[ComplexArray, ComplexArray],
 ) -> None:
-    """Multiply two fields by the symmetric matrix of kernels (xx, yy, xy); `odd` is that of xy.
+    """Multiply two fields, in place, by the symmetric matrix of kernels (xx, yy, xy); `odd` is that of xy.
 
-    products: working arrays of the size of a field; `results` may be the fields.
+    products: working arrays of the size of a field.
     """
     direct_x, direct_y, mixed = kernels
     from_x, from_y = products
     multiply(mixed, odd, fields[0], from_x)
     multiply(mixed, odd, fields[1], from_y)
-    for direct, field, result, other in zip((direct_x, direct_y), fields, results, (from_y, from_x), strict=True):
-        multiply(direct, False, field, result)
-        result += other
+    for direct, field, other in zip((direct_x, direct_y), fields, (from_y, from_x), strict=True):
+        multiply(direct, False, field, field)
+        field += other
 
 
 def multiply_coupled(
