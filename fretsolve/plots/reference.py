@@ -100,7 +100,7 @@ def _closed_forms(result: Result) -> ClosedForms | None:
 
 def _shear(result: Result, step: int, forms: ClosedForms) -> CyclicLoading | None:
     form = forms.hertz[step]
-    return None if form is None else forms.shear(step, _center(result, step, forms, form))
+    return None if form is None else forms.tangential(step, _center(result, step, forms, form))
 
 
 def _center(result: Result, step: int, forms: ClosedForms, form: HertzForm) -> tuple[float, float]:

@@ -171,7 +171,7 @@ class ClosedForms:
         """The centre of the first surface (mm)."""
         return self.case.surface[0].center
 
-    def shear(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
+    def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
         """Return Cattaneo and Mindlin's or Lubkin's solution for a sphere after `stage`; None where there is none.
 
         There is none where shear acts on the pressure, or where a tangential motion is imposed. center: of the contact
@@ -211,7 +211,7 @@ class ClosedForms:
             found = {"delta_z": form.contact.delta_z, "max_pressure": form.contact.max_pressure}
             found |= _circle("contact", math.sqrt(math.prod(form.contact.semi_axes)))
             yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
-            shear = self.shear(stage)
+            shear = self.tangential(stage)
             if shear is not None and 0.0 < shear.largest <= shear.limit and self._is_exact(shear):
                 found = shear.displacements() | _circle("stick", shear.stick_radius)
                 if shear.direction is not None:
@@ -248,7 +248,7 @@ class ClosedForms:
         if not self.model.has_shear:
             return None
         if any(load.get(name) for load in self.loads for name in TANGENTIAL):
-            shear = self.shear(len(self.loads) - 1)
+            shear = self.tangential(len(self.loads) - 1)
             if shear is None or shear.largest >= shear.limit:
                 return None
             stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded

@@ -47,7 +47,7 @@ def test_it_picks_what_is_not_given() -> None:
     assert setup.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
 
 
-def test_it_says_how_many_increments_it_picks() -> None:
+def test_picked_increments_in_words() -> None:
     setup = set_up(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
     first, second = setup.load_path.counts
     assert first > 2 * 24
@@ -119,7 +119,7 @@ def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
     assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
 
 
-def test_the_effective_case_runs_alike() -> None:
+def test_the_effective_case_gives_the_same_setup() -> None:
     setup = set_up(build(bodies=DISSIMILAR, solver=solver("draft")))
     again = set_up(build(**{k: v for k, v in setup.case.effective().items() if k != "title"}))
     assert again.case.effective() == setup.case.effective()
@@ -161,7 +161,7 @@ def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:
     assert [case.solver.accuracy for case in cases] == [0.01] * 5
 
 
-def test_run_tells_picks_and_verdict(tmp_path: Path) -> None:
+def test_run_prints_picks_and_verdict(tmp_path: Path) -> None:
     case, out = write(tmp_path, "draft"), tmp_path / "case.h5"
     ran = invoke("run", case)
     assert ran.exit_code == 0, ran.stderr
@@ -179,7 +179,7 @@ def test_run_tells_picks_and_verdict(tmp_path: Path) -> None:
     assert invoke("run", case, "--resume").output == f"{out}: already complete, 3 increments\n"
 
 
-def test_run_says_that_it_was_not_met(tmp_path: Path) -> None:
+def test_run_warns_of_an_accuracy_that_is_not_met(tmp_path: Path) -> None:
     ran = invoke("run", write(tmp_path, "0.1 %"), "--set", "grid.points=20")
     assert ran.exit_code == 0
     assert "warning: accuracy 0.1 % is not met: " in ran.stderr

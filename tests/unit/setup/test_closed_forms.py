@@ -148,4 +148,4 @@ def test_forces_of_a_result() -> None:
     case = build(load_path=CYCLE, coupling="none", grid={"points": 12})
     loads = tuple({"P": 400.0, "Qx": force, "Qy": 0.0, "Mz": 0.0} for force in (0.0, 36.0))
     forms = ClosedForms(case, derive_model(case), loads)
-    assert forms.shear(1).stick_radius == pytest.approx(0.139761, abs=1e-6)
+    assert forms.tangential(1).stick_radius == pytest.approx(0.139761, abs=1e-6)
