@@ -28,7 +28,7 @@ from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import Assessment, Row, assess, front
 from fretsolve.study.plan import make_plan
-from fretsolve.study.run_trials import make_runs
+from fretsolve.study.runs import make_runs
 from fretsolve.study.wording import percent, two_digits
 from fretsolve.system.signals import StopRequest
 
@@ -96,7 +96,7 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     folder = asked.runs / mode
     folder.mkdir(parents=True, exist_ok=True)
     plan = make_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
-    outcomes = list(make_runs(plan.trials, plan.observables, StopRequest(), lambda *_: None))
+    outcomes = list(make_runs(plan.trials, plan.quantities, StopRequest(), lambda *_: None))
     return assess(plan, outcomes)
 
 

@@ -23,7 +23,7 @@ from fretsolve.system.threads import available, set_up_numerics
 from fretsolve.templates import TEMPLATES
 
 if TYPE_CHECKING:
-    from fretsolve.study.compared_with import TruthKind
+    from fretsolve.study.reference import ReferenceKind
 
 
 @click.group(
@@ -150,6 +150,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
 )
 @click.option(
     "--truth",
+    "reference",
     type=click.Choice(["finest", "closed-form", "expect"]),
     default="finest",
     show_default=True,
@@ -162,7 +163,7 @@ def study(
     out: Path | None,
     overrides: tuple[str, ...],
     quantities: tuple[str, ...],
-    truth: TruthKind,
+    reference: ReferenceKind,
     quiet: bool,
 ) -> int:
     """Run CASE with all combinations of settings, and print the error and the cost of each.
@@ -173,7 +174,7 @@ def study(
     with StopRequest() as stop:
         from fretsolve.commands.study import StudyOrder, study_case
 
-        return study_case(StudyOrder(case, out, overrides, varied, quantities, truth, quiet), stop)
+        return study_case(StudyOrder(case, out, overrides, varied, quantities, reference, quiet), stop)
 
 
 @main.command()

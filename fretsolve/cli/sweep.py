@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
@@ -27,19 +26,19 @@ def sweep(context: click.Context) -> None:
 def _engine(context: click.Context, parameter: click.Parameter, value: str) -> str:
     if value in ("local", "slurm") or re.fullmatch(r"dask:\S+", value):
         return value
-    raise click.BadParameter(f"{value!r} is no engine; local, slurm or dask:ADDRESS is needed")
+    raise click.BadParameter(f"{value!r} is not an engine; local, slurm or dask:ADDRESS is needed")
 
 
 def _indices(context: click.Context, parameter: click.Parameter, value: str) -> list[int]:
-    """Numbers from a text such as ``3,7-9``."""
+    """Read numbers from a text such as ``3,7-9``."""
     found: list[int] = []
     for part in value.split(","):
         match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
         if match is None:
-            raise click.BadParameter(f"{value!r} is no list of cases; one such as 3,7-9 is needed")
+            raise click.BadParameter(f"{value!r} is not a list of cases; one such as 3,7-9 is needed")
         first, last = int(match[1]), int(match[2] or match[1])
         if not 0 <= last - first < MOST_CASES:
-            raise click.BadParameter(f"{part.strip()!r} is no range of cases; one such as 7-9 is needed")
+            raise click.BadParameter(f"{part.strip()!r} is not a range of cases; one such as 7-9 is needed")
         found += range(first, last + 1)
     return found
 
@@ -71,9 +70,9 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
     """Run all cases of SWEEP that have no result yet.
 
     The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
-    exit code is 0 where every case has a result, also if that is that there is no solution.
+    exit code is 0 if every case has a result, even if that is that there is no solution.
     """
-    notice = "stopping after the increments under way; a second signal stops this command at once"
+    notice = "stopping after the current increments; a second signal stops this command at once"
     at_once = "stopped; its processes stop after their increments, then the same command goes on"
     with StopRequest(notice, at_once=at_once, idle=True) as stop:
         from fretsolve.commands.sweep import SweepOrder, run_sweep
@@ -93,19 +92,10 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
         return work(folder, indices, stop, requeued=requeued)
 
 
-@sweep.command(hidden=True)
-@_FOLDER
-def serve(folder: Path) -> int:
-    """Work on the cases that another process names on standard input."""
-    from fretsolve.sweep.worker import serve
-
-    return serve(folder, 0, os.dup(1))
-
-
 @sweep.command()
 @_FOLDER
 def status(folder: Path) -> int:
-    """Tell how far the sweep in DIR is, what has failed and why, and what is missing."""
+    """Print how far the sweep in DIR is, what has failed and why, and what is missing."""
     from fretsolve.commands.sweep import status
 
     return status(folder)
@@ -126,7 +116,7 @@ def status(folder: Path) -> int:
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
     """Write one table of the settings and results of the sweep in DIR, with error bars where there are any.
 
-    The tables in DIR are the sweep's own and written anew each time.
+    The tables in DIR belong to the sweep and are written anew each time.
     """
     from fretsolve.commands.sweep import collect_sweep
 
@@ -147,8 +137,8 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
 def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
     """Draw the sweep in DIR as far as it is.
 
-    KIND is quantity (the default), a quantity over one or two keys, or running-condition, where partial slip and gross
-    slip are, over two. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
+    KIND is quantity (the default): a quantity over one or two keys; or running-condition: where there is partial slip
+    and gross slip, over two keys. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
     """
     from fretsolve.commands.sweep import plot_sweep
 

@@ -1,32 +1,32 @@
-"""``fretsolve study``: a case run over crossed settings, what each run costs and how far it is off."""
+"""``fretsolve study``: run a case over crossed settings, and weigh the error of each run against its cost."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from fretsolve.commands.study_progress import study_progress
+from fretsolve.commands.progress import key_value_line, progress_bar
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.export.text_report import NARROWEST, WIDTH
+from fretsolve.result.state import Summary
 from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.plan import Plan, make_plan
+from fretsolve.study.plan import StudyPlan, make_plan
+from fretsolve.study.reference import ReferenceKind
 from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_csv, write_hdf5
-from fretsolve.study.run_trials import Outcome, is_done, make_runs
+from fretsolve.study.runs import Outcome, is_done, make_runs
 from fretsolve.study.table import tables
+from fretsolve.study.variation import words
 from fretsolve.study.wording import advice, notes
+from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.optional import how_to_install
-from fretsolve.system.signals import EXIT_STOPPED
-
-if TYPE_CHECKING:
-    from fretsolve.study.compared_with import TruthKind
-    from fretsolve.study.trial import Trial
-    from fretsolve.system.signals import StopRequest
+from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PICTURE_NAME = "study.png"
 
@@ -40,27 +40,26 @@ class StudyOrder:
     overrides: tuple[str, ...]
     varied: tuple[str, ...]
     quantities: tuple[str, ...]
-    truth: TruthKind
+    reference: ReferenceKind
     quiet: bool
 
     @property
     def folder(self) -> Path:
-        """Where results, tables and the picture go."""
+        """The folder of results, tables and the picture."""
         return self.out or self.case.with_suffix(".study")
 
 
 def study_case(order: StudyOrder, stop: StopRequest) -> int:
-    """Make the runs, compare and report. Returns the exit code 0, 3 or 75; raises the errors of the others."""
-    plan = make_plan(
-        order.case, order.overrides, order.varied, order.quantities, order.truth, order.folder
-    )
+    """Make the runs, compare them and report. Returns the exit code 0 or 75; errors have the other codes."""
+    plan = make_plan(order.case, order.overrides, order.varied, order.quantities, order.reference, order.folder)
     make_folder(order.folder)
     _introduce(order, plan)
     outcomes: list[Outcome] = []
-    with study_progress(plan.trials, quiet=order.quiet) as display:
-        for outcome in make_runs(plan.trials, plan.observables, stop, display.increment):
+    progress = RunProgress(plan.trials, quiet=order.quiet)
+    with progress.shown():
+        for outcome in make_runs(plan.trials, plan.quantities, stop, progress.increment):
             outcomes.append(outcome)
-            display.outcome(outcome)
+            progress.outcome(outcome)
     complete = len(outcomes) == len(plan.trials)
     if outcomes:
         study = assess(plan, outcomes)
@@ -74,10 +73,60 @@ def study_case(order: StudyOrder, stop: StopRequest) -> int:
     return EXIT_STOPPED
 
 
-def _introduce(order: StudyOrder, plan: Plan) -> None:
-    """Say what is about to be run, and what a person should hear of it."""
+class RunProgress:
+    """Shows how far the runs `trials` are: a bar on a terminal, a line per run elsewhere, or nothing if quiet."""
+
+    def __init__(self, trials: Sequence[PreparedCase], *, quiet: bool):
+        self._runs, self._done, self._quiet = len(trials), 0, quiet
+        self._seconds = {trial.out: 0.0 if is_done(trial) else trial.expected.seconds for trial in trials}
+        self._before = 0.0
+        self.bar = None
+        if not quiet and sys.stdout.isatty():
+            self.bar = progress_bar(f"run {{task.fields[run]}}/{self._runs}", "{task.fields[detail]}")
+            self._task = self.bar.add_task("", total=sum(self._seconds.values()), run=1, detail="")
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Show the bar, if there is one, within the block."""
+        if self.bar is None:
+            yield
+        else:
+            with self.bar:
+                yield
+
+    def increment(self, trial: PreparedCase, summary: Summary) -> None:
+        """Show an increment that is saved."""
+        if self.bar is not None:
+            done, increments = summary.step + 1, trial.setup.load_path.increments
+            self.bar.update(
+                self._task,
+                completed=self._before + self._seconds[trial.out] * done / increments,
+                detail=f"{words(trial.settings)}: increment {done}/{increments}",
+            )
+
+    def outcome(self, outcome: Outcome) -> None:
+        """Show a run that has ended."""
+        self._done += 1
+        self._before += self._seconds[outcome.trial.out]
+        if self.bar is not None:
+            self.bar.update(self._task, completed=self._before, run=min(self._done + 1, self._runs))
+        elif not self._quiet:
+            key_value_line(
+                run=self._done,
+                runs=self._runs,
+                **{setting.key: setting.value for setting in outcome.trial.settings},
+                status="failed" if outcome.failure else "complete",
+                reused="yes" if outcome.reused else "no",
+                increments=outcome.increments,
+                operator_applications=outcome.applications,
+                wall_time=f"{outcome.seconds:.3g}",
+            )
+
+
+def _introduce(order: StudyOrder, plan: StudyPlan) -> None:
+    """Print what is about to be run, and all warnings."""
     warnings = [
-        f"{key} changes the problem itself: what differs is no error; `fretsolve sweep` is made for that"
+        f"{key} changes the problem itself. Differences are not errors; use `fretsolve sweep`."
         for key in plan.problem_keys
     ]
     warnings += dict.fromkeys(text for trial in plan.trials for text in trial.setup.model.warnings)
@@ -90,7 +139,7 @@ def _introduce(order: StudyOrder, plan: Plan) -> None:
     print(_title(order, plan.finest))
     print(f"results: {order.folder}")
     print(f"{count} run{'s' if count > 1 else ''}{there}")
-    print(f"{'reference' if plan.problem_keys else 'truth'}: {plan.truth_words}")
+    print(f"{'reference' if plan.problem_keys else 'truth'}: {plan.reference_words}")
     if plan.unknown:
         print(f"left out, without a closed form: {', '.join(map(str, plan.unknown))}")
         if plan.why_unknown:
@@ -98,12 +147,12 @@ def _introduce(order: StudyOrder, plan: Plan) -> None:
     sys.stdout.flush()
 
 
-def _title(order: StudyOrder, trial: Trial) -> str:
+def _title(order: StudyOrder, trial: PreparedCase) -> str:
     return trial.setup.case.title or order.case.name
 
 
 def _write(order: StudyOrder, study: Assessment, *, picture: bool) -> None:
-    """The files of the study, as far as it is; a picture of another one does not stay beside them."""
+    """Write the files of the study as far as it is, and remove the picture of an earlier one."""
     write_csv(order.folder / CSV_NAME, study)
     write_hdf5(order.folder / HDF5_NAME, study, list(advice(study)))
     path = order.folder / PICTURE_NAME
@@ -114,7 +163,7 @@ def _write(order: StudyOrder, study: Assessment, *, picture: bool) -> None:
 
 
 def _draw(path: Path, study: Assessment, title: str) -> None:
-    """Write the picture, or a line that says what it needs. Raises OSError."""
+    """Write the picture, or print what it needs. Raises OSError."""
     try:
         from fretsolve.plots.canvas import rendered
         from fretsolve.study.plot import trade
@@ -130,19 +179,19 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
 
 
 def _conclude(order: StudyOrder, study: Assessment) -> int:
-    """Say what came out. Raises NoSolutionError where there is nothing to compare with, or nothing to compare."""
+    """Print the outcome. Raises NoSolutionError if the reference or all runs failed, CaseError if all is 0."""
     if not order.quiet:
         _print(order, study)
     finest_row = study.finest_row
-    if finest_row is not None and finest_row.is_truth and finest_row.outcome.failure:
+    if finest_row is not None and finest_row.is_reference and finest_row.outcome.failure:
         outcome = finest_row.outcome
         raise NoSolutionError(
-            f"the {study.standard} ({outcome.trial.combination.words}) has no solution, so no {study.difference}s are"
+            f"the {study.standard} ({words(outcome.trial.settings)}) has no solution, so no {study.difference}s are"
             f" known: {outcome.failure}"
         )
     if all(row.outcome.failure for row in study.rows):
         raise NoSolutionError(f"none of the runs has a solution: {study.rows[0].outcome.failure}")
-    if not study.observables:
+    if not study.quantities:
         zero = ", ".join(map(str, study.left_out))
         raise CaseError(f"nothing to compare, since 0: {zero}; name others with --quantity", (), order.case)
     return 0
@@ -155,9 +204,7 @@ def _print(order: StudyOrder, study: Assessment) -> None:
     for table in tables(study, console.width):
         console.print()
         console.print(table)
-    for line in notes(study):
+    for line in (*notes(study), *advice(study)):
         print(line)
-    for sentence in advice(study):
-        print(sentence)
     names = [name for name in (CSV_NAME, HDF5_NAME, PICTURE_NAME) if (order.folder / name).exists()]
     print("written: " + ", ".join(str(order.folder / name) for name in names), flush=True)

@@ -1,4 +1,4 @@
-"""``fretsolve sweep``: a case over many points, on this machine or on a cluster."""
+"""``fretsolve sweep``: run a case at many points, on this machine or on a cluster, and collect the results."""
 
 from __future__ import annotations
 
@@ -6,28 +6,22 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
+from fretsolve.commands.progress import key_value_line
 from fretsolve.errors import CaseError, NoSolutionError, PictureError
-from fretsolve.study.quantity import NAMES, read_observable
-from fretsolve.sweep.cluster import work_on_dask
-from fretsolve.sweep.crew import in_rounds, work_through
-from fretsolve.sweep.files import writer_of
-from fretsolve.sweep.manifest import Manifest, index_list, read_manifest, require_own, write_manifest
-from fretsolve.sweep.plan import make_plan
-from fretsolve.sweep.slurm import requeue, submit
-from fretsolve.sweep.state import CaseState, counts, is_taken, missing, state_of, states
-from fretsolve.sweep.table import collect
+from fretsolve.sweep.case_run import Report
+from fretsolve.sweep.engines.dask import run_on_dask
+from fretsolve.sweep.engines.slurm import requeue, submit
+from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
+from fretsolve.sweep.manifest import Manifest, Row, index_list, read_manifest, require_own, write_manifest
+from fretsolve.sweep.plan import SweepPlan, make_plan
+from fretsolve.sweep.quantity import NAMES, read_quantity
+from fretsolve.sweep.status import CaseState, counts, is_taken, missing, state_of, states
+from fretsolve.sweep.table import collect, writer_of
 from fretsolve.system.files import require_free
-from fretsolve.system.signals import EXIT_STOPPED
+from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 from fretsolve.system.threads import processors
-
-if TYPE_CHECKING:
-    from fretsolve.sweep.manifest import Row
-    from fretsolve.sweep.plan import Plan
-    from fretsolve.sweep.worker import Report
-    from fretsolve.system.signals import StopRequest
 
 MOST_REASONS = 20
 """Lines on cases that have no result or no solution."""
@@ -51,7 +45,7 @@ class SweepOrder:
 
     @property
     def folder(self) -> Path:
-        """Where manifest, results and tables go."""
+        """The folder of manifest, results and tables."""
         return self.out or self.sweep.with_suffix(".sweep")
 
 
@@ -63,58 +57,62 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     write_manifest(plan.manifest)
     todo = missing(plan.manifest)
     _introduce(order, plan, todo)
-    if not todo:
-        return _conclude(order, plan.manifest, [], stop)
-    if order.engine == SLURM:
-        _say(order, submit(plan, todo, order.jobs))
+    reports: list[Report] = []
+    if todo and order.engine == SLURM:
+        told = submit(plan, todo, order.jobs)
+        if not order.quiet:
+            print(told, flush=True)
         return 0
-    reports = _reports(order, plan.manifest, todo, stop)
-    told = list(_shown(reports, len(todo), plan.manifest, quiet=order.quiet))
-    return _conclude(order, plan.manifest, told, stop)
+    if todo:
+        reports += _shown(_run(order, plan.manifest, todo, stop), len(todo), plan.manifest, quiet=order.quiet)
+    return _conclude(order, plan.manifest, reports, stop)
 
 
-def _reports(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
+def _run(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
     if order.engine.startswith(DASK):
-        return work_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop, _warn)
+        return run_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop, _warn)
     jobs = order.jobs or max(1, processors() // manifest.threads)
 
-    def give_out(left: list[Row]) -> Iterator[Report]:
-        return work_through(manifest, left, jobs, stop, lambda row: is_taken(manifest, row))
+    def run(left: list[Row]) -> Iterator[Report]:
+        return run_cases(manifest, (row for row in left if not is_taken(manifest, row)), jobs, stop)
 
-    return in_rounds(manifest, todo, stop, _warn, give_out)
+    return in_rounds(manifest, todo, stop, _warn, run)
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
-    """Run those of the cases `indices` that have no result, one after another; for the scripts of any scheduler.
+    """Run those of the cases `indices` that have no result, one after another; for job scripts of any scheduler.
 
-    requeued: have Slurm run this task again where a signal stops it, unless it has saved nothing.
+    requeued: have Slurm run this task again if a signal stops it, unless it has saved nothing.
     """
     manifest = read_manifest(folder)
-    beyond = [index for index in indices if index >= len(manifest.rows)]
-    if len(beyond) == len(indices):
+    rows = [manifest.rows[index] for index in indices if index < len(manifest.rows)]
+    if not rows:
         last = len(manifest.rows) - 1
         raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)
-    chosen = {manifest.rows[index].id: manifest.rows[index] for index in indices if index not in beyond}
-    todo = missing(manifest, list(chosen.values()))
+    todo = missing(manifest, {row.id: row for row in rows}.values())
     before = _progress(manifest, todo)
-    reports = list(_shown(work_through(manifest, todo, 1, stop), len(todo), manifest))
+    reports = list(_shown(run_cases(manifest, todo, 1, stop), len(todo), manifest))
     if not stop.requested or not missing(manifest, todo):
         return worst(reports)
     if requeued and _progress(manifest, todo) == before:
-        print("not an increment was saved before the signal: not requeued; more time is needed", file=sys.stderr)
+        print("no increment was saved before the signal: not requeued; more time is needed", file=sys.stderr)
     elif requeued:
         requeue()
     return EXIT_STOPPED
 
 
 def _progress(manifest: Manifest, rows: Sequence[Row]) -> list[tuple[bool, int]]:
-    """What is there of each case: its result, or increments of it."""
+    """Return what there is of each case: whether it has a result, and how many increments are saved."""
     return [(state.has_result, state.increments) for state in (state_of(manifest, row) for row in rows)]
 
 
 def worst(reports: Iterable[Report]) -> int:
-    """The exit code of several cases: 0 where each has a result or is run elsewhere, else that of the worst."""
-    codes = {report.code for report in reports if not report.has_result and not report.busy}
+    """Return the exit code of several cases: 0 if each has a result or is run elsewhere, else that of the worst."""
+    return _worst_code(report.code for report in reports if not report.has_result and not report.busy)
+
+
+def _worst_code(found: Iterable[int]) -> int:
+    codes = set(found)
     return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED) if codes else 0
 
 
@@ -123,7 +121,13 @@ def status(folder: Path) -> int:
     manifest = read_manifest(folder)
     found = list(states(manifest))
     print(f"{manifest.title}: {_counted(found)}")
-    _print_reasons(found)
+    ended = sorted(
+        (one for one in found if one.status in ("error", "no solution")), key=lambda one: one.status != "error"
+    )
+    for one in ended[:MOST_REASONS]:
+        print(f"{one.row.index}: {one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}")
+    if len(ended) > MOST_REASONS:
+        print(f"and {len(ended) - MOST_REASONS} more such cases; sweep collect has the reasons of all")
     left = [one.row.index for one in found if not one.has_result and one.status != "running"]
     if left:
         print(f"missing: --array={index_list(left)}")
@@ -135,19 +139,10 @@ def _counted(found: Sequence[CaseState]) -> str:
     return f"{len(found)} case{'s' if len(found) > 1 else ''}: {parts}"
 
 
-def _print_reasons(found: Sequence[CaseState]) -> None:
-    told = [one for one in found if one.status in ("error", "no solution")]
-    told.sort(key=lambda one: one.status != "error")
-    for one in told[:MOST_REASONS]:
-        print(f"{one.row.index}: {one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}")
-    if len(told) > MOST_REASONS:
-        print(f"and {len(told) - MOST_REASONS} more such cases; sweep collect has the reasons of all")
-
-
-def _introduce(order: SweepOrder, plan: Plan, todo: Sequence[Row]) -> None:
+def _introduce(order: SweepOrder, plan: SweepPlan, todo: Sequence[Row]) -> None:
     manifest = plan.manifest
     for text in plan.warnings:
-        print(f"{order.sweep}: warning: {text}", file=sys.stderr)
+        _warn(f"{order.sweep}: warning: {text}")
     if order.quiet:
         return
     count, unique = len(manifest.rows), len(manifest.unique)
@@ -162,49 +157,39 @@ def _warn(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _say(order: SweepOrder, line: str) -> None:
-    if not order.quiet:
-        print(line, flush=True)
-
-
-def _shown(
-    reports: Iterable[Report], count: int, manifest: Manifest, *, quiet: bool = False
-) -> Iterable[Report]:
-    """The same, each printed as a line of ``key=value`` as it comes, and what is wrong with it; quiet: that alone."""
+def _shown(reports: Iterable[Report], count: int, manifest: Manifest, *, quiet: bool = False) -> Iterable[Report]:
+    """Print each report as it comes, as a line of ``key=value``, and what is wrong with it; quiet: only the latter."""
     for number, report in enumerate(reports, start=1):
-        words = {
-            "case": report.index,
-            "run": number,
-            "runs": count,
-            "exit_code": report.code,
-            "increments": report.increments,
-            "wall_time": f"{report.seconds:.3g}",
-        }
         if not quiet:
-            print(" ".join(f"{name}={word}" for name, word in words.items()), flush=True)
+            key_value_line(
+                case=report.index,
+                run=number,
+                runs=count,
+                exit_code=report.code,
+                increments=report.increments,
+                wall_time=f"{report.seconds:.3g}",
+            )
         if report.reason and not report.has_result:
-            print(f"case {report.index}: {manifest.rows[report.index].words}: {report.reason}", file=sys.stderr)
+            _warn(f"case {report.index}: {manifest.rows[report.index].words}: {report.reason}")
         yield report
 
 
 def _conclude(order: SweepOrder, manifest: Manifest, reports: Sequence[Report], stop: StopRequest) -> int:
-    """Say what has come out, by `reports`, else by the files.
+    """Print how the sweep ended, by `reports` or else by the files.
 
-    Returns 0 where every case has a result; raises where none is a solution.
+    Returns 0 if every case has a result, else the code of the worst. Raises NoSolutionError if no case has a solution.
     """
     found = list(states(manifest, reports))
     for one in found:
         if one.status == "error" and manifest.result(one.row).exists():
-            print(f"case {one.row.index}: {one.reason}; remove it to run the case again", file=sys.stderr)
+            _warn(f"case {one.row.index}: {one.reason}; remove it to run the case again")
     if not order.quiet:
         print(_counted(found), flush=True)
         if missing(manifest):
-            print("the same command goes on with what is missing", file=sys.stderr)
-    codes = {one.exit_code or EXIT_STOPPED for one in found if not one.has_result}
-    if codes and stop.requested:
-        return EXIT_STOPPED
-    if codes:
-        return max(codes - {EXIT_STOPPED}, default=EXIT_STOPPED)
+            _warn("the same command goes on with what is missing")
+    code = _worst_code(one.exit_code or EXIT_STOPPED for one in found if not one.has_result)
+    if code:
+        return EXIT_STOPPED if stop.requested else code
     if all(one.status == "no solution" for one in found):
         error = NoSolutionError(f"none of the cases has a solution: {found[0].reason}")
         error.file = order.sweep
@@ -212,13 +197,11 @@ def _conclude(order: SweepOrder, manifest: Manifest, reports: Sequence[Report], 
     return 0
 
 
-def collect_sweep(
-    folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool, overwrite: bool
-) -> int:
-    """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are its own."""
+def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool, overwrite: bool) -> int:
+    """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are the sweep's own."""
     manifest = read_manifest(folder)
     for text in quantities:
-        read_observable(text)
+        read_quantity(text)
     if out is not None:
         writers = {out: writer_of(out, fields=fields)}
         require_free(out, overwrite=overwrite)
@@ -236,12 +219,12 @@ def collect_sweep(
 def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
     """Draw a quantity over one or two columns of the collected sweep, or the running condition over two."""
     require_matplotlib()
-    from fretsolve.plots import sweeps
     from fretsolve.plots.canvas import rendered
+    from fretsolve.sweep import plot
 
     manifest = read_manifest(folder)
     if quantity is not None:
-        read_observable(quantity)
+        read_quantity(quantity)
     name = quantity or manifest.quantities[0]
     target = out or folder / f"{kind if kind == RUNNING_CONDITION else name}.png"
     file_format = picture_format(target)
@@ -256,11 +239,11 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
         raise CaseError(f"--over: {kind} is drawn over {count}, such as {' and '.join(manifest.keys[:2])}")
     try:
         if kind == RUNNING_CONDITION:
-            figure = sweeps.running_condition(table, (chosen[0], chosen[1]))
+            figure = plot.running_condition(table, (chosen[0], chosen[1]))
         elif len(chosen) == 2:
-            figure = sweeps.surface(table, name, (chosen[0], chosen[1]))
+            figure = plot.surface(table, name, (chosen[0], chosen[1]))
         else:
-            figure = sweeps.curve(table, name, chosen[0])
+            figure = plot.curve(table, name, chosen[0])
     except PictureError as error:
         raise CaseError(f"{kind}: {error}", (), folder) from error
     write_picture(target, rendered(figure, file_format))

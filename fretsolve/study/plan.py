@@ -1,4 +1,4 @@
-"""What a study is going to do, settled before anything runs."""
+"""The plan of a study: its runs, quantities and reference, checked before anything runs."""
 
 from __future__ import annotations
 
@@ -7,44 +7,48 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.errors import CaseError
-from fretsolve.study.compared_with import NOUNS, TruthKind, chosen_observables, known_values
-from fretsolve.study.quantity import Observable, usual_observables
-from fretsolve.study.trial import Trial, finest, prepare_trials, stage_count
-from fretsolve.study.variation import Variation, crossed, read_variations
+from fretsolve.study.reference import NOUNS, ReferenceKind, compared_quantities, known_values
+from fretsolve.study.variation import Variation, crossed, is_first_problem, read_variations, words
+from fretsolve.sweep.base_case import BaseCase, PreparedCase, with_origins
+from fretsolve.sweep.points import Setting
+from fretsolve.sweep.quantity import StageQuantity, usual_quantities
+
+WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_bars=false")
+"""A study compares scalars and finds errors itself; without fields a result takes some tens of kilobytes."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """The runs of a study in turn, the finest of the first problem first, then by their estimated cost.
+class StudyPlan:
+    """The runs of a study: first the finest run of the first problem, then the others by their estimated cost.
 
-    known: the truth where it is known before any run, else None: the finest run. unknown: what would usually be
-    compared, but has no such truth, for the reason why_unknown, empty where that goes without saying.
+    known: the reference if it is known before any run, None for the finest run. unknown: usual quantities for which the
+    reference has no value, for the reason why_unknown, empty if that is clear.
     """
 
     variations: tuple[Variation, ...]
-    trials: tuple[Trial, ...]
-    observables: tuple[Observable, ...]
-    unknown: tuple[Observable, ...]
+    trials: tuple[PreparedCase, ...]
+    quantities: tuple[StageQuantity, ...]
+    unknown: tuple[StageQuantity, ...]
     why_unknown: str
-    kind: TruthKind
-    known: Mapping[Observable, float] | None
+    kind: ReferenceKind
+    known: Mapping[StageQuantity, float] | None
 
     @property
-    def finest(self) -> Trial:
-        """The finest of the trials of the first problem."""
+    def finest(self) -> PreparedCase:
+        """The finest run of the first problem."""
         return self.trials[0]
 
     @property
     def problem_keys(self) -> tuple[str, ...]:
-        """The varied keys that change the problem itself, so that what differs is no error."""
+        """The varied keys that change the problem itself, so that differences are not errors."""
         return tuple(one.key for one in self.variations if one.changes_the_problem)
 
     @property
-    def truth_words(self) -> str:
+    def reference_words(self) -> str:
         """What the runs are compared with."""
         if self.known is not None:
             return f"the {NOUNS[self.kind]}s"
-        return f"the {'run with' if self.problem_keys else 'finest run,'} {self.finest.combination.words}"
+        return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.finest.settings)}"
 
 
 def make_plan(
@@ -52,9 +56,9 @@ def make_plan(
     overrides: Sequence[str],
     varied: Sequence[str],
     quantities: Sequence[str],
-    kind: TruthKind,
+    kind: ReferenceKind,
     folder: Path,
-) -> Plan:
+) -> StudyPlan:
     """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
     variations = read_variations(varied)
     changing = next((one for one in variations if one.changes_the_problem), None)
@@ -64,14 +68,38 @@ def make_plan(
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing.key}")
-    trials = prepare_trials(case, overrides, crossed(variations), folder)
-    costliest = finest([trial for trial in trials if trial.combination.is_first_problem(variations)])
+    base = BaseCase.read(case, overrides, last=WITHOUT_EXTRAS)
+    trials = [_prepared(base, settings, folder) for settings in crossed(variations)]
+    costliest = finest([trial for trial in trials if is_first_problem(trial.settings, variations)])
     known = known_values(kind, costliest.setup)
-    observables = chosen_observables(quantities, stage_count(trials), costliest.setup, kind, known)
-    if not observables:
+    stages = min(len(trial.setup.load_path.last_steps) for trial in trials)
+    compared = compared_quantities(quantities, stages, costliest.setup, kind, known)
+    if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
-    others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.seconds)
-    usual = usual_observables(costliest.setup) if kind == "closed-form" and not quantities else ()
-    unknown = tuple(one for one in usual if one not in observables)
+    others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.expected.seconds)
+    usual = usual_quantities(costliest.setup) if kind == "closed-form" and not quantities else ()
+    unknown = tuple(one for one in usual if one not in compared)
     why = costliest.setup.closed_forms.why_not_mindlin if unknown else ""
-    return Plan(variations, (costliest, *others), observables, unknown, why, kind, known)
+    return StudyPlan(variations, (costliest, *others), compared, unknown, why, kind, known)
+
+
+def finest(trials: Sequence[PreparedCase]) -> PreparedCase:
+    """Return the run with the most points, then increments, then terms of the model, then the least tolerance."""
+
+    def rank(trial: PreparedCase) -> tuple[float, ...]:
+        nx, ny = trial.setup.grid.shape
+        terms = trial.setup.model.terms
+        kept = sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling))
+        return nx * ny, trial.setup.load_path.increments, kept, -trial.setup.case.solver.tolerance
+
+    return max(reversed(trials), key=rank)
+
+
+def _prepared(base: BaseCase, settings: Sequence[Setting], folder: Path) -> PreparedCase:
+    """Prepare a run. Raises CaseError that names the `--vary` at fault, if one is."""
+    try:
+        return base.prepare(settings, folder)
+    except CaseError as error:
+        texts = {text: f"--vary {one.key}={one.value}" for one in settings for text in one.overrides(base.stages)}
+        problem, origin = next(with_origins(error, texts))
+        raise CaseError(problem.message, problem.key, origin) if origin else error from None

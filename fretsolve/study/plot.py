@@ -1,4 +1,4 @@
-"""Error against cost of the runs of a study."""
+"""The picture of a study: the error of each run against its cost."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from fretsolve.plots.canvas import Target, canvas
 from fretsolve.plots.labels import line_colors
 from fretsolve.study.assessment import Assessment, Row, front
 from fretsolve.study.table import key_names
+from fretsolve.study.variation import short
 from fretsolve.study.wording import TARGETS
 
 PANEL = (3.7, 2.9)
 COLUMNS = 3
 
-TOLD = 3
-"""Keys whose values the markers tell: the first by shade, the second by shape, the third by size."""
+MARKED_KEYS = 3
+"""Keys whose values the markers show: the first by shade, the second by shape, the third by size."""
 
 MARKERS = "osD^vPX<>p"
 MARKER, SMALLEST, LARGEST = 5.0, 3.6, 8.0
-"""Widths of the markers (points): without, and with a key that they tell."""
+"""Widths of the markers (points): without a key that they show, and with one."""
 
 FRONT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "drawstyle": "steps-post", "zorder": 2.0}
 FINEST: dict[str, Any] = {"color": "0.5", "linewidth": 1.2, "linestyle": "--", "zorder": 1.0}
@@ -37,7 +38,7 @@ LABEL_SIZE, LETTER, LABEL_GAP = 6.5, 3.9, 5.0
 """Points: of a label, the width of one of its letters, and its distance from the marker."""
 
 INSIDE = (215.0, 150.0)
-"""Points that a panel has inside of its axes, for labels that keep clear of each other."""
+"""Size of a panel inside its axes (points), for labels that keep clear of each other."""
 
 ROOM = 0.08
 """Part of an axis that is left free at each of its ends."""
@@ -48,33 +49,33 @@ FINE_TICKS, FEW_DECADES = (1.0, 2.0, 5.0), 100.0
 """Ticks of an axis that spans less than this ratio."""
 
 BELOW_LEAST = 0.4
-"""Errors of 0 are drawn at this part of the least one above 0."""
+"""Errors of 0 are drawn at this part of the least error above 0."""
 
 ZERO: dict[str, Any] = {"ha": "right", "va": "center", "annotation_clip": False}
 CLEAR = 1.6
-"""Ratio between a tick that is labelled and the place of 0."""
+"""Least ratio of a labelled tick to the place of 0."""
 
 NO_ERROR = 1e-6
-"""Where all errors of a panel are 0."""
+"""Stands for the least error if all errors of a panel are 0."""
 
 
 @dataclass(frozen=True)
 class Marking:
-    """How the runs look: by their values of the first key (shade), the second (marker) and the third (size)."""
+    """The look of the runs: by their values of the first key (shade), the second (marker) and the third (size)."""
 
     study: Assessment
 
     def of(self, row: Row) -> dict[str, Any]:
-        """Options of the marker of a run."""
-        settings = row.outcome.trial.combination.settings
-        options = [self.value(index, setting.value) for index, setting in enumerate(settings[:TOLD])]
+        """Return the options of the marker of a run."""
+        settings = row.outcome.trial.settings
+        options = [self.value(index, setting.value) for index, setting in enumerate(settings[:MARKED_KEYS])]
         merged: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": MARKER}
         for option in options:
             merged |= option
         return merged
 
     def value(self, index: int, value: str) -> dict[str, Any]:
-        """What a value of the key `index` decides."""
+        """Return the options that a value of the key `index` decides."""
         values = self.study.variations[index].values
         place = values.index(value)
         part = place / max(len(values) - 1, 1)
@@ -86,9 +87,9 @@ class Marking:
 
 
 def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
-    """A panel for the worst error of each run and one per quantity, each over the time that the run took.
+    """Draw a panel for the worst error of each run and one per quantity, over the time of the run.
 
-    The runs that no other one beats in both are joined and labelled. Raises PictureError.
+    Runs that no other one beats in both are joined and labelled. Raises PictureError.
     """
     rows = [row for row in study.rows if row.compared]
     if not rows:
@@ -113,7 +114,7 @@ def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
         handles = [handle for column in columns_of_legend for handle in (*column, *(height - len(column)) * [_blank()])]
         drawn.legend(handles, len(columns_of_legend))
         if drawn.own:
-            drawn.figure.suptitle("\n".join(filter(None, [title, f"truth: {study.truth_words}"])), parse_math=False)
+            drawn.figure.suptitle("\n".join(filter(None, [title, f"truth: {study.reference_words}"])), parse_math=False)
     return drawn.figure
 
 
@@ -130,7 +131,7 @@ def _draw(axes: Axes, study: Assessment, rows: Sequence[Row], errors: Sequence[f
     ends = [*costs, *([finest.outcome.seconds] if finest is not None else [])]
     axes.set_xscale("log")
     axes.set_yscale("log")
-    longest = max(len(row.outcome.trial.combination.short) for row in rows)
+    longest = max(len(short(row.outcome.trial.settings)) for row in rows)
     axes.set_xlim(_limits(ends, (LETTER * longest + LABEL_GAP) / INSIDE[0]))
     axes.set_ylim(_limits(heights, LABEL_SIZE / INSIDE[1]))
     best = front(costs, errors)
@@ -143,7 +144,7 @@ def _draw(axes: Axes, study: Assessment, rows: Sequence[Row], errors: Sequence[f
         axes.axvline(finest.outcome.seconds, **FINEST)
     for target in TARGETS:
         axes.axhline(100.0 * target, **TARGET)
-    _label(axes, [(costs[index], heights[index], rows[index].outcome.trial.combination.short) for index in chosen])
+    _label(axes, [(costs[index], heights[index], short(rows[index].outcome.trial.settings)) for index in chosen])
     zero = 100.0 * BELOW_LEAST * least if min(errors) == 0.0 else 0.0
     if zero:
         place = axes.get_yaxis_transform()
@@ -156,14 +157,14 @@ def _draw(axes: Axes, study: Assessment, rows: Sequence[Row], errors: Sequence[f
 
 
 def _limits(values: Sequence[float], before: float) -> tuple[float, float]:
-    """Limits on a logarithmic axis, with room on both sides; before: the part of the axis that labels need."""
+    """Return the limits of a logarithmic axis with room on both sides; before: part of the axis that labels need."""
     low, high = math.log(min(values)), math.log(max(values))
     room = max(ROOM * (high - low), LEAST_ROOM)
     return math.exp(low - room - before * (high - low + 2.0 * room)), math.exp(high + room)
 
 
 def _label(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
-    """Label points of a front at their lower left, where no run is, but not one upon another."""
+    """Label points of a front at their lower left, where no run is, unless labels would overlap."""
     taken: list[tuple[float, float, float]] = []
     for x, y, text in points:
         right, top = _place(axes.get_xlim(), x) * INSIDE[0], _place(axes.get_ylim(), y) * INSIDE[1]
@@ -185,20 +186,17 @@ def _label(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
 
 
 def _place(limits: tuple[float, float], value: float) -> float:
-    """Where `value` lies between logarithmic `limits`, from 0 to 1."""
+    """Return where `value` lies between logarithmic `limits`, from 0 to 1."""
     low, high = map(math.log, limits)
     return (math.log(value) - low) / (high - low)
 
 
 def _legend(study: Assessment, marking: Marking) -> list[list[Line2D]]:
-    """The columns of the legend: a key each that the markers tell, then the lines."""
+    """Return the columns of the legend: one for each key that the markers show, then the lines."""
     plain: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": MARKER, "markeredgecolor": "white"}
     plain |= {"linestyle": ""}
     keys = [
-        [
-            Line2D([], [], label=f"{name} {value}", **(plain | marking.value(index, value)))
-            for value in variation.values
-        ]
+        [Line2D([], [], label=f"{name} {value}", **(plain | marking.value(index, value))) for value in variation.values]
         for index, (name, variation) in enumerate(zip(key_names(study.variations), study.variations, strict=True))
     ]
     lines = [
@@ -206,7 +204,7 @@ def _legend(study: Assessment, marking: Marking) -> list[list[Line2D]]:
         Line2D([], [], label="time of the finest run", **FINEST),
         Line2D([], [], label=" and ".join(f"{100.0 * target:g} %" for target in TARGETS), **TARGET),
     ]
-    return [*keys[:TOLD], lines]
+    return [*keys[:MARKED_KEYS], lines]
 
 
 def _blank() -> Line2D:

@@ -1,4 +1,4 @@
-"""The runs of a study as a table for people."""
+"""The runs of a study as a table on the console."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ BEST = "*"
 
 
 @dataclass(frozen=True)
-class Column:
-    """A heading of three lines, the last of units, and the cells below it."""
+class _Column:
+    """A heading of three lines, of which the last is the unit, and the cells below it."""
 
     heading: tuple[str, str, str]
     cells: tuple[str, ...]
@@ -32,7 +32,7 @@ class Column:
 
 
 def tables(study: Assessment, width: int) -> Iterator[Table]:
-    """One row per run, by cost; as many tables of at most `width` characters as the quantities need."""
+    """Yield tables of at most `width` characters, as many as the quantities need; a row per run, by cost."""
     fixed = list(_fixed(study))
     part, used = list(fixed), sum(column.width + GAP for column in fixed)
     for column in _errors(study):
@@ -45,41 +45,39 @@ def tables(study: Assessment, width: int) -> Iterator[Table]:
 
 
 def key_names(variations: Sequence[Variation]) -> list[str]:
-    """The last parts of the varied keys, as far as they tell them apart."""
+    """Return the last parts of the varied keys, or the whole key if another one ends alike."""
     last = [variation.key.rpartition(".")[2] for variation in variations]
-    return [
-        name if last.count(name) == 1 else variation.key for name, variation in zip(last, variations, strict=True)
-    ]
+    return [name if last.count(name) == 1 else variation.key for name, variation in zip(last, variations, strict=True)]
 
 
-def _fixed(study: Assessment) -> Iterator[Column]:
+def _fixed(study: Assessment) -> Iterator[_Column]:
     rows = study.rows
-    settings = [row.outcome.trial.combination.settings for row in rows]
+    settings = [row.outcome.trial.settings for row in rows]
     for index, name in enumerate(key_names(study.variations)):
         values = [chosen[index].value for chosen in settings]
         if not index:
             width = max(map(len, values))
             values = [f"{BEST if row.best else ''} {value:>{width}}" for row, value in zip(rows, values, strict=True)]
-        yield Column(("", name, ""), tuple(values))
-    yield Column(("", "time", "s"), tuple(two_digits(row.outcome.seconds) for row in rows))
+        yield _Column(("", name, ""), tuple(values))
+    yield _Column(("", "time", "s"), tuple(two_digits(row.outcome.seconds) for row in rows))
 
 
-def _errors(study: Assessment) -> Iterator[Column]:
+def _errors(study: Assessment) -> Iterator[_Column]:
     largest = "largest" if study.problem_keys else "worst"
-    yield Column((largest, study.difference, "%"), tuple(_cell(study, row, row.worst) for row in study.rows))
+    yield _Column((largest, study.difference, "%"), tuple(_cell(study, row, row.worst) for row in study.rows))
     for name in study.names:
         first, _, second = name.rpartition("_")
         heading = (first, second) if len(second) > 1 and first else (name, f"@{study.stages_of(name)}")
-        yield Column((*heading, "%"), tuple(_cell(study, row, study.error_of(row, name)) for row in study.rows))
+        yield _Column((*heading, "%"), tuple(_cell(study, row, study.error_of(row, name)) for row in study.rows))
 
 
 def _cell(study: Assessment, row: Row, error: float) -> str:
     if row.outcome.failure:
         return "failed"
-    return study.standard if row.is_truth else percent(error)
+    return study.standard if row.is_reference else percent(error)
 
 
-def _table(study: Assessment, columns: Sequence[Column]) -> Table:
+def _table(study: Assessment, columns: Sequence[_Column]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
     for column in columns:
         table.add_column("\n".join(column.heading), justify="right", no_wrap=True)

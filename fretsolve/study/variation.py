@@ -1,4 +1,4 @@
-"""What a study varies: keys of the case over values, crossed."""
+"""The varied keys of a study: keys of the case with their values, crossed."""
 
 from __future__ import annotations
 
@@ -6,85 +6,42 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from fretsolve.errors import CaseError, KeyPath, dotted
-
-EVERY_STAGE = "load_path.*."
-"""What a key begins with that stands for that of every stage, those of cycles included."""
-
-STRAY_STAR = "* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else"
+from fretsolve.errors import CaseError
+from fretsolve.sweep.points import EVERY_STAGE, STRAY_STAR, Setting, has_stray_star
 
 _OPENING, _CLOSING, _QUOTES = "[{(", "]})", "'\""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """A key, dotted as `--set` takes it or with `EVERY_STAGE`, and the texts of its values."""
+    """A key, dotted as `--set` takes it or with `EVERY_STAGE`, and its values as text."""
 
     key: str
     values: tuple[str, ...]
 
     @property
     def changes_the_problem(self) -> bool:
-        """Whether the exact solution depends on the key, so that differences are no errors."""
+        """Whether the exact solution depends on the key, so that differences are not errors."""
         first, _, rest = self.key.partition(".")
         return first in ("bodies", "surface", "friction") or (
-            first == "load_path" and rest.rpartition(".")[2] not in ("increments", "spacing")
+            first in ("load_path", "stage") and rest.rpartition(".")[2] not in ("increments", "spacing")
         )
 
 
-@dataclass(frozen=True)
-class Setting:
-    """One value of a varied key."""
-
-    key: str
-    value: str
-
-    @property
-    def origin(self) -> str:
-        """As it could stand on the command line."""
-        return f"--vary {self.key}={self.value}"
-
-    @property
-    def words(self) -> str:
-        """For a sentence, such as ``64 x 64`` or ``tolerance 1e-4``."""
-        name = self.key.rpartition(".")[2]
-        if self.key == "grid.points":
-            sides = self.value.strip("[] ").split(",")
-            return " x ".join(side.strip() for side in (sides if len(sides) == 2 else 2 * sides))
-        if name == "increments" and self.value.isdecimal():
-            noun = "increment" if int(self.value) == 1 else "increments"
-            place = "per stage" if self.key.startswith(EVERY_STAGE) else f"in {self.key.rpartition('.')[0]}"
-            return f"{self.value} {noun} {place}"
-        return f"{name.replace('_', ' ')} {self.value}"
-
-    def overrides(self, stages: Sequence[KeyPath]) -> list[str]:
-        """What `--set` takes; `stages`: the keys of all stages."""
-        if not self.key.startswith(EVERY_STAGE):
-            return [f"{self.key}={self.value}"]
-        rest = self.key.removeprefix(EVERY_STAGE)
-        return [f"{dotted(stage)}.{rest}={self.value}" for stage in dict.fromkeys(stages)]
+def words(settings: Sequence[Setting]) -> str:
+    """Return settings for a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``."""
+    return ", ".join(map(_words, settings))
 
 
-@dataclass(frozen=True)
-class Combination:
-    """A setting for each of the varied keys."""
+def short(settings: Sequence[Setting]) -> str:
+    """Return the values alone, for a label."""
+    return ", ".join(setting.value for setting in settings)
 
-    settings: tuple[Setting, ...]
 
-    @property
-    def words(self) -> str:
-        """For a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``."""
-        return ", ".join(setting.words for setting in self.settings)
-
-    def is_first_problem(self, variations: Sequence[Variation]) -> bool:
-        """Whether all keys that change the problem have their first values; `variations`: of the settings, in turn."""
-        pairs = zip(variations, self.settings, strict=True)
-        return all(one.value == key.values[0] for key, one in pairs if key.changes_the_problem)
-
-    @property
-    def short(self) -> str:
-        """The values alone, for a label."""
-        return ", ".join(setting.value for setting in self.settings)
+def is_first_problem(settings: Sequence[Setting], variations: Sequence[Variation]) -> bool:
+    """Return whether all keys that change the problem have their first values."""
+    pairs = zip(variations, settings, strict=True)
+    return all(one.value == key.values[0] for key, one in pairs if key.changes_the_problem)
 
 
 def read_variations(texts: Sequence[str]) -> tuple[Variation, ...]:
@@ -99,7 +56,7 @@ def read_variations(texts: Sequence[str]) -> tuple[Variation, ...]:
 
 
 def read_variation(text: str) -> Variation:
-    """Read ``KEY=A,B,C``: commas within brackets or quotes separate nothing. Raises CaseError."""
+    """Read ``KEY=A,B,C``. Commas within brackets or quotes separate nothing. Raises CaseError."""
     key, equals, rest = (part.strip() for part in text.partition("="))
     if not equals or not all(key.split(".")) or not rest:
         raise _refused("KEY=A,B,C is needed, such as grid.points=32,64,128", text)
@@ -114,15 +71,22 @@ def read_variation(text: str) -> Variation:
     return Variation(key, values)
 
 
-def has_stray_star(key: str) -> bool:
-    """Whether a star in `key` stands for something else than every stage."""
-    return "*" in key and (not key.startswith(EVERY_STAGE) or key.count("*") > 1 or key == EVERY_STAGE)
-
-
-def crossed(variations: Sequence[Variation]) -> list[Combination]:
-    """All combinations, the last key's values next to one another."""
+def crossed(variations: Sequence[Variation]) -> list[tuple[Setting, ...]]:
+    """Return all combinations; the values of the last key are neighbours."""
     settings = [[Setting(variation.key, value) for value in variation.values] for variation in variations]
-    return [Combination(chosen) for chosen in itertools.product(*settings)]
+    return list(itertools.product(*settings))
+
+
+def _words(setting: Setting) -> str:
+    name = setting.key.rpartition(".")[2]
+    if setting.key == "grid.points":
+        sides = setting.value.strip("[] ").split(",")
+        return " x ".join(side.strip() for side in (sides if len(sides) == 2 else 2 * sides))
+    if name == "increments" and setting.value.isdecimal():
+        noun = "increment" if int(setting.value) == 1 else "increments"
+        place = "per stage" if setting.key.startswith(EVERY_STAGE) else f"in {setting.key.rpartition('.')[0]}"
+        return f"{setting.value} {noun} {place}"
+    return f"{name.replace('_', ' ')} {setting.value}"
 
 
 def _split(text: str) -> Iterator[str]:

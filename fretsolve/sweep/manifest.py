@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.study.variation import Setting
+from fretsolve.sweep.points import Setting
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of
 
@@ -21,9 +21,9 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Row:
-    """One case. index: its place in the sweep, from 0; id: what names its result, the same for equal cases.
+    """One case. index: its place in the sweep, from 0; id: names its result, the same for equal cases.
 
-    seconds: estimated.
+    seconds: estimated time.
     """
 
     index: int
@@ -41,7 +41,7 @@ class Row:
 class Manifest:
     """What a sweep is, in its `folder`. overrides: common to all cases, as `--set` takes them.
 
-    quantities: what is collected, ``NAME`` or ``NAME@STAGE``. memory: estimated, of the largest case (bytes).
+    quantities: to collect, ``NAME`` or ``NAME@STAGE``. memory: estimate for the largest case (bytes).
     """
 
     folder: Path
@@ -64,36 +64,34 @@ class Manifest:
         """One row for each result: equal cases are run once."""
         return tuple({row.id: row for row in reversed(self.rows)}.values())[::-1]
 
-    def row(self, index: int, identity: str) -> Row:
-        """The case that was named so when it was given out. Raises CaseError where the sweep is another one by now."""
-        if index >= len(self.rows) or self.rows[index].id != identity:
-            message = f"case {index} is another one than when the run began; give the command sweep run again"
-            raise CaseError(message, (), self.folder / MANIFEST_NAME)
-        return self.rows[index]
+    @property
+    def results(self) -> Path:
+        """The folder of the results."""
+        return self.folder / RESULTS_NAME
 
     def result(self, row: Row) -> Path:
-        """The result file of a case."""
-        return self.folder / RESULTS_NAME / f"{row.id}.h5"
+        """Return the result file of a case."""
+        return self.results / f"{row.id}.h5"
 
     def note(self, row: Row) -> Path:
-        """Where it says why a case has ended without a result."""
-        return self.folder / RESULTS_NAME / f"{row.id}.note"
+        """Return the file that says why a case has ended without a result."""
+        return self.results / f"{row.id}.note"
 
 
 def require_own(folder: Path, sweep: Path) -> None:
-    """Raise CaseError where `folder` has the manifest of another sweep, whose file is there; edited, it is the same."""
+    """Raise CaseError if `folder` holds another sweep, whose file still exists. An edited file is the same sweep."""
     try:
         there = read_manifest(folder).sweep
         other = not there.samefile(sweep)
-    except (FileError, OSError):  # no manifest, or one or both of the sweep files are gone
+    except (FileError, OSError):  # there is no manifest, or a sweep file is gone
         return
     if other:
         raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
 
 
 def write_manifest(manifest: Manifest) -> None:
-    """Write it into its folder, made if need be, in one step. Raises FileError."""
-    head = {
+    """Write the manifest into its folder, in one step; make the folder if need be. Raises FileError."""
+    values = {
         "format": FORMAT,
         "sweep": str(manifest.sweep),
         "title": manifest.title,
@@ -102,30 +100,25 @@ def write_manifest(manifest: Manifest) -> None:
         "quantities": manifest.quantities,
         "threads": manifest.threads,
         "memory": manifest.memory,
-    }
-    lines = [
-        json.dumps(
+        "cases": [
             {
                 "index": row.index,
                 "id": row.id,
                 "result": f"{RESULTS_NAME}/{row.id}.h5",
                 "seconds": row.seconds,
                 "settings": {setting.key: setting.value for setting in row.settings},
-            },
-            ensure_ascii=False,
-        )
-        for row in manifest.rows
-    ]
-    cases = ",\n  ".join(lines)
-    text = json.dumps(head, indent=1, ensure_ascii=False)[:-2] + f',\n "cases": [\n  {cases}\n ]\n}}\n'
+            }
+            for row in manifest.rows
+        ],
+    }
     path = manifest.folder / MANIFEST_NAME
     with atomic_files.reported(path):
-        (manifest.folder / RESULTS_NAME).mkdir(parents=True, exist_ok=True)
-        atomic_files.write_text(path, text)
+        manifest.results.mkdir(parents=True, exist_ok=True)
+        atomic_files.write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Raises FileError."""
+    """Read the manifest in `folder`. Raises FileError."""
     path = folder / MANIFEST_NAME
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
@@ -140,10 +133,10 @@ def read_manifest(folder: Path) -> Manifest:
             tuple(values["quantities"]),
             values["threads"],
             values["memory"],
-            tuple(_row(row) for row in values["cases"]),
+            tuple(_row(case) for case in values["cases"]),
         )
     except OSError as error:
-        needed = "a folder is needed that sweep run has made"
+        needed = "a folder made by sweep run is needed"
         raise FileError(f"cannot be read: {reason_of(error)}; {needed}", path) from None
     except (ValueError, KeyError, TypeError) as error:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
@@ -155,7 +148,7 @@ def _row(values: dict[str, Any]) -> Row:
 
 
 def index_list(indices: Sequence[int]) -> str:
-    """Numbers as ``0-3,7,9-12``, the form of Slurm's --array."""
+    """Write numbers as ``0-3,7,9-12``, the form of Slurm's --array."""
     parts: list[str] = []
     numbers = sorted(set(indices))
     for place, number in enumerate(numbers):

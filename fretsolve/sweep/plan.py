@@ -1,36 +1,31 @@
-"""What a sweep is going to run, settled and checked before anything runs."""
+"""The plan of a sweep: all its cases, checked before anything runs."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from fretsolve.case import CaseErrors, read_case
+from fretsolve.case import CaseErrors, CaseSource, read_case
 from fretsolve.case.loading import validated
-from fretsolve.case.source import Override
 from fretsolve.errors import CaseError, FileError
-from fretsolve.setup.cost_estimate import free_bytes, require_memory, rounded_bytes
-from fretsolve.study.quantity import read_observable, usual_observables
-from fretsolve.sweep.base import Base, identity, read_height_maps
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.sweep.base_case import BaseCase, with_origins
+from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, Row
 from fretsolve.sweep.points import Point, Value, common_values, points_of
+from fretsolve.sweep.quantity import read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
-from fretsolve.sweep.state import missing
-
-if TYPE_CHECKING:
-    from fretsolve.case import CaseSource
-    from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.sweep.status import missing
 
 MOST_SHOWN = 10
 """Problems that are reported one by one."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """A checked sweep. warnings: what a person should hear of its cases, each once."""
+class SweepPlan:
+    """A checked sweep. warnings: those of all its cases, each once."""
 
     manifest: Manifest
     spec: SweepSpec
@@ -39,8 +34,8 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Findings:
-    """What the check of all cases finds. stages: how many every case has; usual: what is collected by default.
+class _Findings:
+    """What the check of all cases finds. stages: how many every case has; usual: quantities collected by default.
 
     memory, files: estimated bytes, of the largest case and of all results.
     """
@@ -53,7 +48,7 @@ class Findings:
     files: float
 
 
-def make_plan(path: Path, folder: Path) -> Plan:
+def make_plan(path: Path, folder: Path) -> SweepPlan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
     text = read_case(path)
     text.require_mapping(("case", "axes"))
@@ -61,7 +56,7 @@ def make_plan(path: Path, folder: Path) -> Plan:
     common, points = common_values(spec, text.source), points_of(spec, text.source)
     case = path.parent / spec.case
     base = _base(case, spec, common, text.source)
-    found = _check(base, points)
+    found = _check(base, points, folder)
     manifest = Manifest(
         folder.absolute(),
         path.absolute(),
@@ -78,28 +73,28 @@ def make_plan(path: Path, folder: Path) -> Plan:
     if free is not None and left > free:
         warnings += (
             f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
-            f" {folder}, which may be too little; empty cells compress, the sweep goes on",
+            f" {folder}, which may be too little; empty cells compress, so the sweep goes on",
         )
-    return Plan(manifest, spec, text.source, warnings)
+    return SweepPlan(manifest, spec, text.source, warnings)
 
 
-def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Base:
+def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> BaseCase:
     extra = ["solver.error_bars=true"] if spec.error_bars else []
     texts: list[tuple[str, Value]] = []
     try:
-        for of_every_stage in (False, True):  # which the others may change
+        for of_every_stage in (False, True):  # the other keys may change how many stages there are
             values = [value for value in common if ("*" in value.setting.key) == of_every_stage]
-            stages = Base.read(case, [text for text, _ in texts], spec.threads).stages if of_every_stage else ()
+            stages = BaseCase.read(case, [text for text, _ in texts]).stages if of_every_stage else ()
             texts += [(text, value) for value in values for text in value.setting.overrides(stages)]
-        return Base.read(case, [*(text for text, _ in texts), *extra], spec.threads)
+        return BaseCase.read(case, [*(text for text, _ in texts), *extra], spec.threads)
     except FileError as error:
         raise source.problem(str(error), ("case",)) from None
     except CaseError as error:
-        raise _all_of(list(_placed(error, texts))) from None
+        raise _all_of(_placed(error, dict(texts))) from None
 
 
-def _check(base: Base, points: Sequence[Point]) -> Findings:
-    """Every case, made ready as if it were run. Raises CaseError for all that are none."""
+def _check(base: BaseCase, points: Sequence[Point], folder: Path) -> _Findings:
+    """Prepare every case as if it were run. Raises CaseError for all that are not valid."""
     rows: list[Row] = []
     files: dict[str, float] = {}
     problems: dict[str, CaseError] = {}
@@ -109,36 +104,31 @@ def _check(base: Base, points: Sequence[Point]) -> Findings:
     for index, point in enumerate(points):
         settings = tuple(value.setting for value in point)
         try:
-            setup = base.setup(settings)
-            expected = require_memory(setup)
-            read_height_maps(setup)
+            case = base.prepare(settings, folder / RESULTS_NAME)
         except CaseError as error:
-            texts = [(text, value) for value in point for text in value.setting.overrides(base.stages)]
+            texts = {text: value for value in point for text in value.setting.overrides(base.stages)}
             problems |= {str(problem): problem for problem in _placed(error, texts)}
             continue
-        rows.append(Row(index, identity(base.header(setup, settings)), settings, expected.seconds))
-        files[rows[-1].id] = expected.file
-        warnings |= dict.fromkeys(setup.model.warnings)
-        stages, memory = min(stages, len(setup.load_path.last_steps)), max(memory, expected.memory)
-        usual = usual or _usual(setup)
+        rows.append(Row(index, case.id, settings, case.expected.seconds))
+        files[case.id] = case.expected.file
+        warnings |= dict.fromkeys(case.setup.model.warnings)
+        stages = min(stages, len(case.setup.load_path.last_steps))
+        memory = max(memory, case.expected.memory)
+        usual = usual or _usual(case.setup)
     if problems:
-        raise _all_of(list(problems.values()))
-    return Findings(tuple(rows), tuple(warnings), stages, usual, memory, sum(files.values()))
+        raise _all_of(problems.values())
+    return _Findings(tuple(rows), tuple(warnings), stages, usual, memory, sum(files.values()))
 
 
-def _placed(error: CaseError, texts: Sequence[tuple[str, Value]]) -> Iterator[CaseError]:
-    """The problems in `error`, each at the value of the sweep that causes it, else where it arose."""
-    origins = {Override((), text).origin: value for text, value in texts}
-    for problem in error.problems if isinstance(error, CaseErrors) else [error]:
-        value = origins.get(str(problem.file))
-        if value is None:
-            yield problem
-        else:
-            depth = value.setting.key.count(".") + 1
-            yield value.problem(problem.message, problem.key[depth:])
+def _placed(error: CaseError, texts: Mapping[str, Value]) -> Iterator[CaseError]:
+    """Yield the problems in `error`, each at the value of the sweep file that causes it, if one does."""
+    for problem, value in with_origins(error, texts):
+        depth = value.setting.key.count(".") + 1 if value else 0
+        yield value.problem(problem.message, problem.key[depth:]) if value else problem
 
 
-def _all_of(problems: Sequence[CaseError]) -> CaseError:
+def _all_of(found: Iterable[CaseError]) -> CaseError:
+    problems = list(found)
     if len(problems) == 1:
         return problems[0]
     if len(problems) > MOST_SHOWN:
@@ -149,13 +139,13 @@ def _all_of(problems: Sequence[CaseError]) -> CaseError:
 
 def _usual(setup: ProblemSetup) -> tuple[str, ...]:
     last = len(setup.load_path.last_steps)
-    return tuple(one.name if one.stage == last else str(one) for one in usual_observables(setup))
+    return tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
 
 
-def _quantities(spec: SweepSpec, source: CaseSource, found: Findings) -> tuple[str, ...]:
+def _quantities(spec: SweepSpec, source: CaseSource, found: _Findings) -> tuple[str, ...]:
     for index, text in enumerate(spec.quantities):
         try:
-            read_observable(text, found.stages)
+            read_quantity(text, found.stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
     return spec.quantities or found.usual

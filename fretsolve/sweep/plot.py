@@ -1,9 +1,8 @@
-"""Results of a sweep over its settings: curves, maps, and the running condition."""
+"""Pictures of a sweep: a quantity as curves or as a map over the settings, and the running condition."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,24 +12,23 @@ from matplotlib.lines import Line2D
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas
 from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, readable
+from fretsolve.sweep.table import Table
+from fretsolve.sweep.table_files import Column
 from fretsolve.system.arrays import IndexArray
-
-if TYPE_CHECKING:
-    from fretsolve.sweep.table import Column, Table
 
 PANEL = (5.6, 4.0)
 
-REGIMES: dict[str, dict[str, Any]] = {
+CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.75"},
     "partial slip": {"marker": "o", "color": "#3b528b"},
     "gross slip": {"marker": "s", "color": "#d95f02"},
     "no solution": {"marker": "x", "color": "black"},
 }
-"""Running conditions by marker, shade and colour."""
+"""Marker and colour of each running condition."""
 
 
 def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
-    """A quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
+    """Draw a quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
 
     Raises PictureError.
     """
@@ -57,7 +55,7 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
 
 
 def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = None) -> Figure:
-    """A quantity in colours over two varied keys; crosses where there is none. Raises PictureError."""
+    """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
     x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _column(table, quantity)
     known = np.isfinite(z.values)
     if not known.any():
@@ -85,18 +83,19 @@ def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = Non
 
 
 def running_condition(table: Table, over: tuple[str, str], ax: Target = None) -> Figure:
-    """Partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
+    """Draw partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
 
     Raises PictureError.
     """
     x, y = _numbers(table, over[0]), _numbers(table, over[1])
-    found = np.array([name or "no solution" if state.has_result else "" for name, state in _regimes(table)])
+    cases = zip(table.running_conditions, table.states, strict=True)
+    found = np.array([name or "no solution" if state.has_result else "" for name, state in cases])
     if not (found != "").any():
         raise PictureError("no case has a result yet")
     with canvas(ax, 1, 1, PANEL) as sheet:
         axes = sheet.axes[0]
         handles = []
-        for name, look in REGIMES.items():
+        for name, look in CONDITIONS.items():
             here = found == name
             if here.any():
                 axes.plot(x.values[here], y.values[here], linestyle="", markersize=7.0, **look)
@@ -109,26 +108,22 @@ def running_condition(table: Table, over: tuple[str, str], ax: Target = None) ->
         return sheet.figure
 
 
-def _regimes(table: Table) -> Sequence[tuple[str, Any]]:
-    return list(zip(table.regimes, table.states, strict=True))
-
-
 def _column(table: Table, name: str) -> Column:
     columns = {column.name: column for column in (*table.settings, *table.found)}
     if name not in columns:
-        raise PictureError(f"{name!r} is no column of the sweep; there are {', '.join(columns)}")
+        raise PictureError(f"{name!r} is not a column of the sweep; it has {', '.join(columns)}")
     return columns[name]
 
 
 def _numbers(table: Table, name: str) -> Column:
     column = _column(table, name)
     if column.values.dtype == object:
-        raise PictureError(f"the values of {name} are no numbers in one unit, so that they have no axis")
+        raise PictureError(f"the values of {name} are not numbers in one unit, so they cannot be an axis")
     return column
 
 
 def _groups(table: Table, over: str) -> dict[str, IndexArray]:
-    """Rows by the values of all varied keys but `over`."""
+    """Return the rows by the values of all varied keys except `over`."""
     others = [column for column in table.settings if column.name != over]
     names = [
         ", ".join(f"{column.name.rpartition('.')[2]} {_short(column, row)}" for column in others)
@@ -147,11 +142,11 @@ def _require_one_each(table: Table, over: tuple[str, str]) -> None:
     varied = [name for name in others if len(set(map(str, _column(table, name).values))) > 1]
     places = set(zip(*(_numbers(table, name).values.tolist() for name in over), strict=True))
     if varied and len(places) < len(table.states):
-        raise PictureError(f"{', '.join(varied)} varies as well, so that a point has several values")
+        raise PictureError(f"{', '.join(varied)} varies as well, so a point has several values")
 
 
 def _logarithmic(axes: Axes, x: Column, y: Column | None) -> None:
-    """A logarithmic axis where values are spaced evenly in their logarithms."""
+    """Make an axis logarithmic if its values have equal ratios."""
     for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
         if column is None:
             continue

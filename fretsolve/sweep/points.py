@@ -1,4 +1,4 @@
-"""The points of a sweep: what its axes come to, each value with the place where it stands."""
+"""The points of a sweep: the values of its axes, each with its place in the sweep file."""
 
 from __future__ import annotations
 
@@ -6,33 +6,61 @@ import csv
 import itertools
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.case import CaseErrors
+from fretsolve.case import CaseErrors, CaseSource
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import YamlSyntaxError, case_error, parse
-from fretsolve.errors import CaseError, FileError, KeyPath
-from fretsolve.study.variation import STRAY_STAR, Setting, has_stray_star
-from fretsolve.sweep.spec import LARGEST_SWEEP, CsvAxis, LatinHypercubeAxis, Range
+from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.sweep.spec import (
+    LARGEST_SWEEP,
+    Axis,
+    CsvAxis,
+    Interval,
+    LatinHypercube,
+    LatinHypercubeAxis,
+    Range,
+    SweepSpec,
+)
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import reason_of
 
-if TYPE_CHECKING:
-    from fretsolve.case import CaseSource
-    from fretsolve.sweep.spec import Axis, Interval, LatinHypercube, SweepSpec
+EVERY_STAGE = "load_path.*."
+"""Beginning of a key that stands for that of every stage, those of cycles included."""
+
+STRAY_STAR = "* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else"
 
 DIGITS = 10
-"""Of the numbers of ranges and samples, so that 0.1, 0.2 and 0.3 are just that."""
+"""Digits of the numbers in ranges and samples, so that 0.1 is written as 0.1."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One value of a varied key, both as text."""
+
+    key: str
+    value: str
+
+    def overrides(self, stages: Sequence[KeyPath]) -> list[str]:
+        """Return the setting as `--set` takes it; stages: the keys of all stages."""
+        if not self.key.startswith(EVERY_STAGE):
+            return [f"{self.key}={self.value}"]
+        rest = self.key.removeprefix(EVERY_STAGE)
+        return [f"{dotted(stage)}.{rest}={self.value}" for stage in dict.fromkeys(stages)]
+
+
+def has_stray_star(key: str) -> bool:
+    """Return whether a star in `key` stands for anything but every stage."""
+    return "*" in key and (not key.startswith(EVERY_STAGE) or key.count("*") > 1 or key == EVERY_STAGE)
 
 
 @dataclass(frozen=True)
 class Value:
-    """A setting, and where it stands: a file, the key there and the line."""
+    """A setting and its place: a file, the key there and the line."""
 
     setting: Setting
     file: Path
@@ -40,7 +68,7 @@ class Value:
     line: int | None
 
     def problem(self, message: str, inside: KeyPath = ()) -> CaseError:
-        """The error of this value, or of something `inside` of it."""
+        """Return the error of this value, or of something `inside` it."""
         return case_error(message, (*self.key, *inside), self.file, self.line)
 
 
@@ -48,12 +76,12 @@ Point = tuple[Value, ...]
 
 
 def common_values(spec: SweepSpec, source: CaseSource) -> Point:
-    """What is the same at all points. Raises CaseError."""
+    """Return the values that all points share. Raises CaseError."""
     return tuple(_value(key, text_of(value), source, ("set", key)) for key, value in spec.set.items())
 
 
 def points_of(spec: SweepSpec, source: CaseSource) -> list[Point]:
-    """All points, the last axis's next to one another. Raises CaseError, FileError."""
+    """Return all points; those of the last axis are neighbours. Raises CaseError, FileError."""
     axes: list[list[Point]] = []
     problems: list[CaseError] = []
     for index, axis in enumerate(spec.axes):
@@ -71,7 +99,7 @@ def points_of(spec: SweepSpec, source: CaseSource) -> list[Point]:
 
 
 def text_of(value: object) -> str:
-    """A value of the sweep file as `--set` takes it: text as it is where YAML reads it as the same text."""
+    """Return a value of the sweep file as `--set` takes it: text stays as it is if YAML reads it as the same text."""
     if isinstance(value, str):
         try:
             if parse(value).value == value:
@@ -85,7 +113,7 @@ def _refuse_repeated_keys(axes: Sequence[Sequence[Point]], source: CaseSource) -
     keys = [{value.setting.key for point in axis for value in point} for axis in axes]
     for index, names in enumerate(keys):
         for name in sorted(names & set().union(*keys[:index])):
-            raise source.problem(f"{name} is varied by an entry before; keep one of the two", ("axes", index))
+            raise source.problem(f"{name} is varied by an earlier entry as well; keep one of the two", ("axes", index))
 
 
 def _axis_points(axis: Axis, source: CaseSource, key: KeyPath) -> list[Point]:
@@ -98,7 +126,7 @@ def _axis_points(axis: Axis, source: CaseSource, key: KeyPath) -> list[Point]:
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
         raise source.problem(
-            f"keys of one entry go together and need as many values each: {counts}; an entry of its own crosses", key
+            f"keys of one entry go together and need equally many values: {counts}; separate entries are crossed", key
         )
     return list(zip(*columns, strict=True))
 
@@ -119,12 +147,12 @@ def _value(name: str, text: str, source: CaseSource, key: KeyPath) -> Value:
     if has_stray_star(name):
         raise source.problem(STRAY_STAR, key)
     if "=" in name or not all(name.split(".")):
-        raise source.problem(f"{shown(name)} is no key of a case; one such as grid.points is needed", key)
+        raise source.problem(f"{shown(name)} is not a key of a case; one such as grid.points is needed", key)
     return Value(Setting(name, text), source.path, key, source.locate(key))
 
 
 def _ends(interval: Range | Interval) -> tuple[float, float, str]:
-    """Both ends and their unit. Raises QuantityError."""
+    """Return both ends and their unit. Raises QuantityError."""
     low, unit = split_quantity(interval.start)
     high, other = split_quantity(interval.to)
     if unit != other:
@@ -157,29 +185,24 @@ def _sampled(sample: LatinHypercube, source: CaseSource, key: KeyPath) -> list[P
 
 
 def _read_csv(path: Path, source: CaseSource, key: KeyPath) -> Iterator[Point]:
-    """The points of a CSV file. Raises CaseError with its line, FileError."""
+    """Yield the points of a CSV file. Raises CaseError with its line, FileError."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if any(row)]
-    except (OSError, ValueError) as error:  # ValueError: no UTF-8, or a NUL in the name
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a NUL in the name
         reason = reason_of(error) if isinstance(error, OSError) else str(error)
-        raise FileError(f"can't be read: {reason}", path) from None
+        raise FileError(f"cannot be read: {reason}", path) from None
     except csv.Error as error:
-        raise CaseError(f"no CSV: {error}", (), path) from None
+        raise CaseError(f"not a CSV file: {error}", (), path) from None
     if len(lines) < 2:
         raise source.problem(f"{path.name} has no points; a line of keys and one line per point are needed", key)
     (head, names), *rows = lines
     names = [name.strip() for name in names]
     for name in names:
         if has_stray_star(name) or "=" in name or not all(name.split(".")) or names.count(name) > 1:
-            raise CaseError(f"{shown(name)} is no key of a case, or stands twice", (), path, head)
+            raise CaseError(f"{shown(name)} is not a key of a case, or stands twice", (), path, head)
     for line, row in rows:
         if len(row) != len(names):
             raise CaseError(f"the line has {len(row)} cells, the heading {len(names)}", (), path, line)
-        yield tuple(_cells(dict(zip(names, row, strict=True)), path, line))
-
-
-def _cells(row: Mapping[str, str], path: Path, line: int) -> Iterator[Value]:
-    for name, text in row.items():
-        if text.strip():
-            yield Value(Setting(name, text.strip()), path, (name,), line)
+        cells = zip(names, map(str.strip, row), strict=True)
+        yield tuple(Value(Setting(name, text), path, (name,), line) for name, text in cells if text)

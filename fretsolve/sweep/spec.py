@@ -1,4 +1,4 @@
-"""The sweep file: models of all that it states."""
+"""The sweep file: pydantic models of its keys."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Range(CaseModel):
 
 
 class Interval(CaseModel):
-    """What a key of a Latin hypercube is drawn from."""
+    """The interval from which a key of a Latin hypercube is drawn."""
 
     start: Number = Field(alias="from", description="least value, such as 100 N")
     to: Number = Field(description="largest value, in the same unit")
@@ -47,7 +47,7 @@ class CsvAxis(CaseModel):
 
 
 class LatinHypercubeAxis(CaseModel):
-    """An axis of the points of a Latin hypercube."""
+    """Points of a Latin hypercube."""
 
     latin_hypercube: LatinHypercube
 
@@ -78,7 +78,7 @@ Axis = Annotated[
 
 
 class SlurmSpec(CaseModel):
-    """What a task of a Slurm job array gets, and how many of them there are."""
+    """Resources of a task of a Slurm job array, and how many tasks there are."""
 
     cases_per_task: Count = Field(default=1, description="cases that a task runs one after another")
     at_once: Count | None = Field(default=None, description="tasks that may run at the same time")
@@ -92,14 +92,14 @@ class SlurmSpec(CaseModel):
     def _options_are_words(self) -> Self:
         wrong = [(i, text) for i, text in enumerate(self.options) if not text.startswith("-") or "\n" in text]
         refused_at(
-            (("options", i), f"{shown(text)} is no option of sbatch; one such as --partition=main is needed")
+            (("options", i), f"{shown(text)} is not an option of sbatch; one such as --partition=main is needed")
             for i, text in wrong
         )
         return self
 
 
 class SweepSpec(CaseModel):
-    """Sweep file of fretsolve: a case, and the points of its keys at which it is run."""
+    """Sweep file of fretsolve: a case, and the points of its keys at which it runs."""
 
     title: str | None = Field(default=None, description="for people")
     case: str = Field(description="name of the case file, relative to the sweep file")

@@ -23,8 +23,8 @@ from sweeping import CASE, assert_as_serial, rows_of, workers, write_sweep
 
 import fretsolve
 from fretsolve import open_result
+from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import read_manifest
-from fretsolve.sweep.slurm import job_name
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40

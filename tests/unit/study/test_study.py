@@ -19,17 +19,16 @@ from PIL import Image
 
 import fretsolve.commands.study as command
 from fretsolve import load_case, open_result
-from fretsolve.commands.study_progress import Bar
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.assessment import Assessment, assess, front
-from fretsolve.study.compared_with import TruthKind
-from fretsolve.study.plan import Plan, make_plan
-from fretsolve.study.quantity import Observable, usual_observables
-from fretsolve.study.run_trials import Outcome, make_runs
-from fretsolve.study.trial import finest
-from fretsolve.study.variation import Setting, crossed, read_variation, read_variations
+from fretsolve.study.plan import StudyPlan, finest, make_plan
+from fretsolve.study.reference import ReferenceKind
+from fretsolve.study.runs import Outcome, make_runs
+from fretsolve.study.variation import crossed, read_variation, read_variations, short, words
 from fretsolve.study.wording import advice, two_digits
+from fretsolve.sweep.points import Setting
+from fretsolve.sweep.quantity import StageQuantity, usual_quantities
 
 CASE = """\
 title: loop
@@ -112,15 +111,15 @@ def test_what_is_no_variation(texts: list[str], message: str) -> None:
 
 def test_all_combinations() -> None:
     combinations = crossed(read_variations(["grid.points=8,16", f"{EVERY}=1,5", "solver.tolerance=1e-2"]))
-    assert [combination.short for combination in combinations] == [
+    assert [short(settings) for settings in combinations] == [
         "8, 1, 1e-2",
         "8, 5, 1e-2",
         "16, 1, 1e-2",
         "16, 5, 1e-2",
     ]
-    assert combinations[0].words == "8 x 8, 1 increment per stage, tolerance 1e-2"
-    assert Setting("grid.points", "[8, 16]").words == "8 x 16"
-    assert Setting("load_path.1.increments", "5").words == "5 increments in load_path.1"
+    assert words(combinations[0]) == "8 x 8, 1 increment per stage, tolerance 1e-2"
+    assert words([Setting("grid.points", "[8, 16]")]) == "8 x 16"
+    assert words([Setting("load_path.1.increments", "5")]) == "5 increments in load_path.1"
 
 
 def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
@@ -164,8 +163,8 @@ def plan_of(
     *,
     text: str = CASE,
     quantities: Sequence[str] = (),
-    kind: TruthKind = "finest",
-) -> Plan:
+    kind: ReferenceKind = "finest",
+) -> StudyPlan:
     case = write_case(folder, text)
     return make_plan(case, (), varied, quantities, kind, folder / "case.study")
 
@@ -174,18 +173,18 @@ def setup_of(folder: Path, text: str = CASE, *overrides: str) -> Any:
     return set_up(load_case(write_case(folder, text), overrides))
 
 
-def names(observables: Sequence[Observable]) -> list[str]:
-    return [str(observable) for observable in observables]
+def names(quantities: Sequence[StageQuantity]) -> list[str]:
+    return [str(quantity) for quantity in quantities]
 
 
 def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) -> None:
     usual = ["delta_z@4", "delta_x@4", "contact_radius@4", "stick_radius@4", "max_pressure@4", "work_total@4"]
-    assert names(usual_observables(setup_of(tmp_path))) == usual
+    assert names(usual_quantities(setup_of(tmp_path))) == usual
     expected = [*usual[:1], "delta_x@2", *usual[1:]]
-    assert names(usual_observables(setup_of(tmp_path, CASE + EXPECT))) == expected
+    assert names(usual_quantities(setup_of(tmp_path, CASE + EXPECT))) == expected
     driven = CASE.replace("Qx: 18 N", "delta_x: 1 um")
-    assert names(usual_observables(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
-    smooth = names(usual_observables(setup_of(tmp_path, CASE, "friction=0")))
+    assert names(usual_quantities(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
+    smooth = names(usual_quantities(setup_of(tmp_path, CASE, "friction=0")))
     assert "stick_radius@4" not in smooth
 
 
@@ -209,14 +208,17 @@ def test_what_is_no_quantity(quantity: str, message: str, tmp_path: Path) -> Non
 def test_finest_has_most_points_then_increments_then_terms_then_the_least_tolerance(tmp_path: Path) -> None:
     varied = ["solver.tolerance=1e-6,1e-3", f"{EVERY}=5,1", "coupling=tangential,none", "grid.points=16,8"]
     plan = plan_of(tmp_path, varied)
-    assert plan.finest.combination.short == "1e-6, 5, tangential, 16"
-    assert finest(plan.trials[1:]).combination.short == "1e-3, 5, tangential, 16"
-    assert plan.truth_words == "the finest run, tolerance 1e-6, 5 increments per stage, coupling tangential, 16 x 16"
-    seconds = [trial.seconds for trial in plan.trials[1:]]
+    assert short(plan.finest.settings) == "1e-6, 5, tangential, 16"
+    assert short(finest(plan.trials[1:]).settings) == "1e-3, 5, tangential, 16"
+    told = "tolerance 1e-6, 5 increments per stage, coupling tangential, 16 x 16"
+    assert plan.reference_words == f"the finest run, {told}"
+    seconds = [trial.expected.seconds for trial in plan.trials[1:]]
     assert seconds == sorted(seconds)
 
 
-def made_up(plan: Plan, seconds: Sequence[float], values: Sequence[Sequence[float]], failed: int = -1) -> Assessment:
+def made_up(
+    plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]], failed: int = -1
+) -> Assessment:
     """A study of outcomes in the order of the plan's trials."""
     outcomes = [
         Outcome(trial, "slides" if index == failed else "", np.array(row), np.abs(row), 1, cost, 1, False)
@@ -238,14 +240,14 @@ def test_errors_marks_and_advice(tmp_path: Path) -> None:
     assert [row.outcome.seconds for row in study.rows] == [1.0, 2.0, 5.0, 10.0, 20.0]
     np.testing.assert_allclose([row.worst for row in study.rows], [0.05, 0.1, 0.005, np.nan, 0.25])
     assert [row.best for row in study.rows] == [True, False, True, False, False]
-    assert [row.is_truth for row in study.rows] == [False, False, False, True, False]
+    assert [row.is_reference for row in study.rows] == [False, False, False, True, False]
     first, second, third = advice(study)
     assert first == (
         "for 1 %: 24 x 24: stick_radius within 0.50 %, work_total within 0.50 %, delta_x within 0 %;"
         " 5.0 s, 2.0 times cheaper than the finest run"
     )
     assert second.startswith("for 1 % in all but stick_radius (10 %): 16 x 16: delta_x within 0.50 %")
-    assert third.startswith("for 0.1 %: no other run will do; the nearest is 24 x 24")
+    assert third.startswith("for 0.1 %: no other run meets it; the nearest is 24 x 24")
 
 
 def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
@@ -302,8 +304,8 @@ def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
         assert file["cost/time"].attrs["units"] == "s"
 
 
-def percentages(rows: list[dict[str, str]], observable: str) -> list[float]:
-    return [float(row[f"error of {observable} (%)"] or "nan") for row in rows]
+def percentages(rows: list[dict[str, str]], quantity: str) -> list[float]:
+    return [float(row[f"error of {quantity} (%)"] or "nan") for row in rows]
 
 
 def test_table_has_all_quantities_and_marks(tmp_path: Path, undrawn: None) -> None:
@@ -326,7 +328,7 @@ def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
     before = rows_of(tmp_path / "case.study")
     larger = invoke("study", case, "--vary", "grid.points=8,10,12", *BRIEF)
     assert [run["reused"] for run in runs_of(larger.stdout)] == ["no", "yes", "yes"]
-    monkeypatch.setattr("fretsolve.study.run_trials.run", lambda *_: pytest.fail("something is run"))
+    monkeypatch.setattr("fretsolve.study.runs.run", lambda *_: pytest.fail("something is run"))
     write_case(tmp_path, CASE.replace("title: loop", "title: renamed") + EXPECT)
     second = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert (first.exit_code, second.exit_code) == (0, 0)
@@ -355,21 +357,25 @@ def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
     assert len(rows) == 2
     assert all(float(row["error of delta_x@4 (%)"]) < 1.0 for row in rows)
     assert all(float(row["error of work_total@4 (%)"]) < 2.0 for row in rows)
-    assert "an error of its own" not in result.stdout
+    assert "error of its own" not in result.stdout
 
 
 @pytest.mark.parametrize(
     ("text", "words", "message"),
     [
         (CASE.replace("none", "full"), ("--truth", "closed-form"), "no closed form is known for this case"),
-        (CASE, ("--truth", "closed-form", "--quantity", "max_shear"), "max_shear@4: --truth closed-form: there is"),
+        (
+            CASE,
+            ("--truth", "closed-form", "--quantity", "max_shear"),
+            "max_shear@4: --truth closed-form: it has no closed",
+        ),
         (
             CASE,
             ("--truth", "closed-form", "--quantity", "delta_x@2", "--set", "coupling=tangential"),
             "max_pressure; with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which",
         ),
-        (CASE, ("--truth", "expect"), "expect: nothing is expected that --truth expect could compare with"),
-        (CASE + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value of it, but of delta_x@2"),
+        (CASE, ("--truth", "expect"), "expect: the case expects nothing that --truth expect could compare with"),
+        (CASE + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value; these have: delta_x@2"),
     ],
 )
 def test_truth_that_is_not_there(text: str, words: tuple[str, ...], message: str, tmp_path: Path) -> None:
@@ -422,10 +428,10 @@ def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
     (folder / "study.png").write_bytes(b"of another study")
     result = invoke("study", case, "--vary", "load_path.1.Qx=20 N,30 N", "--vary", "grid.points=8,10", *BRIEF)
     assert result.exit_code == 0
-    assert "load_path.1.Qx changes the problem itself: what differs is no error" in result.stderr
+    assert "load_path.1.Qx changes the problem itself. Differences are not errors" in result.stderr
     assert "reference: the run with Qx 20 N, 10 x 10" in result.stdout
     table = result.stdout[result.stdout.rindex("run=4") :]
-    assert all(word in table for word in ("largest", "change", "reference", "no errors, for load_path.1.Qx"))
+    assert all(word in table for word in ("largest", "change", "reference", "not errors, since load_path.1.Qx"))
     assert not any(word in table for word in ("truth", "worst", "*", "for 1 %"))
     rows = {(row["load_path.1.Qx"], row["grid.points"]): row for row in rows_of(folder)}
     assert [row["role"] for row in rows.values()].count("reference") == 1
@@ -502,12 +508,12 @@ def test_stopped_run_is_resumed(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
     (tmp_path / "case.study").mkdir()
     stop, show, steps = stopping(after=6)
-    assert [outcome.increments for outcome in make_runs(plan.trials, plan.observables, stop, show)] == [4]
+    assert [outcome.increments for outcome in make_runs(plan.trials, plan.quantities, stop, show)] == [4]
     assert steps == [0, 1, 2, 3, 0, 1]
     assert plan.trials[0].out.exists()
     assert plan.trials[1].out.with_name(plan.trials[1].out.name + ".parts").is_dir()
     stop, show, steps = stopping(after=100)
-    outcomes = list(make_runs(plan.trials, plan.observables, stop, show))
+    outcomes = list(make_runs(plan.trials, plan.quantities, stop, show))
     assert [outcome.reused for outcome in outcomes] == [True, False]
     assert steps == [2, 3]
     assert [outcome.increments for outcome in outcomes] == [4, 4]
@@ -533,20 +539,22 @@ def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
     assert (tmp_path / "case.study/study.png").exists()
 
 
-def test_bar_counts_what_is_not_there_yet(tmp_path: Path) -> None:
+def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
     plan.trials[0].out.parent.mkdir()
     plan.trials[0].out.touch()
-    bar = Bar(plan.trials)
-    (task,) = bar.bar.tasks
-    assert task.total == pytest.approx(plan.trials[1].seconds)
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
+    progress = command.RunProgress(plan.trials, quiet=False)
+    assert progress.bar is not None
+    (task,) = progress.bar.tasks
+    assert task.total == pytest.approx(plan.trials[1].expected.seconds)
     done = [Outcome(trial, "", np.zeros(1), np.zeros(1), 4, 1.0, 1, True) for trial in plan.trials]
-    bar.outcome(done[0])
+    progress.outcome(done[0])
     assert (task.completed, task.fields["run"]) == (0.0, 2)
-    bar.increment(plan.trials[1], SimpleNamespace(step=1))  # type: ignore[arg-type]
-    assert task.completed == pytest.approx(0.5 * plan.trials[1].seconds)
+    progress.increment(plan.trials[1], SimpleNamespace(step=1))  # type: ignore[arg-type]
+    assert task.completed == pytest.approx(0.5 * plan.trials[1].expected.seconds)
     assert task.fields["detail"] == "8 x 8: increment 2/4"
-    bar.outcome(done[1])
+    progress.outcome(done[1])
     assert task.finished
 
 

@@ -9,11 +9,12 @@ import pytest
 from matplotlib.collections import QuadMesh
 
 from fretsolve.errors import PictureError
-from fretsolve.study.variation import Setting
 from fretsolve.sweep.manifest import Manifest, Row
 from fretsolve.sweep.plot import curve, running_condition, surface
-from fretsolve.sweep.state import CaseState
-from fretsolve.sweep.table import Column, Table, setting_column
+from fretsolve.sweep.points import Setting
+from fretsolve.sweep.status import CaseState
+from fretsolve.sweep.table import Table, setting_column
+from fretsolve.sweep.table_files import Column
 
 LOADS, SHIFTS = ("100 N", "200 N", "400 N"), ("1 um", "2 um")
 
@@ -65,7 +66,7 @@ def test_map_puts_each_case_at_its_place() -> None:
     assert (crosses.get_xdata().tolist(), crosses.get_ydata().tolist()) == ([2.0], [400.0])
 
 
-def test_running_condition_marks_each_regime() -> None:
+def test_running_condition_marks_each_case() -> None:
     figure = running_condition(table_of(missing=0), ("load_path.1.delta_x", "load_path.0.P"))
     partial, gross = figure.axes[0].lines
     assert sorted(partial.get_ydata().tolist()) == [200.0, 400.0]
@@ -76,9 +77,9 @@ def test_running_condition_marks_each_regime() -> None:
 
 def test_what_cannot_be_drawn() -> None:
     table = table_of()
-    with pytest.raises(PictureError, match=r"'P' is no column of the sweep; there are load_path\.0\.P"):
+    with pytest.raises(PictureError, match=r"'P' is not a column of the sweep; it has load_path\.0\.P"):
         curve(table, "work_total", "P")
-    with pytest.raises(PictureError, match="no column"):
+    with pytest.raises(PictureError, match="not a column"):
         curve(table, "delta_x", "load_path.0.P")
     with pytest.raises(PictureError, match=r"load_path.0.P varies as well"):
         surface(table, "work_total", ("load_path.1.delta_x", "load_path.1.delta_x"))

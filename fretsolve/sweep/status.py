@@ -1,30 +1,28 @@
-"""How far a sweep is, told by its files, and by reports on those written just now."""
+"""How far a sweep is, from its files and from reports on results that were just written."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fretsolve.errors import FileError
+from fretsolve.result.reader import read_attributes
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import contiguous_parts, parts_folder
-from fretsolve.result.reader import read_attributes
+from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.manifest import Manifest, Row
-
-if TYPE_CHECKING:
-    from fretsolve.sweep.worker import Report
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 
 STATUSES: tuple[Status, ...] = ("complete", "no solution", "running", "stopped", "error", "waiting")
-"""complete, no solution: there is a result; stopped: some of its increments are saved; error: it ended without one."""
+"""complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
 
 
 @dataclass(frozen=True)
 class CaseState:
-    """How far a case is. exit_code, reason: of one that has ended; increments: saved of one that is stopped."""
+    """How far a case is. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
 
     row: Row
     status: Status
@@ -34,12 +32,12 @@ class CaseState:
 
     @property
     def has_result(self) -> bool:
-        """Whether there is nothing left to run."""
+        """Whether nothing is left to run."""
         return self.status in ("complete", "no solution")
 
 
 def states(manifest: Manifest, reports: Iterable[Report] = ()) -> Iterator[CaseState]:
-    """The state of every row; reports: on results that were written just now, which need not be read."""
+    """Yield the state of every row; reports: on results that were just written and need not be read."""
     ended = {manifest.rows[report.index]: report for report in reports if report.wrote_result}
     found = {row.id: _of_report(row, report) for row, report in ended.items()}
     for row in manifest.rows:
@@ -54,7 +52,7 @@ def _of_report(row: Row, report: Report) -> CaseState:
 
 
 def state_of(manifest: Manifest, row: Row) -> CaseState:
-    """The state of a case."""
+    """Return the state of a case."""
     out = manifest.result(row)
     if out.exists():
         try:
@@ -80,21 +78,21 @@ def state_of(manifest: Manifest, row: Row) -> CaseState:
 
 
 def missing(manifest: Manifest, rows: Iterable[Row] | None = None) -> list[Row]:
-    """The cases without a result, each once; files appear whole, so that their names tell."""
+    """Return the cases without a result, each once; a file appears only when it is whole."""
     return [row for row in (manifest.unique if rows is None else rows) if not manifest.result(row).exists()]
 
 
 def has_ended(manifest: Manifest, row: Row) -> bool:
-    """Whether a case has its result, or a note of why it has none."""
+    """Return whether a case has its result, or a note of why it has none."""
     return manifest.result(row).exists() or manifest.note(row).exists()
 
 
 def is_taken(manifest: Manifest, row: Row) -> bool:
-    """Whether a case has ended, or somebody is working on it."""
+    """Return whether a case has ended, or a process is running it."""
     return has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
 
 
 def counts(found: Sequence[CaseState]) -> dict[Status, int]:
-    """How many cases are in each of `STATUSES`, those that occur."""
+    """Return how many cases are in each of those `STATUSES` that occur."""
     numbers = {status: sum(one.status == status for one in found) for status in STATUSES}
     return {status: number for status, number in numbers.items() if number}

@@ -1,4 +1,4 @@
-"""Slurm as the engine of a sweep: a job array whose tasks run the cases of their share and requeue themselves."""
+"""Slurm as the engine of a sweep: a job array. Each task runs some cases, and requeues itself if a signal stops it."""
 
 from __future__ import annotations
 
@@ -11,29 +11,26 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError
 from fretsolve.sweep.manifest import Manifest, Row, index_list
+from fretsolve.sweep.plan import SweepPlan
+from fretsolve.sweep.spec import SlurmSpec
 from fretsolve.system import atomic_files
-
-if TYPE_CHECKING:
-    from fretsolve.sweep.plan import Plan
-    from fretsolve.sweep.spec import SlurmSpec
 
 FOLDER_NAME, SCRIPT_NAME = "slurm", "job.sh"
 
 MEMORY_MARGIN = 1.25
-"""Memory that a task asks for where the sweep file does not say, over the estimate for the largest case."""
+"""Memory of a task over the estimate for its largest case, if the sweep file does not say."""
 
 PARENT_BYTES = 150e6
-"""Of the process that watches over the one that solves."""
+"""Memory of the process that watches the one that solves."""
 
 
-def submit(plan: Plan, todo: Sequence[Row], at_once: int | None) -> str:
-    """Write the job script and submit an array of the tasks for those of `todo` that no task in the queue has.
+def submit(plan: SweepPlan, todo: Sequence[Row], at_once: int | None) -> str:
+    """Write the job script, and submit tasks for those of the cases `todo` that no task in the queue has.
 
-    Returns what was done, for people. Raises CaseError where Slurm refuses, FileError.
+    Returns what was done, for people. Raises CaseError if Slurm refuses, FileError.
     """
     manifest, spec = plan.manifest, plan.spec.slurm
     tasks = sorted({row.index // spec.cases_per_task for row in todo})
@@ -51,9 +48,9 @@ def submit(plan: Plan, todo: Sequence[Row], at_once: int | None) -> str:
 
 
 def requeue() -> None:
-    """Have Slurm run the task of this process again, if it is one; says so where Slurm does not."""
+    """Have Slurm run the task of this process again, if it is one; print the error if Slurm refuses."""
     array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
-    # The number of a task's own job may be that of the whole array.
+    # SLURM_JOB_ID of a task may be that of the whole array.
     job = f"{array}_{task}" if array and task else os.environ.get("SLURM_JOB_ID")
     if job is None:
         return
@@ -64,13 +61,13 @@ def requeue() -> None:
 
 
 def job_name(manifest: Manifest, cases_per_task: int) -> str:
-    """That of the arrays of a sweep's folder whose tasks have so many cases."""
+    """Return the name of a sweep's job arrays whose tasks have so many cases each."""
     readable = re.sub(r"[^A-Za-z0-9_.-]", "-", manifest.folder.name)
     return f"{readable}-{hashlib.sha256(str(manifest.folder).encode()).hexdigest()[:8]}-{cases_per_task}"
 
 
 def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
-    """The job script: every option that a task needs, and one command in place of the shell."""
+    """Return the job script: the options of a task, and one command that replaces the shell."""
     folder = manifest.folder
     memory = spec.memory or f"{math.ceil((MEMORY_MARGIN * manifest.memory + PARENT_BYTES) / 1e6)}M"
     options = [
@@ -90,7 +87,7 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
     return "\n".join(
         [
             "#!/bin/bash",
-            f"# Runs cases of {folder}; a task that is stopped by a signal requeues itself and goes on.",
+            f"# Runs cases of {folder}; a task that a signal stops requeues itself and goes on.",
             *(f"#SBATCH {shlex.quote(option)}" for option in options),
             *spec.setup,
             f"first=$((SLURM_ARRAY_TASK_ID * {per_task}))",
@@ -108,7 +105,7 @@ def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
     return script
 
 
-def _require_allowed(last: int, plan: Plan) -> None:
+def _require_allowed(last: int, plan: SweepPlan) -> None:
     match = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm(["scontrol", "show", "config"]), re.MULTILINE)
     if match and last >= int(match[1]):
         least = math.ceil(len(plan.manifest.rows) / int(match[1]))
@@ -120,7 +117,7 @@ def _require_allowed(last: int, plan: Plan) -> None:
 
 
 def queued(manifest: Manifest) -> set[int]:
-    """The indices of the cases of all tasks of the sweep that wait, run or are about to run again."""
+    """Return the indices of the cases of all tasks of the sweep that wait, run or are about to run again."""
     ours = job_name(manifest, 0).removesuffix("0")
     found: set[int] = set()
     for line in _slurm(["squeue", "--noheader", "--array", f"--user={os.getuid()}", "--format=%j %K"]).splitlines():
@@ -132,7 +129,7 @@ def queued(manifest: Manifest) -> set[int]:
 
 
 def _slurm(line: Sequence[str]) -> str:
-    """What a command of Slurm prints. Raises CaseError with its message."""
+    """Return what a command of Slurm prints. Raises CaseError with its message."""
     try:
         done = subprocess.run(line, capture_output=True, text=True, check=False)
     except OSError as error:

@@ -1,0 +1,199 @@
+"""Worker processes on this machine, by Pebble. One that is killed costs the case it was solving, and no other.
+
+A process serves many cases, since it takes one to two seconds to start an interpreter and to read the compiled kernels,
+many times a small case. Processes are spawned: a fork would copy locks that other threads hold. Added to Pebble is how
+processes stop: after the current increment, as soon as the command closes its end of a pipe, or is gone, or a signal
+reaches the process.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from types import FrameType
+
+from pebble import ProcessExpired, ProcessPool
+
+from fretsolve.errors import FretsolveError
+from fretsolve.simulation.run_to_file import Stop
+from fretsolve.sweep.case_run import EXIT_BUG, CaseRunner, Report, leave_note
+from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.status import has_ended, is_taken
+from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
+
+GLANCE = 0.1
+"""Seconds between looks at whether to stop."""
+
+ROUNDS = 3
+"""How often missing cases are given out: other commands may leave some, a Dask worker that dies may lose some."""
+
+FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU)
+"""Signals that end a process through no fault of its own."""
+
+Warn = Callable[[str], None]
+"""Takes a line for people."""
+
+
+def in_rounds(
+    manifest: Manifest, todo: Sequence[Row], stop: Stop, warn: Warn, run: Callable[[list[Row]], Iterator[Report]]
+) -> Iterator[Report]:
+    """Yield the reports of `run` on the cases `todo`, which gets cases again as long as nothing was heard of them.
+
+    At the end it waits for cases that other processes are running, says so by `warn`, and runs what they leave.
+    """
+    heard: set[int] = set()
+    for row in todo:
+        manifest.note(row).unlink(missing_ok=True)  # from now on a note means that the case failed in this run
+    for _ in range(ROUNDS):
+        left = free_cases(manifest, [row for row in todo if row.index not in heard], stop, warn)
+        if not left or stop.requested:
+            return
+        for report in run(left):
+            if not report.of_another:
+                heard.add(report.index)
+                yield report
+
+
+def free_cases(manifest: Manifest, rows: Sequence[Row], stop: Stop, warn: Warn) -> list[Row]:
+    """Return the cases that have not ended and that nobody is running; wait if others are running all that is left."""
+    warned = False
+    while True:
+        left = [row for row in rows if not has_ended(manifest, row)]
+        free = [row for row in left if not is_taken(manifest, row)]
+        if free or not left or stop.requested:
+            return free
+        if not warned:
+            warn(f"cases that other processes are running: {len(left)}; waiting for them")
+            warned = True
+        time.sleep(GLANCE)
+
+
+def run_cases(manifest: Manifest, rows: Iterable[Row], jobs: int, stop: Stop) -> Iterator[Report]:
+    """Run the cases `rows` with `jobs` at a time, see `WorkerPool.run`, and end the processes."""
+    pool = WorkerPool(manifest, jobs)
+    try:
+        yield from pool.run(rows, stop)
+    finally:
+        pool.close()
+
+
+class WorkerPool:
+    """`jobs` processes that solve cases of a sweep. They start with the first case, and stay until `close`."""
+
+    def __init__(self, manifest: Manifest, jobs: int):
+        # If the command is killed, multiprocessing is not to warn of the semaphores of Pebble that it clears up.
+        os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
+        context = multiprocessing.get_context("spawn")
+        self._manifest, self._jobs = replace(manifest, rows=()), jobs
+        heard, self._stop = context.Pipe(duplex=False)
+        self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard), context=context)
+
+    def run(self, rows: Iterable[Row], stop: Stop) -> Iterator[Report]:
+        """Yield a report as each of the cases `rows` ends; those that `stop` keeps from starting have none.
+
+        rows: may be lazy, the next case is taken when a process is free. After a stop the pool runs no more cases.
+        """
+        waiting, running, reports = iter(rows), dict[Future[Report], Row](), list[Report]()
+        try:
+            while True:
+                # Give out the next cases before anybody spends time on reports.
+                while len(running) < self._jobs and not stop.requested and (row := next(waiting, None)) is not None:
+                    with _blocked_signals():  # until the processes have their own handlers
+                        running[self._pool.schedule(_solve, (row,))] = row
+                yield from reports
+                if not running:
+                    return
+                if stop.requested:
+                    self._stop.close()
+                done, _ = wait(running, GLANCE, FIRST_COMPLETED)
+                reports = [self._report(future, running.pop(future)) for future in done]
+        finally:
+            if running:  # nobody wants the reports any more
+                self._stop.close()
+                wait(running)
+
+    def _report(self, future: Future[Report], row: Row) -> Report:
+        try:
+            return future.result()
+        except BrokenProcessPool as error:
+            raise FretsolveError("the processes that solve cases end while they start") from error
+        except ProcessExpired as error:
+            report = _report_of_end(row, error.exitcode)
+            leave_note(self._manifest, row, report)
+            return report
+
+    def close(self) -> None:
+        """End the processes, which must have no case."""
+        self._stop.close()
+        self._pool.close()  # type: ignore[no-untyped-call]
+        self._pool.join()
+
+
+def _report_of_end(row: Row, code: int) -> Report:
+    """Return the report on a case whose process ended; code: its exit code, or minus the number of a signal."""
+    if code == EXIT_STOPPED:
+        return Report(row.index, code)
+    if code >= 0:
+        return Report(row.index, EXIT_BUG, f"the process ended with exit code {code}")
+    number = signal.Signals(-code)
+    hint = "; perhaps there was not enough memory" if number == signal.SIGKILL else ""
+    code = EXIT_STOPPED if number in FROM_OUTSIDE else EXIT_BUG
+    return Report(row.index, code, f"the process was ended by {number.name}{hint}")
+
+
+@contextmanager
+def _blocked_signals() -> Iterator[None]:
+    """Hold back signals, also from processes that are started in the block: they inherit that."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@dataclass
+class _Process:
+    """A worker process, seen from inside. It is a `Stop` for the case that it is solving."""
+
+    runner: CaseRunner
+    pipe: Connection
+    signalled: bool = False
+
+    @property
+    def requested(self) -> bool:
+        """Whether to stop: the end of the pipe is all that can come by it."""
+        return self.signalled or self.pipe.poll()
+
+    def note(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal. SIGINT of the terminal is meant for the command, which then closes the pipe."""
+        self.signalled = self.signalled or number != signal.SIGINT
+
+
+_processes: list[_Process] = []
+"""In a worker process: itself. Pebble gives its initializer no other way to hand something to the tasks."""
+
+
+def _begin(manifest: Manifest, pipe: Connection) -> None:
+    """Prepare a worker process; Pebble's initializer."""
+    os.dup2(2, 1)  # standard output belongs to the command
+    _processes.append(_Process(CaseRunner(manifest), pipe))
+    for number in SIGNALS:
+        signal.signal(number, _processes[0].note)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+
+
+def _solve(row: Row) -> Report:
+    """Solve a case in a worker process, which ends if a signal has stopped that."""
+    process = _processes[0]
+    report = process.runner.run(row, process)
+    if process.signalled and report.code == EXIT_STOPPED:
+        os._exit(EXIT_STOPPED)  # another process takes its place
+    return report
