@@ -12,7 +12,7 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.errors import FretsolveError
-from fretsolve.export.text_report import relevant_columns
+from fretsolve.export.selection import relevant_columns
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.simulation.run_to_file import Stop

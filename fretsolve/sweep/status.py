@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fretsolve.errors import FileError
-from fretsolve.result.reader import read_attributes
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import contiguous_parts, parts_folder
+from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.manifest import Manifest, Row
 
