@@ -1,7 +1,8 @@
 """Stands in for ``fretsolve run``: writes a result of made-up states, with its options and exit codes.
 
-``driver.py OUT [--resume | --overwrite] [--increments N] [--points N] [--every N] [--pause SECONDS]
-[--fail-at STEP]`` prints ``increment STEP`` for each increment as soon as it is saved.
+``driver.py OUT [--resume | --overwrite] [--increments N] [--points N] [--every N] [--hold-at STEP]
+[--fail-at STEP]`` prints ``increment STEP`` for each increment as soon as it is saved. In the increment of
+``--hold-at`` it prints ``holding`` and waits until the file ``OUT.go`` is there.
 """
 
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest  # before anything heavy
@@ -24,9 +25,8 @@ if __name__ == "__main__":
         parser.add_argument("out", type=Path)
         parser.add_argument("--resume", action="store_true")
         parser.add_argument("--overwrite", action="store_true")
-        for name, default in (("increments", 6), ("points", 6), ("every", 1), ("fail-at", -1)):
+        for name, default in (("increments", 6), ("points", 6), ("every", 1), ("fail-at", -1), ("hold-at", -1)):
             parser.add_argument(f"--{name}", type=int, default=default)
-        parser.add_argument("--pause", type=float, default=0.0)
         options = parser.parse_args()
 
         def run() -> int:
@@ -39,7 +39,10 @@ if __name__ == "__main__":
                     if state.summary.step == options.fail_at:
                         writer.finish("failed", f"no solution at increment {options.fail_at}")
                         return 3
-                    time.sleep(options.pause)
+                    if state.summary.step == options.hold_at:
+                        print("holding", flush=True)
+                        while not options.out.with_suffix(".h5.go").exists():
+                            time.sleep(0.01)
                     writer.append(state)
                     print(f"increment {state.summary.step}", flush=True)
                     if stop.requested:
