@@ -51,7 +51,7 @@ PARTS = {"double": "extremes", "single": "extremes in single precision"}
 KINDS = {
     "indentation": ({"P": 400.0, "increments": 5},),
     "Q = mu P/2": ({"P": 400.0, "increments": 5}, {"Qx": 0.5, "increments": 5}),
-    "gross sliding": ({"P": 400.0, "increments": 5}, {"delta_x": 1.0, "increments": 2}),
+    "gross slip": ({"P": 400.0, "increments": 5}, {"delta_x": 1.0, "increments": 2}),
 }
 """Load paths of the map; Qx there is a share of mu P."""
 

@@ -36,8 +36,7 @@ SHORTHANDS = ("SurfaceEntry", "CycleSpec")
 """Definitions that only wrap others, each under a key of its own."""
 
 FUNCTIONS = {
-    "fretsolve": ("load_case", "run", "open_result"),
-    "fretsolve.simulation.error_bars": ("run_with_error_bars",),
+    "fretsolve": ("load_case", "run", "run_with_error_bars", "open_result"),
 }
 RESULTS = {
     "fretsolve.result": ("Result",),

@@ -10,9 +10,10 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "load_case": "fretsolve.case",
     "run": "fretsolve.simulation.simulation",
+    "run_with_error_bars": "fretsolve.simulation.error_bars",
     "open_result": "fretsolve.result",
 }
-__all__ = ["__version__", "load_case", "open_result", "run"]
+__all__ = ["__version__", "load_case", "open_result", "run", "run_with_error_bars"]
 
 
 def __getattr__(name: str) -> Any:

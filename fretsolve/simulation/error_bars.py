@@ -15,9 +15,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fretsolve.case import Case
 from fretsolve.case.load_components import PAIRS
 from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
-from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
@@ -46,17 +47,18 @@ UNSEEN = 0.5
 
 
 def run_with_error_bars(
-    setup: ProblemSetup,
+    case: Case | ProblemSetup,
     start: State | None = None,
     history: Sequence[Summary] = (),
     threads: int = 1,
     warn: Callable[[str], object] | None = None,
 ) -> Iterator[State]:
-    """Solve a case as `run` does, and yield each state with its error bars.
+    """Solve `case` as `run` does, and yield each state with its error bars.
 
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
     Raises NoSolutionError if the run itself has none.
     """
+    setup = case if isinstance(case, ProblemSetup) else set_up(case)
     bars = ErrorBars(setup, history, threads)
     warned = False
     for state in run(setup, start, history, threads):

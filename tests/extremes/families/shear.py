@@ -1,4 +1,4 @@
-"""A shear force from next to nothing to gross sliding, and torques, and both at once along the limit surface."""
+"""A shear force from next to nothing to gross slip, and torques, and both at once along the limit surface."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ AT_THE_LIMIT = Family(
 )
 
 DRAGGED = Family(
-    "gross sliding by delta_x",
+    "gross slip by delta_x",
     "delta_x 0.1 to 1e9 mm, mu |beta| 0 to 5",
     "|q| = mu p, Q = mu P",
     tuple(

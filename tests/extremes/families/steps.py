@@ -69,7 +69,7 @@ def reversal(name: str, value: float, part: float) -> list[Parts]:
 
 
 def cycles(first: Parts, *stages: Parts, times: int, increments: int = 2) -> list[Parts]:
-    """Pressed, moved, then to and fro."""
+    """Pressed, moved, then back and forth."""
     split = {"increments": increments}
     cycle = {"times": times, "stages": [stage | split for stage in stages]}
     return [{"P": LOAD, "increments": 4}, first | split, {"cycle": cycle}]
@@ -272,7 +272,7 @@ STEADY = Family(
             seconds=60.0,
         ),
         Probe(
-            "unlike delta_x to gross sliding, 10 cycles",
+            "unlike delta_x to gross slip, 10 cycles",
             {
                 "bodies": DISSIMILAR,
                 "grid": {"points": 20},
