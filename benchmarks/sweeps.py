@@ -3,15 +3,14 @@
     python benchmarks/sweeps.py [--cases 1000] [--points 64] [--jobs 2] [--fields] [--on local dask slurm] [--repeat 3]
 
 The case is mode I of equal bodies (six increments) over friction and load. `pure` is the time of
-``list(fretsolve.run(scene))``, from every tenth of the cases, one after another in one process that has solved one
-before; influence coefficients are in it, files are not. It is the mean of two measurements, before a sweep and after
-it, since the speed of a machine that others share drifts; where it drifts by more than a tenth in a minute, only the
-median of several (`--repeat`) tells anything. `efficiency` is pure over jobs times the wall-clock time of ``fretsolve
-sweep run``, which has everything in it: start, check, files. `in its own run` has in place of pure the sum of
-`wall_time` over all increments of the sweep's own results, of the same minutes, times what pure is of that sum in its
-own cases: what drifts is in both, but so is what the processes of an engine take from each other. The same of
-processor time tells what a sweep costs on a machine that is shared with others. Dask is a LocalCluster of as many
-workers of one thread; Slurm one node of this machine (root and Debian's packages needed).
+``list(fretsolve.run(setup))``, from every tenth of the cases, one after another in one process that has solved one
+before; it includes influence coefficients, but no files. It is the mean of two measurements, before and after a sweep,
+since the speed of a shared machine drifts. If it drifts by more than a tenth within a minute, use the median of several
+(`--repeat`). `efficiency` is pure over jobs times the wall-clock time of ``fretsolve sweep run``, which includes start,
+check and files. `in its own run` replaces pure by the sum of `wall_time` over all increments of its own results,
+times what pure is of that sum in its own cases: drift cancels, but so does what the processes take from each other.
+The same ratio of processor times tells what a sweep costs on a machine that is shared with others. Dask is a
+LocalCluster with one worker of one thread per job; Slurm is one node on this machine (root and Debian's packages).
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ if __name__ == "__main__":
 
 
 def pure(cases: int, points: int) -> tuple[float, float, float]:
-    """Wall-clock and processor seconds of all solves, from those of a sample, and the former over their `wall_time`."""
+    """Return wall-clock and processor seconds of all solves, from a sample, and the former over their `wall_time`."""
     frictions = cases // LOADS
     chosen = [
         (0.1 + 0.4 * number / max(frictions - 1, 1), 400.0 + 400.0 * load / (LOADS - 1))
@@ -80,7 +79,7 @@ def pure(cases: int, points: int) -> tuple[float, float, float]:
 
 
 def timed(line: list[str], environment: dict[str, str], finish: Callable[[], None]) -> tuple[float, float]:
-    """Wall-clock and processor seconds of a command with all that it starts, and of `finish`."""
+    """Return wall-clock and processor seconds of a command with all that it starts, and of `finish`."""
     before, began = _children(), time.perf_counter()
     subprocess.run(line, env=environment, check=True, stdout=subprocess.DEVNULL)
     finish()
@@ -88,7 +87,7 @@ def timed(line: list[str], environment: dict[str, str], finish: Callable[[], Non
 
 
 def solving_seconds(path: Path) -> float:
-    """Wall-clock time of a result's increments."""
+    """Return the wall-clock time of a result's increments."""
     with fretsolve.open_result(path) as result:
         return float(result.history["wall_time"].sum())
 
@@ -100,7 +99,7 @@ def _children() -> float:
 
 @contextmanager
 def engine(name: str, jobs: int, folder: Path) -> Iterator[tuple[list[str], dict[str, str]]]:
-    """Options and environment of `sweep run` on an engine that is there within the block."""
+    """Yield options and environment of `sweep run` on an engine that runs within the block."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     if name == "local":
         yield ["-j", str(jobs)], environment

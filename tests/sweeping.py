@@ -50,11 +50,11 @@ def rows_of(folder: Path) -> list[dict[str, Any]]:
 
 
 def workers(folder: Path) -> list[int]:
-    """The processes that are solving cases of the sweep in `folder`, by what their locks say."""
+    """Return the processes that are solving cases of the sweep in `folder`, as these tell beside their locks."""
     found: list[str] = []
-    for lock in folder.glob("results/*.parts/lock"):
+    for holder in folder.glob("results/*.parts/holder"):
         with suppress(FileNotFoundError):
-            found += re.findall(r"^process (\d+) ", lock.read_text(encoding="utf-8"))
+            found += re.findall(r"^process (\d+) ", holder.read_text(encoding="utf-8"))
     return [int(number) for number in found if Path(f"/proc/{number}").exists()]
 
 

@@ -11,9 +11,7 @@ from fretsolve.commands.plot import picture_format, require_matplotlib, write_pi
 from fretsolve.commands.progress import key_value_line
 from fretsolve.errors import CaseError, NoSolutionError, PictureError
 from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.engines.dask import run_on_dask
 from fretsolve.sweep.engines.slurm import requeue, submit
-from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
 from fretsolve.sweep.manifest import Manifest, Row, index_list, read_manifest, require_own, write_manifest
 from fretsolve.sweep.plan import SweepPlan, make_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
@@ -69,7 +67,11 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
 
 
 def _run(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
+    from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
+
     if order.engine.startswith(DASK):
+        from fretsolve.sweep.engines.dask import run_on_dask
+
         return run_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop, _warn)
     jobs = order.jobs or max(1, processors() // manifest.threads)
 
@@ -84,6 +86,8 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
 
     requeued: have Slurm run this task again if a signal stops it, unless it has saved nothing.
     """
+    from fretsolve.sweep.engines.worker_pool import run_cases
+
     manifest = read_manifest(folder)
     rows = [manifest.rows[index] for index in indices if index < len(manifest.rows)]
     if not rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -20,15 +21,20 @@ from fretsolve.sweep.manifest import Manifest, Row, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.status import has_ended, is_taken, missing
 
+PATIENCE = 300.0
+"""Seconds that a machine under load may take for what takes some seconds."""
+
 
 class Stop:
     """A stop once `condition` has held."""
 
     def __init__(self, condition: Callable[[], bool] = lambda: False):
         self._condition, self._found = condition, False
+        self._end = time.monotonic() + PATIENCE
 
     @property
     def requested(self) -> bool:
+        assert time.monotonic() < self._end
         self._found = self._found or self._condition()
         return self._found
 
