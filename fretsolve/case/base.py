@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from .quantities import LENGTH, InUnits, refused, shown
-
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
-
-    from ..errors import KeyPath
+from ..errors import KeyPath
+from .dimensions import LENGTH
+from .quantities import InUnits, refused, shown
 
 
 class CaseModel(BaseModel):
@@ -32,15 +28,13 @@ class Repeated:
     count: int
 
     def expand(self, value: object) -> object:
-        """Return the value as a list; None, which `Auto` gives, stays None."""
+        """Return the value as a list; None, which `auto` stands for, stays None."""
         return value if value is None or isinstance(value, list | tuple) else (value,) * self.count
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self.expand, handler(source))
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         inner = handler(schema)
         array = next(node for node in inner.get("anyOf", [inner]) if node.get("type") == "array")
         one = array["prefixItems"][0] if "prefixItems" in array else array["items"]
@@ -48,32 +42,37 @@ class Repeated:
 
 
 @dataclass(frozen=True)
-class Auto:
-    """Annotation of an optional value: in the file, None is written ``auto``. example: of another value."""
+class Named:
+    """Annotation of a value that a word may stand for. refusal: the message for other words, without the value."""
 
-    example: str
+    words: Mapping[str, float | None] = field(hash=False)
+    refusal: str
 
     def read(self, value: object) -> object:
-        """Return None for ``auto`` and any other value as it is."""
-        if isinstance(value, str) and value != "auto" and not any(map(str.isdigit, value)):
-            raise refused(f"{shown(value)} is not allowed; auto or a value such as {self.example} is needed")
-        return None if value == "auto" else value
+        """Return what a word stands for, and any other value as it is."""
+        if isinstance(value, str) and value in self.words:
+            return self.words[value]
+        if isinstance(value, str) and not any(map(str.isdigit, value)):
+            raise refused(f"{shown(value)} {self.refusal} is needed")
+        return value
 
     def write(self, value: object) -> object:
-        """Return ``auto`` for None and any other value as it is."""
-        return "auto" if value is None else value
+        """Return the word for None, and any other value as it is."""
+        return value if value is not None else next(word for word, meant in self.words.items() if meant is None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(
-            self.read,
-            handler(source),
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write),
-        )
+        writer = core_schema.plain_serializer_function_ser_schema(self.write)
+        return core_schema.no_info_before_validator_function(self.read, handler(source), serialization=writer)
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"anyOf": [{"const": "auto"}, handler(schema)]}
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        inner = handler(schema)
+        words = {"enum": list(self.words)} if len(self.words) > 1 else {"const": next(iter(self.words))}
+        return {"anyOf": [words, *inner.get("anyOf", [inner])]}
+
+
+def auto(example: str) -> Named:
+    """Return the annotation of an optional value: in the file, None is written ``auto``. example: another value."""
+    return Named({"auto": None}, f"is not allowed; auto or a value such as {example}")
 
 
 def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from fretsolve.case.load_components import PAIRS
-
 from ..errors import KeyPath
-from .base import Auto, CaseModel, Count, Length, refused_at
-from .quantities import ANGLE, FORCE, MOMENT, InUnits, refused, shown
+from .base import CaseModel, Count, Length, auto, refused_at
+from .dimensions import ANGLE, FORCE, MOMENT
+from .load_components import PAIRS
+from .quantities import InUnits, refused, shown
 
 LARGEST_STAGE_COUNT = 100_000
 
@@ -45,7 +45,7 @@ class StageSpec(CaseModel):
     delta_y: Length | None = Field(default=None, description="rigid displacement along y", examples=["1.5 um"])
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
-    increments: Annotated[Count | None, Auto("10")] = Field(
+    increments: Annotated[Count | None, auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
     spacing: Literal["equal", "graded"] | None = Field(

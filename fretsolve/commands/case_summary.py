@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from fretsolve.case import HISTORY_DIMENSIONS
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS
 from fretsolve.setup.accuracy import percent
 from fretsolve.setup.cost_estimate import estimate
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from fretsolve.case import HISTORY_DIMENSIONS, load_case
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.loading import load_case
 from fretsolve.commands.case_summary import warn
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.setup.cost_estimate import require_memory
@@ -19,7 +20,7 @@ from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending, writing
 
 if TYPE_CHECKING:
-    from fretsolve.case import Expectation
+    from fretsolve.case.models import Expectation
     from fretsolve.result.state import Summary
 
 EXIT_MISSED = 1

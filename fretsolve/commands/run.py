@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fretsolve.case import Case, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Case
 from fretsolve.commands.messages import RunOptions, run_messages
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import yaml
 
-from fretsolve.case import HeightsSurface, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.errors import CaseError, FileError, dotted
 from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque

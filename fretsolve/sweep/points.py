@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fretsolve.case import CaseErrors, CaseSource
+from fretsolve.case.problems import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
-from fretsolve.case.source import YamlSyntaxError, case_error, parse
+from fretsolve.case.source import CaseSource, YamlSyntaxError, case_error, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.sweep.spec import (
     LARGEST_SWEEP,

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from fretsolve.case import ConeSurface, ElasticBody, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import ElasticBody
+from fretsolve.case.surface_specs import ConeSurface
 from fretsolve.errors import CaseError
 
 CASE = """\

@@ -13,9 +13,10 @@ from test_case_errors import CASE
 from test_case_models import FULL, MINIMAL, ROUND_TRIPS
 
 import fretsolve
-from fretsolve.case import case_schema, load_case
-from fretsolve.case.quantities import _KNOWN as DIMENSIONS
+from fretsolve.case.dimensions import DIMENSIONS
+from fretsolve.case.loading import load_case
 from fretsolve.case.quantities import UNIT_NOTE, to_internal
+from fretsolve.case.schema import case_schema
 from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]

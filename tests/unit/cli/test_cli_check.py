@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 from command_line import CASE, invoke, write_case
 
-from fretsolve.case import Expectation
+from fretsolve.case.models import Expectation
 from fretsolve.commands.check import Comparison
 
 EXPECT = CASE[CASE.index("expect:") :]

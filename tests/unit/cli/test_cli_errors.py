@@ -114,7 +114,7 @@ def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.Monk
         raise ZeroDivisionError("of two\nlines")
 
     monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
-    monkeypatch.setattr("fretsolve.case.case_schema", broken)
+    monkeypatch.setattr("fretsolve.case.schema.case_schema", broken)
     result = invoke("schema")
     assert result.exit_code == 70
     assert result.stderr == (
@@ -129,7 +129,7 @@ def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
     def greedy() -> None:
         raise MemoryError
 
-    monkeypatch.setattr("fretsolve.case.case_schema", greedy)
+    monkeypatch.setattr("fretsolve.case.schema.case_schema", greedy)
     result = invoke("schema")
     assert (result.exit_code, result.output.count("\n")) == (2, 1)
 

@@ -11,7 +11,7 @@ import pytest
 from command_line import invoke
 from solving import DISSIMILAR, build
 
-from fretsolve.case import load_case
+from fretsolve.case.loading import load_case
 from fretsolve.result import open_result
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.accuracy import QUANTITIES, points_for, refinement, scales, verdict

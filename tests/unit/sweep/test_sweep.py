@@ -21,8 +21,7 @@ from command_line import finish, invoke, start
 from fake_states import fake_header, fake_states
 from sweeping import CASE, SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
-from fretsolve.case import read_case
-from fretsolve.case.loading import validated
+from fretsolve.case.loading import read_case, validated
 from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.lock import RunLock
