@@ -160,44 +160,23 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
     """Write the outcome as JUnit XML, which build servers read: a suite per case, a test per expectation."""
     suites = ElementTree.Element("testsuites", name="fretsolve check")
     for outcome in outcomes:
-        suites.append(_suite(outcome))
+        name = _printable(str(outcome.case))
+        suite = ElementTree.SubElement(suites, "testsuite", name=name, time=f"{outcome.seconds:.3f}")
+        for comparison in outcome.comparisons or (None,):
+            what = f"{comparison.expected.quantity} at stage {comparison.stage}" if comparison else "case"
+            test = ElementTree.SubElement(suite, "testcase", classname=name, name=what)
+            if comparison is None or comparison.found is None:
+                _note(test, "error", str(outcome.error), type(outcome.error).__name__)
+            elif not comparison.ok:
+                _, _, expected, found, deviation, allowed, _ = comparison.cells()
+                message = f"{expected} expected, {found} found: {deviation} off, {allowed} allowed"
+                _note(test, "failure", message, "deviation")
+        counts = {"tests": "testcase", "failures": "*/failure", "errors": "*/error"}
+        suite.attrib |= {key: str(len(suite.findall(tag))) for key, tag in counts.items()}
     ElementTree.indent(suites)
     text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
     with writing(path):
         path.write_text(text + "\n", encoding="utf-8")
-
-
-def _suite(outcome: CheckedCase) -> ElementTree.Element:
-    name = _printable(str(outcome.case))
-    tests = [_test(name, comparison, outcome) for comparison in outcome.comparisons]
-    if not tests:
-        tests = [ElementTree.Element("testcase", classname=name, name="case")]
-        _note(tests[0], "error", str(outcome.error), type(outcome.error).__name__)
-    counts = {
-        "tests": len(tests),
-        "failures": sum(test.find("failure") is not None for test in tests),
-        "errors": sum(test.find("error") is not None for test in tests),
-    }
-    suite = ElementTree.Element("testsuite", name=name, time=f"{outcome.seconds:.3f}")
-    suite.attrib |= {key: str(count) for key, count in counts.items()}
-    suite.extend(tests)
-    return suite
-
-
-def _test(case: str, comparison: Comparison, outcome: CheckedCase) -> ElementTree.Element:
-    name = f"{comparison.expected.quantity} at stage {comparison.stage}"
-    test = ElementTree.Element("testcase", classname=case, name=name)
-    _, _, expected, found, deviation, allowed, _ = comparison.cells()
-    if comparison.found is None:
-        _note(test, "error", str(outcome.error), type(outcome.error).__name__)
-    elif not comparison.ok:
-        _note(
-            test,
-            "failure",
-            f"{expected} expected, {found} found: {deviation} off, {allowed} allowed",
-            "deviation",
-        )
-    return test
 
 
 def _note(test: ElementTree.Element, tag: str, message: str, kind: str) -> None:
