@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from ..errors import CaseError, KeyPath
 from .quantities import UNIT_NOTE, shown
-
-if TYPE_CHECKING:
-    from pydantic import ValidationError
-    from pydantic_core import ErrorDetails
-
-    from .source import CaseSource
+from .source import CaseSource
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a plural

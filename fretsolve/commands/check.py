@@ -6,22 +6,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from fretsolve.case.dimensions import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
+from fretsolve.case.models import Expectation
 from fretsolve.commands.case_summary import warn
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
+from fretsolve.result.state import Summary
 from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending, writing
-
-if TYPE_CHECKING:
-    from fretsolve.case.models import Expectation
-    from fretsolve.result.state import Summary
 
 EXIT_MISSED = 1
 

@@ -9,22 +9,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fretsolve import __version__, kernels
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines, warn
 from fretsolve.commands.progress import json_line, key_value_line, progress_bar
 from fretsolve.errors import dotted
 from fretsolve.export.text_report import print_report
-from fretsolve.result import open_result
-from fretsolve.setup.accuracy import verdict
+from fretsolve.result import HistoryWriter, Result, open_result
+from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.setup.accuracy import Verdict, verdict
 from fretsolve.setup.cost_estimate import disk_problem
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
-
-if TYPE_CHECKING:
-    from fretsolve.result import HistoryWriter, Result
-    from fretsolve.result.state import Summary, SummaryErrors
-    from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_SHOWN = 30
 """The table of a run with more stages is left to `fretsolve show`."""
@@ -77,15 +74,12 @@ class QuietMessages:
     def end(self) -> None:
         """Print the outcome and where it is saved."""
         with open_result(self.out) as result:
-            self._report(result)
+            self._report(result, verdict(result.effective_case.get("solver", {}), result.history))
 
-    def _report(self, result: Result) -> None:
-        few_cells = warning_of_result(self.setup, result)
-        if few_cells is not None:
-            self.warn(few_cells)
-        reached = verdict(result.effective_case.get("solver", {}), result.history)
-        if reached is not None and not reached.met:
-            self.warn(str(reached))
+    def _report(self, result: Result, reached: Verdict | None) -> None:
+        for doubt in (warning_of_result(self.setup, result), reached if reached and not reached.met else None):
+            if doubt is not None:
+                self.warn(str(doubt))
 
 
 class TextMessages(QuietMessages):
@@ -149,10 +143,10 @@ class TextMessages(QuietMessages):
             file=sys.stderr,
         )
 
-    def _report(self, result: Result) -> None:
+    def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
             print_report(result, heading=False)
-        super()._report(result)
+        super()._report(result, reached)
         if compiling := kernels.compile_seconds():
             print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
         print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
@@ -218,12 +212,9 @@ class JsonMessages(QuietMessages):
         outcome = {"status": "stopped", "result": str(self.out), "increments": increments}
         json_line("end", **outcome, resume=self.resuming)
 
-    def _report(self, result: Result) -> None:
-        few_cells = warning_of_result(self.setup, result)
-        if few_cells is not None:
-            self.warn(few_cells)
+    def _report(self, result: Result, reached: Verdict | None) -> None:
+        super()._report(result, None)
         outcome = {"status": result.status, "result": str(self.out), "increments": result.increments}
-        reached = verdict(result.effective_case.get("solver", {}), result.history)
         if reached is not None:
             worst = None if math.isnan(reached.worst) else reached.worst
             outcome["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
