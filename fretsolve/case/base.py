@@ -15,7 +15,7 @@ from .quantities import InUnits, refused, shown
 
 
 class CaseModel(BaseModel):
-    """A mapping of the case file: immutable, and without other keys than its own."""
+    """A mapping of the case file. It cannot be changed, and other keys than its own are refused."""
 
     # Only `Case` builds a validator at import; those of its parts are built if they are used alone.
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
@@ -73,6 +73,13 @@ class Named:
 def auto(example: str) -> Named:
     """Return the annotation of an optional value: in the file, None is written ``auto``. example: another value."""
     return Named({"auto": None}, f"is not allowed; auto or a value such as {example}")
+
+
+def require_either(model: CaseModel, one: str, other: str) -> None:
+    """Refuse a mapping that gives neither or both of two keys."""
+    given = sum(getattr(model, key) is not None for key in (one, other))
+    if given != 1:
+        raise refused(f"either {one} or {other} is needed; {'both are' if given else 'neither is'} given")
 
 
 def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:

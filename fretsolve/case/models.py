@@ -23,7 +23,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from .base import CaseModel, Count, Named, Position, PositiveLength, Repeated, auto, refused_at
+from .base import CaseModel, Count, Named, Position, PositiveLength, Repeated, auto, refused_at, require_either
 from .dimensions import HISTORY_DIMENSIONS, NUMBER, PRESSURE
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
 from .problems import nearest
@@ -173,12 +173,7 @@ def _known_quantity(name: str) -> str:
 
 
 _ANY_QUANTITY = WithJsonSchema(
-    {
-        "anyOf": [
-            {"type": "number"},
-            {"type": "string", "pattern": TEXT_PATTERN, "examples": ["0.1398 mm"]},
-        ]
-    }
+    {"anyOf": [{"type": "number"}, {"type": "string", "pattern": TEXT_PATTERN, "examples": ["0.1398 mm"]}]}
 )
 
 
@@ -212,9 +207,7 @@ class Expectation(CaseModel):
 
     @model_validator(mode="after")
     def _one_tolerance(self) -> Self:
-        if (self.rel is None) == (self.abs is None):
-            given = "neither is" if self.rel is None else "both are"
-            raise refused(f"either rel or abs is needed; {given} given")
+        require_either(self, "rel", "abs")
         if self.rel is not None and self.value == 0:
             raise refused("rel says nothing about a value of 0; abs is needed")
         return self
@@ -243,7 +236,7 @@ class Case(CaseModel):
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
         " tangential (also ux from qy, uy from qx), full (also between p and q), auto (those that the case needs)",
     )
-    load_path: tuple[LoadStep, ...] = Field(
+    load_path: Annotated[tuple[LoadStep, ...], AfterValidator(check_load_path)] = Field(
         min_length=1,
         description="the stages, a list: each moves what it names to a new total",
         examples=[[{"P": "400 N"}, {"Qx": "36 N", "increments": 10}]],
@@ -284,11 +277,6 @@ class Case(CaseModel):
         if all(body == "rigid" for body in bodies):
             raise refused("both bodies are rigid; at least one must be elastic")
         return bodies
-
-    @field_validator("load_path")
-    @classmethod
-    def _runnable(cls, load_path: tuple[LoadStep, ...]) -> tuple[LoadStep, ...]:
-        return check_load_path(load_path)
 
     @model_validator(mode="after")
     def _enough_points(self) -> Self:

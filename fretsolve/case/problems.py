@@ -92,7 +92,7 @@ class _Reader:
 
     def message(self, key: KeyPath, details: ErrorDetails) -> str:
         """Return the text of the error: what is wrong, the value, what would be right."""
-        kind, limits, value = details["type"], details.get("ctx", {}), shown(self._value(key))
+        kind, limits, value = details["type"], details.get("ctx", {}), shown(details["input"])
         if kind == "refused":
             return str(limits["message"])
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
@@ -102,7 +102,7 @@ class _Reader:
         if kind == "extra_forbidden":
             return self._unknown(str(key[-1]), self._keys(key[:-1]))
         if kind == "literal_error":
-            return f"{value} is not allowed; {nearest(str(self._value(key)), _quoted(limits['expected']))}"
+            return f"{value} is not allowed; {nearest(str(details['input']), _quoted(limits['expected']))}"
         if kind == "greater_than_equal":
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -119,14 +119,6 @@ class _Reader:
     def meant(self, key: KeyPath) -> str | None:
         """Return the key that the unknown `key` was probably meant to be."""
         return _meant(str(key[-1]), self._keys(key[:-1]))
-
-    def _value(self, key: KeyPath) -> Any:
-        value = self._data
-        for part in key:
-            if not isinstance(value, dict | list) or (isinstance(value, dict) and part not in value):
-                return None
-            value = value[part]  # type: ignore[index]
-        return value
 
     def _keys(self, key: KeyPath) -> list[str]:
         return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))

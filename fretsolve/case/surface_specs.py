@@ -17,7 +17,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated
+from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, require_either
 from .dimensions import ANGLE, LENGTH
 from .quantities import InUnits, refused, shown
 
@@ -100,10 +100,8 @@ class PunchSurface(_SurfaceModel):
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
-        size = self.half_width if self.radius is None else self.radius
-        if size is None or (self.radius is not None and self.half_width is not None):
-            given = "neither is" if size is None else "both are"
-            raise refused(f"either radius or half_width is needed; {given} given")
+        require_either(self, "radius", "half_width")
+        size = self.radius or self.half_width or 0.0
         if self.edge_radius > size:
             message = f"edge_radius ({self.edge_radius:g} mm) is larger than the punch ({size:g} mm)"
             raise refused(f"{message}; a smaller one is needed")

@@ -1,4 +1,4 @@
-"""What all commands share: how they end, and common options.
+"""Common options of the commands, and how every command ends.
 
 Only click is imported here, as in `fretsolve.cli.main`.
 """
@@ -70,23 +70,18 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     return code
 
 
-def overrides_option(command: Command) -> Command:
-    """Add the option `--set`."""
-    option = click.option(
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
-    )
-    return option(command)
-
-
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
     """Add the option `-o`; its value goes to the parameter `name`."""
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
+overrides_option = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
+)
 quiet_option = click.option(
     "-q", "--quiet", is_flag=True, help="Print only errors and warnings."
 )

@@ -206,21 +206,23 @@ class JsonMessages(QuietMessages):
         json_line("warning", message=text)
 
     def already_complete(self, increments: int) -> None:
-        json_line("end", status="complete", result=str(self.out), increments=increments)
+        self._end("complete", increments)
 
     def stopped(self, increments: int) -> None:
-        outcome = {"status": "stopped", "result": str(self.out), "increments": increments}
-        json_line("end", **outcome, resume=self.resuming)
+        self._end("stopped", increments, resume=self.resuming)
+
+    def _end(self, status: str, increments: int, **more: Any) -> None:
+        json_line("end", status=status, result=str(self.out), increments=increments, **more)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         super()._report(result, None)
-        outcome = {"status": result.status, "result": str(self.out), "increments": result.increments}
+        outcome: dict[str, Any] = {}
         if reached is not None:
             worst = None if math.isnan(reached.worst) else reached.worst
             outcome["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
         if "failure" in result.attributes:
             outcome["message"] = str(result.attributes["failure"])
-        json_line("end", **outcome, compile_time=kernels.compile_seconds())
+        self._end(result.status, result.increments, **outcome, compile_time=kernels.compile_seconds())
 
 
 def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:

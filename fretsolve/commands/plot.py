@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.result import Result, open_result
-from fretsolve.system.files import make_folder, writing
+from fretsolve.system.files import make_folder, require_ending, writing
 from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:  # matplotlib may be missing
@@ -77,22 +77,15 @@ def _targets(target: str | None, kinds: Sequence[PictureKind], result: Path) -> 
         return [out / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
     if len(kinds) > 1:
         raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder", (), out)
-    require_format(out, kinds[0].name, kinds[0].formats)
+    require_ending(out, kinds[0].name, *(f".{name}" for name in kinds[0].formats))
     return [out]
-
-
-def require_format(path: Path, what: str, formats: Sequence[str]) -> None:
-    """Raise CaseError if a name does not end on one of `formats`; what: the picture."""
-    if _format(path) not in formats:
-        allowed = ", ".join(f".{name}" for name in formats)
-        raise CaseError(f"no name for {what}; one that ends on {allowed} is needed", (), path)
 
 
 def picture_format(path: Path) -> str:
     """Return the format of a still picture by its name. Raises CaseError if the name has none."""
     from fretsolve.plots.kinds import STILL
 
-    require_format(path, "a picture", STILL)
+    require_ending(path, "a picture", *(f".{name}" for name in STILL))
     return _format(path)
 
 
@@ -116,11 +109,9 @@ def _write_page(result: Result, kinds: Sequence[PictureKind], selection: Selecti
             entries.append(PageEntry(kind, file_format, kind.content(result, selection, file_format)))
         except PictureError as error:
             entries.append(PageEntry(kind, reason=str(error)))
-    for entry in entries:
-        if entry.reason:
-            print(f"left out: {entry.kind.name}: {entry.reason}")
+            print(f"left out: {kind.name}: {error}")
         else:
-            write_picture(folder / f"{entry.kind.name}.{entry.file_format}", entry.content)
+            write_picture(folder / f"{kind.name}.{file_format}", entries[-1].content)
     write_picture(folder / "index.html", html_page(result, entries).encode())
 
 
