@@ -1,4 +1,4 @@
-"""The models of a case file: all that it states, in mm, N, MPa, rad."""
+"""Validate a case file by pydantic models of all its keys, in mm, N, MPa, rad."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from .source import CaseSource, Place
 from .surface_specs import Surfaces
 
 FEWEST_POINTS = 16
-"""Per side, with error bars: the coarse runs have half of them."""
+"""Fewest points per side with error bars, since the coarse runs have half of them."""
 
 SINGLE_TOLERANCE = 1e-4
-"""The default in single precision."""
+"""Default tolerance in single precision."""
 
 LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""

@@ -71,7 +71,7 @@ def translated(
 
 
 class _Reader:
-    """Sees errors against what the user wrote and what could have been written."""
+    """Read errors beside the data that the user wrote and the schema of what is allowed."""
 
     def __init__(self, data: Any, schema: Mapping[str, Any]):
         self._data = data

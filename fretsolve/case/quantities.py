@@ -1,8 +1,7 @@
 """Quantities with units: read by pint, kept as plain floats in mm, N, MPa, rad (and s).
 
-A bare number is in these units already. pint and its registry are loaded only when an uncommon unit is met, and the
-registry holds the few units that a contact problem needs instead of pint's full file, which takes fifty times
-as long to load and would read "5 oil_bbl" as a volume.
+A bare number is in these units already. pint is loaded only for an uncommon unit. Its registry holds the few units that
+a contact problem needs: pint's full file takes fifty times as long to load and would read "5 oil_bbl" as a volume.
 """
 
 from __future__ import annotations

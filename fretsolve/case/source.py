@@ -1,4 +1,4 @@
-"""The YAML text of a case: plain values, and the line on which each key stands.
+"""Read the YAML text of a case into plain values, and note the line of each key.
 
 Scalars follow YAML 1.2's core schema rather than PyYAML's 1.1: ``1e-6`` is a number, ``yes`` and ``on`` are
 text, ``010`` is ten and ``1:30`` is text.
@@ -48,7 +48,7 @@ _Loader.add_implicit_resolver(
 
 @dataclass(frozen=True)
 class Place:
-    """Where a value stands: the line of its key, and the places of what it contains."""
+    """The line of a key, and the places of the values inside."""
 
     line: int
     inside: dict[str | int, Place] = field(default_factory=dict)
@@ -118,10 +118,7 @@ class CaseSource:
 
 @dataclass(frozen=True)
 class Parsed:
-    """Plain values (dict, list, str, int, float, bool, None) of a YAML text, their places, and those it cannot hold.
-
-    The keys of the flaws are relative to the text.
-    """
+    """Plain values (dict, list, str, int, float, bool, None) of a YAML text, their places, and what cannot be used."""
 
     value: Any
     place: Place
@@ -200,7 +197,7 @@ def _syntax_error(error: yaml.MarkedYAMLError) -> CaseError:
 
 @dataclass(frozen=True)
 class _Built:
-    """A node's value and what it contains; size and depth count what aliases repeat."""
+    """The value of a node and the places inside; size and depth count each repetition by an alias."""
 
     value: Any
     inside: dict[str | int, Place] = field(default_factory=dict)
@@ -209,7 +206,7 @@ class _Built:
 
 
 class _Builder:
-    """Turns YAML nodes into plain values; what an alias repeats is built once."""
+    """Turn YAML nodes into plain values; a node that aliases repeat is built once."""
 
     def __init__(self) -> None:
         self.flaws: list[CaseError] = []

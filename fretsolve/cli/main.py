@@ -1,7 +1,6 @@
-"""The command line: the options of each command. It computes nothing.
+"""Read the options of each command and call its function in `fretsolve.commands`, which has parameters of these names.
 
-Only click is imported here; what a command needs is imported when it is called. Exit codes: 0 done, 1 a check
-missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written, 70 a bug, 75 stopped by a signal.
+Only click is imported here; what a command needs is imported when it is called.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class CommandLine(click.Group):
-    """A group whose commands return their exit code, and whose errors are printed on one line each."""
+    """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
 
     def main(
         self,
@@ -71,7 +71,7 @@ def _exit_code(command: Callable[[], int | None]) -> int:
 
 
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
-    """Add the option `-o`; its value goes to the parameter `name`."""
+    """Return the option `-o`, whose value goes to the parameter `name`."""
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
@@ -88,5 +88,5 @@ quiet_option = click.option(
 
 
 def overwrite_option(what: str) -> Callable[[Command], Command]:
-    """Add the option `--overwrite`; what: what it replaces."""
+    """Return the option `--overwrite`; what: the thing that it replaces."""
     return click.option("--overwrite", is_flag=True, help=f"Replace {what} that exists.")

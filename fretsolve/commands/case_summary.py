@@ -1,4 +1,4 @@
-"""Lines that describe a case, for `run` and `validate`."""
+"""Describe a case in lines of text, for `run` and `validate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``fretsolve check``: solve cases in memory and compare with what they expect."""
+"""Carry out ``fretsolve check``: solve cases in memory and compare with the values that they expect."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "o
 
 @dataclass(frozen=True)
 class Comparison:
-    """An expectation and the value found at the end of its stage (1-based); None if the run did not get there."""
+    """An expected value, and the value found at the end of its stage (1-based); None if the run ended before."""
 
     expected: Expectation
     stage: int
@@ -87,7 +87,7 @@ class CheckedCase:
 
     @property
     def exit_code(self) -> int:
-        """The exit code of the error, or whether a value is outside its tolerance."""
+        """That of the error, else 1 if a value is outside its tolerance."""
         if self.error is not None:
             return self.error.exit_code
         return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED
@@ -111,7 +111,7 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
 
 
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
-    """Solve a case as far as it has a solution, and compare with what it expects."""
+    """Solve a case as far as it has a solution, and compare with the values that it expects."""
     summaries: list[Summary] = []
     try:
         case = load_case(path, overrides)

@@ -1,4 +1,4 @@
-"""What `fretsolve run` prints: text, JSON, or warnings alone. Errors are printed by the command line, always."""
+"""Print the messages of `fretsolve run`: text, JSON, or warnings alone. The command line prints the errors."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 
 MOST_STAGES_SHOWN = 30
-"""The table of a run with more stages is left to `fretsolve show`."""
+"""A run with more stages prints no table; `fretsolve show` does."""
 
 
 class QuietMessages:
-    """Print what makes the result `out` doubtful, and nothing else. resume: the run goes on with that result."""
+    """Print warnings, and nothing else. out: the result; resume: the run goes on with that result."""
 
     def __init__(self, setup: ProblemSetup, out: Path, threads: int, resume: bool):
         self.setup, self.out, self.threads, self.resume = setup, out, threads, resume

@@ -1,4 +1,4 @@
-"""``fretsolve new`` and ``fretsolve schema``: help to write a case."""
+"""Carry out ``fretsolve new`` and ``fretsolve schema``, which help to write a case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``fretsolve run``: solve a case into a result file that survives whatever ends the run."""
+"""Carry out ``fretsolve run``: solve a case and save each increment at once, whatever ends the run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def run_case(
     threads: int = 1,
     **shown: bool,
 ) -> int:
-    """Solve, save and report. Return the exit code 0 or 75; the errors raised stand for the other codes.
+    """Solve a case, save it and report. Return the exit code 0 or 75; errors that are raised have the others.
 
     out: None for the case's name with .h5; shown: what to print, see `run_messages`.
     """
