@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +15,7 @@ from .models import Case
 from .problems import CaseErrors, translated
 from .quantities import shown
 from .schema import model_schema
-from .source import CaseSource, Override, Parsed, Place, parse, read_text
+from .source import CaseSource, Override, Place, parse, read_text
 
 File = TypeVar("File", bound=BaseModel)
 
@@ -111,12 +111,21 @@ def _present_key(key: KeyPath, data: Any) -> KeyPath:
 
 
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
-    key, parsed = split_override(text)
+    """Return data and source with one override. Raises `CaseError`, which names the override."""
+    origin = Override((), text).origin
+    name, equals, value_text = text.partition("=")
+    parts = name.strip().split(".")
+    if not equals or not all(parts):
+        raise CaseError("KEY=VALUE is needed, such as grid.points=64", (), origin)
+    key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)
     try:
+        parsed = parse(value_text)
+        if parsed.value is None and not parsed.flaws:
+            raise CaseError("no value is given; KEY=VALUE is needed, such as grid.points=64")
         key = _present_key(key, data)
-    except LookupError as error:
-        raise CaseError(str(error.args[0]), key, Override((), text).origin) from None
-    source = CaseSource(source.path, source.text, source.root, (*source.overrides, Override(key, text)))
+    except (CaseError, LookupError) as error:
+        raise CaseError(str(error.args[0]), key, origin) from None
+    source = replace(source, overrides=(*source.overrides, Override(key, text)))
     if parsed.flaws:
         raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
     try:
@@ -140,23 +149,6 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
         once = list({str(problem): problem for problem in in_order}.values())
         raise once[0] if len(once) == 1 else CaseErrors(once)
     return read
-
-
-def split_override(text: str) -> tuple[KeyPath, Parsed]:
-    """Split ``KEY=VALUE`` and parse the value. Raises `CaseError`, which names the override, if it has another form."""
-    origin = Override((), text).origin
-    name, equals, value_text = text.partition("=")
-    parts = name.strip().split(".")
-    if not equals or not all(parts):
-        raise CaseError("KEY=VALUE is needed, such as grid.points=64", (), origin)
-    key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)
-    try:
-        parsed = parse(value_text)
-    except CaseError as error:
-        raise CaseError(error.message, key, origin) from None
-    if parsed.value is None and not parsed.flaws:
-        raise CaseError("no value is given; KEY=VALUE is needed, such as grid.points=64", key, origin)
-    return key, parsed
 
 
 def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:

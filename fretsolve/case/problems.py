@@ -98,7 +98,7 @@ class _Reader:
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
             return f"{value} has the wrong number of entries; {self._length(key)} needed"
         if kind == "missing":
-            return f"missing; needed is {self._description(key)}"
+            return f"missing; needed: {self._description(key)}"
         if kind == "extra_forbidden":
             return self._unknown(str(key[-1]), self._keys(key[:-1]))
         if kind == "literal_error":

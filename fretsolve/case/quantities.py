@@ -138,7 +138,7 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
 
 def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:
     bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
-    return QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")
+    return QuantityError(f"{shown(value)} is too small or too large; a value between {bounds} is needed")
 
 
 def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:

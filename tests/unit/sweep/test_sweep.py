@@ -142,7 +142,7 @@ def read_back(text: str) -> object:
         ),
         (
             "case: case.yaml\naxes:\n  - friction: {from: 1, to: 2}",
-            r"sweep.yaml:3: axes.0.friction.count: missing; needed is how many",
+            r"sweep.yaml:3: axes.0.friction.count: missing; needed: how many",
         ),
         (
             "case: case.yaml\naxes:\n  - load_path.0.P: {from: 1 N, to: 2 kN, count: 3}",
