@@ -28,7 +28,7 @@ from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
 from marked import data_file, write_csv
 
 import fretsolve
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.result.state import State
 from fretsolve.setup.accuracy import QUANTITIES, Verdict, percent, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up

@@ -23,7 +23,7 @@ from calibration_truth import (
     torsion,
 )
 
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import full_slip_torque

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import fretsolve
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 

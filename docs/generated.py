@@ -21,8 +21,8 @@ from typing import Any
 
 import click
 
-from fretsolve.case import case_schema
 from fretsolve.case.quantities import UNIT_NOTE
+from fretsolve.case.schema import case_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
 from fretsolve.result.layout import ERRORS, FIELDS, HISTORY, Quantity

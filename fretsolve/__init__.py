@@ -8,7 +8,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _PUBLIC = {
-    "load_case": "fretsolve.case",
+    "load_case": "fretsolve.case.loading",
     "run": "fretsolve.simulation.simulation",
     "run_with_error_bars": "fretsolve.simulation.error_bars",
     "open_result": "fretsolve.result",

@@ -99,8 +99,8 @@ class BusyError(FileError):
 
 
 def dotted(key: KeyPath) -> str:
-    """``("load_path", 0, "P")`` as ``load_path.0.P``, the form that ``--set`` takes."""
-    return ".".join(str(part) for part in key)
+    """Return ``("load_path", 0, "P")`` as ``load_path.0.P``, the form that ``--set`` takes, on one line."""
+    return ".".join(str(part) if str(part).isprintable() else repr(part) for part in key)
 
 
 def located(message: str, key: KeyPath, file: Path | str | None, line: int | None) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from fretsolve import run
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import State

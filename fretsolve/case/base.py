@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from .quantities import LENGTH, InUnits, refused, shown
-
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
-
-    from ..errors import KeyPath
+from ..errors import KeyPath
+from .dimensions import LENGTH
+from .quantities import InUnits, refused, shown
 
 
 class CaseModel(BaseModel):
-    """A mapping of the case file: immutable, and without other keys than its own."""
+    """A mapping of the case file. It cannot be changed, and other keys than its own are refused."""
 
     # Only `Case` builds a validator at import; those of its parts are built if they are used alone.
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
@@ -32,15 +28,13 @@ class Repeated:
     count: int
 
     def expand(self, value: object) -> object:
-        """Return the value as a list; None, which `Auto` gives, stays None."""
+        """Return the value as a list; None, which `auto` stands for, stays None."""
         return value if value is None or isinstance(value, list | tuple) else (value,) * self.count
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self.expand, handler(source))
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         inner = handler(schema)
         array = next(node for node in inner.get("anyOf", [inner]) if node.get("type") == "array")
         one = array["prefixItems"][0] if "prefixItems" in array else array["items"]
@@ -48,32 +42,44 @@ class Repeated:
 
 
 @dataclass(frozen=True)
-class Auto:
-    """Annotation of an optional value: in the file, None is written ``auto``. example: of another value."""
+class Named:
+    """Annotation of a value that a word may stand for. refusal: the message for other words, without the value."""
 
-    example: str
+    words: Mapping[str, float | None] = field(hash=False)
+    refusal: str
 
     def read(self, value: object) -> object:
-        """Return None for ``auto`` and any other value as it is."""
-        if isinstance(value, str) and value != "auto" and not any(map(str.isdigit, value)):
-            raise refused(f"{shown(value)} is not allowed; auto or a value such as {self.example} is needed")
-        return None if value == "auto" else value
+        """Return what a word stands for, and any other value as it is."""
+        if isinstance(value, str) and value in self.words:
+            return self.words[value]
+        if isinstance(value, str) and not any(map(str.isdigit, value)):
+            raise refused(f"{shown(value)} {self.refusal} is needed")
+        return value
 
     def write(self, value: object) -> object:
-        """Return ``auto`` for None and any other value as it is."""
-        return "auto" if value is None else value
+        """Return the word for None, and any other value as it is."""
+        return value if value is not None else next(word for word, meant in self.words.items() if meant is None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(
-            self.read,
-            handler(source),
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write),
-        )
+        writer = core_schema.plain_serializer_function_ser_schema(self.write)
+        return core_schema.no_info_before_validator_function(self.read, handler(source), serialization=writer)
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"anyOf": [{"const": "auto"}, handler(schema)]}
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        inner = handler(schema)
+        words = {"enum": list(self.words)} if len(self.words) > 1 else {"const": next(iter(self.words))}
+        return {"anyOf": [words, *inner.get("anyOf", [inner])]}
+
+
+def auto(example: str) -> Named:
+    """Return the annotation of an optional value: in the file, None is written ``auto``. example: another value."""
+    return Named({"auto": None}, f"is not allowed; auto or a value such as {example}")
+
+
+def require_either(model: CaseModel, one: str, other: str) -> None:
+    """Refuse a mapping that gives neither or both of two keys."""
+    given = sum(getattr(model, key) is not None for key in (one, other))
+    if given != 1:
+        raise refused(f"either {one} or {other} is needed; {'both are' if given else 'neither is'} given")
 
 
 def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from fretsolve.case.load_components import PAIRS
-
 from ..errors import KeyPath
-from .base import Auto, CaseModel, Count, Length, refused_at
-from .quantities import ANGLE, FORCE, MOMENT, InUnits, refused, shown
+from .base import CaseModel, Count, Length, auto, refused_at
+from .dimensions import ANGLE, FORCE, MOMENT
+from .load_components import PAIRS
+from .quantities import InUnits, refused, shown
 
 LARGEST_STAGE_COUNT = 100_000
 
@@ -45,7 +46,7 @@ class StageSpec(CaseModel):
     delta_y: Length | None = Field(default=None, description="rigid displacement along y", examples=["1.5 um"])
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
-    increments: Annotated[Count | None, Auto("10")] = Field(
+    increments: Annotated[Count | None, auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
     spacing: Literal["equal", "graded"] | None = Field(
@@ -116,7 +117,7 @@ class Stage:
     spacing: Literal["equal", "graded"] | None = None
 
 
-def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
+def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
     """Return the stages in the order in which they are run."""
     return tuple(
         Stage(number, key, stage.targets, stage.increments, stage.spacing)
@@ -124,12 +125,10 @@ def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
     )
 
 
-def stage_count(load_path: tuple[StageSpec | CycleSpec, ...]) -> int:
-    """Return how many stages `unrolled` gives."""
-    return sum(
-        step.cycle.times * stage_count(step.cycle.stages) if isinstance(step, CycleSpec) else 1
-        for step in load_path
-    )
+def stage_count(load_path: Any) -> int:
+    """Return the number of stages of a load path, validated or as written in the file."""
+    cycles = map(_cycle, load_path if isinstance(load_path, list | tuple) else ())
+    return sum(1 if cycle is None else stage_count(cycle[0]) * cycle[1] for cycle in cycles)
 
 
 def stage_key(load_path: Any, number: str | int) -> KeyPath:
@@ -137,40 +136,32 @@ def stage_key(load_path: Any, number: str | int) -> KeyPath:
 
     All repetitions of a stage in a cycle stand in one place. Raises LookupError if there is no such stage.
     """
-    found = _stage_key(load_path, number, ("load_path",)) if isinstance(number, int) and number >= 1 else 0
-    if isinstance(found, int):
-        count = _written_count(load_path)
+    count = stage_count(load_path)
+    if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
         raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
-    return found
+    return next(islice(_walk(load_path, ("load_path",)), number - 1, None))[0]
 
 
-def _stage_key(steps: Any, number: int, parent: KeyPath) -> KeyPath | int:
-    """Return the place of the stage, or how many stages are left to count behind `steps`."""
-    for index, step in enumerate(steps if isinstance(steps, list) else ()):
-        cycle = step.get("cycle") if isinstance(step, dict) else None
-        if isinstance(cycle, dict):
-            stages, key = cycle.get("stages"), (*parent, index, "cycle", "stages")
-            count, times = _written_count(stages), cycle.get("times")
-            repeated = count * times if isinstance(times, int) else count
-            if number <= repeated:
-                return _stage_key(stages, (number - 1) % count + 1, key)
-            number -= repeated
-        elif number == 1:
-            return (*parent, index)
+def _walk(steps: Any, parent: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+    """Yield the place of each stage in turn, and the stage, from steps that are validated or as written."""
+    for index, step in enumerate(steps if isinstance(steps, list | tuple) else ()):
+        key, cycle = (*parent, index), _cycle(step)
+        if cycle is None:
+            yield key, step
         else:
-            number -= 1
-    return number
+            for _ in range(cycle[1] if cycle[0] else 0):
+                yield from _walk(cycle[0], (*key, "cycle", "stages"))
 
 
-def _written_count(steps: Any) -> int:
-    """Return the number of stages of a load path that has not been validated."""
-    count = 0
-    for step in steps if isinstance(steps, list) else ():
-        cycle = step.get("cycle") if isinstance(step, dict) else None
-        times = cycle.get("times") if isinstance(cycle, dict) else 1
-        inner = _written_count(cycle.get("stages")) if isinstance(cycle, dict) else 1
-        count += inner * (times if isinstance(times, int) else 1)
-    return count
+def _cycle(step: Any) -> tuple[Any, int] | None:
+    """Return the stages of a cycle and how often they are run; None for a stage."""
+    if isinstance(step, CycleSpec):
+        return step.cycle.stages, step.cycle.times
+    cycle = step.get("cycle") if isinstance(step, dict) else None
+    if not isinstance(cycle, dict):
+        return None
+    times = cycle.get("times")
+    return cycle.get("stages"), times if isinstance(times, int) else 1
 
 
 def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
@@ -182,13 +173,3 @@ def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage
     if first.P is None and first.delta_z is None:
         refused_at([(key, "the first stage presses nothing together; P or delta_z is needed in it")])
     return load_path
-
-
-def _walk(steps: tuple[StageSpec | CycleSpec, ...], parent: KeyPath) -> Iterator[tuple[KeyPath, StageSpec]]:
-    for index, step in enumerate(steps):
-        key = (*parent, index)
-        if isinstance(step, StageSpec):
-            yield key, step
-        else:
-            for _ in range(step.cycle.times):
-                yield from _walk(step.cycle.stages, (*key, "cycle", "stages"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +15,7 @@ from .models import Case
 from .problems import CaseErrors, translated
 from .quantities import shown
 from .schema import model_schema
-from .source import CaseSource, Override, Parsed, Place, YamlSyntaxError, case_error, parse, read_text
+from .source import CaseSource, Override, Place, parse, read_text
 
 File = TypeVar("File", bound=BaseModel)
 
@@ -57,9 +57,11 @@ class CaseText:
 
     def case(self, overrides: Sequence[str] = ()) -> Case:
         """Return the case with `overrides` (see `load_case`). Raises `CaseError`."""
-        self.require_mapping(_needed_keys())
+        self.require_mapping([key for key, field in Case.model_fields.items() if field.is_required() or key == "grid"])
         text = self.overridden(overrides)
-        return _validated(text.data, text.source, text.problems)
+        case = validated(Case, text.data, text.source, text.problems)
+        case._source = text.source
+        return case
 
 
 def read_case(path: str | Path) -> CaseText:
@@ -68,9 +70,9 @@ def read_case(path: str | Path) -> CaseText:
     text = read_text(path)
     try:
         parsed = parse(text)
-    except YamlSyntaxError as error:
-        raise CaseError(str(error), (), path, error.line) from None
-    problems = tuple(case_error(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws)
+    except CaseError as error:
+        raise CaseError(error.message, (), path, error.line) from None
+    problems = tuple(CaseError(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws)
     data, place = _renamed(parsed.value, parsed.place)
     return CaseText(data, CaseSource(path, text, place), problems)
 
@@ -83,10 +85,6 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     line each), `FileError` if the file cannot be read.
     """
     return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
-
-
-def _needed_keys() -> list[str]:
-    return [name for name, field in Case.model_fields.items() if field.is_required() or name == "grid"]
 
 
 def _renamed(data: Any, place: Place) -> tuple[Any, Place]:
@@ -113,24 +111,27 @@ def _present_key(key: KeyPath, data: Any) -> KeyPath:
 
 
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
-    key, parsed = split_override(text)
+    """Return data and source with one override. Raises `CaseError`, which names the override."""
+    origin = Override((), text).origin
+    name, equals, value_text = text.partition("=")
+    parts = name.strip().split(".")
+    if not equals or not all(parts):
+        raise CaseError("KEY=VALUE is needed, such as grid.points=64", (), origin)
+    key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)
     try:
+        parsed = parse(value_text)
+        if parsed.value is None and not parsed.flaws:
+            raise CaseError("no value is given; KEY=VALUE is needed, such as grid.points=64")
         key = _present_key(key, data)
-    except LookupError as error:
-        raise case_error(str(error.args[0]), key, Override((), text).origin) from None
-    source = CaseSource(source.path, source.text, source.root, (*source.overrides, Override(key, text)))
+    except (CaseError, LookupError) as error:
+        raise CaseError(str(error.args[0]), key, origin) from None
+    source = replace(source, overrides=(*source.overrides, Override(key, text)))
     if parsed.flaws:
         raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
     try:
         return replaced(data, key, parsed.value), source
     except LookupError as error:
         raise source.problem(str(error.args[0]), key) from None
-
-
-def _validated(data: Any, source: CaseSource, problems: Sequence[CaseError]) -> Case:
-    case = validated(Case, data, source, problems)
-    case._source = source
-    return case
 
 
 def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:
@@ -148,23 +149,6 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
         once = list({str(problem): problem for problem in in_order}.values())
         raise once[0] if len(once) == 1 else CaseErrors(once)
     return read
-
-
-def split_override(text: str) -> tuple[KeyPath, Parsed]:
-    """Split ``KEY=VALUE`` and parse the value. Raises `CaseError`, which names the override, if it has another form."""
-    origin = Override((), text).origin
-    name, equals, value_text = text.partition("=")
-    parts = name.strip().split(".")
-    if not equals or not all(parts):
-        raise case_error("KEY=VALUE is needed, such as grid.points=64", (), origin)
-    key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)
-    try:
-        parsed = parse(value_text)
-    except YamlSyntaxError as error:
-        raise case_error(str(error), key, origin) from None
-    if parsed.value is None and not parsed.flaws:
-        raise case_error("no value is given; KEY=VALUE is needed, such as grid.points=64", key, origin)
-    return key, parsed
 
 
 def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:

@@ -1,30 +1,41 @@
-"""The models of a case file: all that it states, in mm, N, MPa, rad."""
+"""Validate a case file by pydantic models of all its keys, in mm, N, MPa, rad."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, StrictBool, ValidationError, ValidationInfo, field_validator, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    PrivateAttr,
+    StrictBool,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
-from .base import Auto, CaseModel, Count, Position, PositiveLength, Repeated, refused_at
-from .expectations import Expectation
+from .base import CaseModel, Count, Named, Position, PositiveLength, Repeated, auto, refused_at, require_either
+from .dimensions import HISTORY_DIMENSIONS, NUMBER, PRESSURE
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
-from .quantities import NUMBER, PRESSURE, InUnits, refused, shown
+from .problems import nearest
+from .quantities import TEXT_PATTERN, InUnits, refused, shown
 from .source import CaseSource, Place
 from .surface_specs import Surfaces
 
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
-
 FEWEST_POINTS = 16
-"""Per side, with error bars: the coarse runs have half of them."""
+"""Fewest points per side with error bars, since the coarse runs have half of them."""
 
 SINGLE_TOLERANCE = 1e-4
-"""The default in single precision."""
+"""Default tolerance in single precision."""
 
 LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
@@ -43,39 +54,17 @@ class ElasticBody(CaseModel):
     )
 
 
-class RigidBody(CaseModel):
-    """A body that does not deform."""
+def _require_body(value: object) -> object:
+    if value == "rigid" or isinstance(value, dict | ElasticBody):
+        return value
+    raise refused(f"{shown(value)} is not a body; rigid or {{young_modulus: 200 GPa, poisson_ratio: 0.3}} is needed")
 
 
-class _FromFile:
-    """Annotation of a body: ``rigid``, or the mapping of an elastic one."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_wrap_validator_function(
-            self._read,
-            handler.generate_schema(ElasticBody),
-            serialization=core_schema.plain_serializer_function_ser_schema(self._write),
-        )
-
-    def _read(self, value: Any, elastic: core_schema.ValidatorFunctionWrapHandler) -> ElasticBody | RigidBody:
-        if value == "rigid" or isinstance(value, RigidBody):
-            return RigidBody()
-        if not isinstance(value, dict | ElasticBody):
-            needed = "rigid or {young_modulus: 200 GPa, poisson_ratio: 0.3}"
-            raise refused(f"{shown(value)} is not a body; {needed} is needed")
-        body: ElasticBody = elastic(value)
-        return body
-
-    def _write(self, body: ElasticBody | RigidBody) -> object:
-        return "rigid" if isinstance(body, RigidBody) else body.model_dump(mode="json")
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"anyOf": [{"const": "rigid"}, handler(schema)]}
-
-
-Body = Annotated[ElasticBody | RigidBody, _FromFile()]
+Body = Annotated[
+    Annotated[Literal["rigid"], Tag("(rigid)")] | Annotated[ElasticBody, Tag("(elastic)")],
+    Discriminator(lambda value: "(rigid)" if value == "rigid" else "(elastic)"),
+    BeforeValidator(_require_body),
+]
 
 
 class GridSpec(CaseModel):
@@ -86,7 +75,7 @@ class GridSpec(CaseModel):
         description="cells per side, or [nx, ny], such as 128; or solver.accuracy, which picks them",
         examples=[128, [128, 96]],
     )
-    size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), Auto("10 mm")] = Field(
+    size: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2), auto("10 mm")] = Field(
         default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
     )
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre", examples=[["0.1 mm", 0]])
@@ -105,9 +94,7 @@ class FrictionSpec(CaseModel):
         return value if isinstance(value, dict | list | FrictionSpec) else {"coefficient": value}
 
     @classmethod
-    def __get_pydantic_json_schema__(
-        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         mapping = handler(schema)
         return {"anyOf": [handler.resolve_ref_schema(mapping)["properties"]["coefficient"], mapping]}
 
@@ -115,36 +102,17 @@ class FrictionSpec(CaseModel):
 LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
 """The accuracy that each name stands for."""
 
-SHARE = InUnits(NUMBER, least=1e-4, most=0.2)
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Annotation of an optional float: in the file, a share such as ``1 %``, or the name of a level."""
-
-    def read(self, value: object) -> object:
-        """Return the share that a number or a level stands for."""
-        if isinstance(value, str) and value in LEVELS:
-            return LEVELS[value]
-        if isinstance(value, str) and not any(map(str.isdigit, value)):
-            names = ", ".join(LEVELS)
-            raise refused(f"{shown(value)} is not allowed; {names} or a number such as 1 % is needed")
-        return value if value is None else SHARE.read(value)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self.read, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        share = SHARE.__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [{"enum": list(LEVELS)}, *share["anyOf"]]}
-
-
 class SolverSpec(CaseModel):
     """Accuracy, tolerance and limits of the solver."""
 
-    accuracy: Annotated[float | None, Accuracy()] = Field(
+    accuracy: (
+        Annotated[
+            float,
+            InUnits(NUMBER, least=1e-4, most=0.2),
+            Named(LEVELS, f"is not allowed; {', '.join(LEVELS)} or a number such as 1 %"),
+        ]
+        | None
+    ) = Field(
         default=None,
         description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
         " points, automatic increments and tolerance unless they are given, and error bars, which tell if it is met",
@@ -198,6 +166,53 @@ class OutputSpec(CaseModel):
         return names
 
 
+def _known_quantity(name: str) -> str:
+    if name not in HISTORY_DIMENSIONS:
+        raise refused(f"{shown(name)} is not a quantity of the history; {nearest(name, HISTORY_DIMENSIONS)}")
+    return name
+
+
+_ANY_QUANTITY = WithJsonSchema(
+    {"anyOf": [{"type": "number"}, {"type": "string", "pattern": TEXT_PATTERN, "examples": ["0.1398 mm"]}]}
+)
+
+
+class Expectation(CaseModel):
+    """A scalar of the history, the value expected of it, and how far off it may be."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rel"]}, {"required": ["abs"]}]})
+
+    quantity: Annotated[
+        str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
+    ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
+    value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
+    rel: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
+        default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
+    )
+    abs: Annotated[float, _ANY_QUANTITY] | None = Field(
+        default=None, description="largest deviation, such as 0.001 mm", examples=["0.001 mm"]
+    )
+    stage: Count | None = Field(
+        default=None, description="stage at whose end to compare, from 1; the last by default", examples=[2]
+    )
+
+    @field_validator("value", "abs", mode="before")
+    @classmethod
+    def _of_the_quantity(cls, value: Any, info: ValidationInfo) -> Any:
+        dimension = HISTORY_DIMENSIONS.get(info.data.get("quantity", ""))
+        if dimension is None:
+            return 0.0  # the quantity itself is refused
+        least = 0.0 if info.field_name == "abs" else None
+        return InUnits(dimension, least=least).read(value)
+
+    @model_validator(mode="after")
+    def _one_tolerance(self) -> Self:
+        require_either(self, "rel", "abs")
+        if self.rel is not None and self.value == 0:
+            raise refused("rel says nothing about a value of 0; abs is needed")
+        return self
+
+
 class Case(CaseModel):
     """Case file of fretsolve. A bare number is in mm, N, MPa, rad."""
 
@@ -221,7 +236,7 @@ class Case(CaseModel):
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
         " tangential (also ux from qy, uy from qx), full (also between p and q), auto (those that the case needs)",
     )
-    load_path: tuple[LoadStep, ...] = Field(
+    load_path: Annotated[tuple[LoadStep, ...], AfterValidator(check_load_path)] = Field(
         min_length=1,
         description="the stages, a list: each moves what it names to a new total",
         examples=[[{"P": "400 N"}, {"Qx": "36 N", "increments": 10}]],
@@ -259,14 +274,9 @@ class Case(CaseModel):
     @field_validator("bodies")
     @classmethod
     def _one_deforms(cls, bodies: tuple[Body, Body]) -> tuple[Body, Body]:
-        if all(isinstance(body, RigidBody) for body in bodies):
+        if all(body == "rigid" for body in bodies):
             raise refused("both bodies are rigid; at least one must be elastic")
         return bodies
-
-    @field_validator("load_path")
-    @classmethod
-    def _runnable(cls, load_path: tuple[LoadStep, ...]) -> tuple[LoadStep, ...]:
-        return check_load_path(load_path)
 
     @model_validator(mode="after")
     def _enough_points(self) -> Self:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from ..errors import CaseError, KeyPath
 from .quantities import UNIT_NOTE, shown
-
-if TYPE_CHECKING:
-    from pydantic import ValidationError
-    from pydantic_core import ErrorDetails
-
-    from .source import CaseSource
+from .source import CaseSource
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a plural
@@ -73,7 +71,7 @@ def translated(
 
 
 class _Reader:
-    """Sees errors against what the user wrote and what could have been written."""
+    """Read errors beside the data that the user wrote and the schema of what is allowed."""
 
     def __init__(self, data: Any, schema: Mapping[str, Any]):
         self._data = data
@@ -94,17 +92,17 @@ class _Reader:
 
     def message(self, key: KeyPath, details: ErrorDetails) -> str:
         """Return the text of the error: what is wrong, the value, what would be right."""
-        kind, limits, value = details["type"], details.get("ctx", {}), shown(self._value(key))
+        kind, limits, value = details["type"], details.get("ctx", {}), shown(details["input"])
         if kind == "refused":
             return str(limits["message"])
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
             return f"{value} has the wrong number of entries; {self._length(key)} needed"
         if kind == "missing":
-            return f"missing; needed is {self._description(key)}"
+            return f"missing; needed: {self._description(key)}"
         if kind == "extra_forbidden":
             return self._unknown(str(key[-1]), self._keys(key[:-1]))
         if kind == "literal_error":
-            return f"{value} is not allowed; {nearest(str(self._value(key)), _quoted(limits['expected']))}"
+            return f"{value} is not allowed; {nearest(str(details['input']), _quoted(limits['expected']))}"
         if kind == "greater_than_equal":
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -121,14 +119,6 @@ class _Reader:
     def meant(self, key: KeyPath) -> str | None:
         """Return the key that the unknown `key` was probably meant to be."""
         return _meant(str(key[-1]), self._keys(key[:-1]))
-
-    def _value(self, key: KeyPath) -> Any:
-        value = self._data
-        for part in key:
-            if not isinstance(value, dict | list) or (isinstance(value, dict) and part not in value):
-                return None
-            value = value[part]  # type: ignore[index]
-        return value
 
     def _keys(self, key: KeyPath) -> list[str]:
         return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))

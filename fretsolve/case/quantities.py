@@ -1,25 +1,27 @@
 """Quantities with units: read by pint, kept as plain floats in mm, N, MPa, rad (and s).
 
-A bare number is in these units already. pint and its registry are loaded only when an uncommon unit is met, and the
-registry holds the few units that a contact problem needs instead of pint's full file, which takes fifty times
-as long to load and would read "5 oil_bbl" as a volume.
+A bare number is in these units already. pint is loaded only for an uncommon unit. Its registry holds the few units that
+a contact problem needs: pint's full file takes fifty times as long to load and would read "5 oil_bbl" as a volume.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import operator
 import re
 import reprlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from .dimensions import ANGLE, DIMENSIONS, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, Dimension
 
 if TYPE_CHECKING:
     import pint
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
 
 _DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -59,46 +61,13 @@ _LONGEST = 100
 UNIT_NOTE = "; a bare number is in "
 """In the JSON Schema, between a key's description and its unit."""
 
-
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
-"""In internal units; products of a few such numbers have room in double precision. Forces and moments below it are
-none; moduli, and lengths that cannot be 0, are refused."""
+"""In internal units; products of a few such numbers have room in double precision. Smaller forces and moments count
+as 0; smaller moduli, and smaller lengths that cannot be 0, are refused."""
 
 
 class QuantityError(ValueError):
     """Text or a number that is not the quantity needed; the text says what would be."""
-
-
-@dataclass(frozen=True)
-class Dimension:
-    """A physical dimension: its name in messages, its internal unit, and how users write a value."""
-
-    noun: str
-    unit: str
-    example: str
-
-    @property
-    def wanted(self) -> str:
-        """The noun with an example, as in ``a force such as '400 N'``."""
-        return f"{self.noun} such as {self.example!r}"
-
-    def shown(self, value: float) -> str:
-        """Return a value in internal units as users read it."""
-        if self is ANGLE:
-            return f"{math.degrees(value):g} deg"
-        return f"{value:g} {self.unit}".rstrip()
-
-
-LENGTH = Dimension("a length", "mm", "10 mm")
-AREA = Dimension("an area", "mm^2", "0.28 mm^2")
-FORCE = Dimension("a force", "N", "400 N")
-MOMENT = Dimension("a moment", "N*mm", "5 N*mm")
-ENERGY = Dimension("an energy", "N*mm", "0.014 N*mm")
-PRESSURE = Dimension("a pressure", "MPa", "200 GPa")
-ANGLE = Dimension("an angle", "rad", "0.1 deg")
-TIME = Dimension("a time", "s", "2 s")
-NUMBER = Dimension("a number", "", "0.1")
-_KNOWN = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, ANGLE, TIME, NUMBER)
 
 
 COMMON_FACTORS = {
@@ -141,7 +110,7 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
     try:
         return float(one.to(dimension.unit or "dimensionless").magnitude)
     except pint.DimensionalityError:
-        found = next((d for d in _KNOWN if one.is_compatible_with(d.unit or "dimensionless")), None)
+        found = next((d for d in DIMENSIONS if one.is_compatible_with(d.unit or "dimensionless")), None)
         kind = found.noun if found else f"a quantity in {unit}"
         raise QuantityError(f"is {kind}; {dimension.wanted} is needed") from None
 
@@ -169,33 +138,40 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
 
 def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:
     bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
-    return QuantityError(f"{shown(value)} is beyond what is computed with; between {bounds} is needed")
+    return QuantityError(f"{shown(value)} is too small or too large; a value between {bounds} is needed")
 
 
 def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if _is_number(value):
         return float(value)
-    if not isinstance(value, str):
-        raise QuantityError(f"is not {dimension.wanted}")
-    match = _QUANTITY.match(value) if len(value) <= _LONGEST else None
-    if match is None or not value.strip():
-        hint = " (the decimal separator is a point)" if re.search(r"\d,\d", value) else ""
-        raise QuantityError(f"is not {dimension.wanted}{hint}")
+    match = _match(value)
+    if match is None or not match[0].strip():
+        comma = isinstance(value, str) and re.search(r"\d,\d", value)
+        raise QuantityError(f"is not {dimension.wanted}{' (the decimal separator is a point)' if comma else ''}")
     number, unit = match.groups()
     if number is None and not bare_unit:
         raise QuantityError(f"has no number; {dimension.wanted} is needed")
     return float(number or 1.0) * (_unit_factor(unit, dimension) if unit else 1.0)
 
 
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _match(value: object) -> re.Match[str] | None:
+    """Match a text with the groups number and unit, each of which may be missing."""
+    return _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+
+
 def split_quantity(value: object) -> tuple[float, str]:
     """Split a number with or without a unit into number and unit. Raises `QuantityError`."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    match = _match(value)
+    if _is_number(value):
         number, unit = float(value), ""
+    elif match is not None and match[1] is not None:
+        number, unit = float(match[1]), match[2] or ""
     else:
-        match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
-        if match is None or match.group(1) is None:
-            raise QuantityError(f"{shown(value)} is not a number with a unit or without, such as '400 N' or 0.1")
-        number, unit = float(match.group(1)), match.group(2) or ""
+        raise QuantityError(f"{shown(value)} is not a number with a unit or without, such as '400 N' or 0.1")
     if not math.isfinite(number):
         raise QuantityError(f"{shown(value)} is not finite; a number such as 0.1 is needed")
     return number, unit
@@ -236,50 +212,32 @@ class InUnits:
                 raise _out_of_bounds(value, self.dimension)
         except QuantityError as error:
             raise refused(str(error)) from None
-        inside = (
-            (self.above is None or number > self.above)
-            and (self.least is None or number >= self.least)
-            and (self.below is None or number < self.below)
-            and (self.most is None or number <= self.most)
-            and not (self.nonzero and number == 0)
-        )
-        if not inside:
-            raise refused(f"{shown(value)} is out of range; {self.dimension.noun} {self._range()} is needed")
+        if not all(holds(number, bound) for _, _, holds, bound in self._bounds()):
+            needed = " and ".join(f"{sign} {self.dimension.shown(bound)}" for sign, _, _, bound in self._bounds())
+            raise refused(f"{shown(value)} is out of range; {self.dimension.noun} {needed} is needed")
         return number
 
-    def _range(self) -> str:
+    def _bounds(self) -> list[tuple[str, str, Callable[[float, float], bool], float]]:
+        """Return the bounds: sign, keyword of the JSON Schema, operator, value."""
         bounds = [
-            (">", self.above),
-            (">=", self.least),
-            ("<", self.below),
-            ("<=", self.most),
-            ("!=", 0.0 if self.nonzero else None),
+            (">", "exclusiveMinimum", operator.gt, self.above),
+            (">=", "minimum", operator.ge, self.least),
+            ("<", "exclusiveMaximum", operator.lt, self.below),
+            ("<=", "maximum", operator.le, self.most),
+            ("!=", "not", operator.ne, 0.0 if self.nonzero else None),
         ]
-        return " and ".join(
-            f"{sign} {self.dimension.shown(bound)}" for sign, bound in bounds if bound is not None
-        )
+        return [(sign, keyword, holds, bound) for sign, keyword, holds, bound in bounds if bound is not None]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self.read, handler(source))
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        number: JsonSchemaValue = {"type": "number"}
-        bounds = {
-            "exclusiveMinimum": self.above,
-            "minimum": self.least,
-            "exclusiveMaximum": self.below,
-            "maximum": self.most,
-        }
-        number |= {name: bound for name, bound in bounds.items() if bound is not None}
-        if self.nonzero:
-            number["not"] = {"const": 0}
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        number: dict[str, Any] = {"type": "number"}
+        number |= {keyword: {"const": 0} if keyword == "not" else bound for _, keyword, _, bound in self._bounds()}
         if self.dimension.unit:
             number["description"] = f"in {self.dimension.unit}"
         pattern = {} if self.bare_unit else {"pattern": TEXT_PATTERN}
-        text = {"type": "string", **pattern, "examples": [self.dimension.example]}
-        return {"anyOf": [number, text]}
+        return {"anyOf": [number, {"type": "string", **pattern, "examples": [self.dimension.example]}]}
 
 
 def refused(message: str) -> PydanticCustomError:

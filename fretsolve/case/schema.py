@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core.core_schema import ModelFieldsSchema, ModelSchema, NullableSchema, WithDefaultSchema
 
 from .models import Case
 from .quantities import UNIT_NOTE
@@ -20,12 +22,37 @@ def case_schema() -> dict[str, Any]:
 
 def model_schema(model: type[BaseModel]) -> dict[str, Any]:
     """Return the schema of a file that `model` reads."""
-    schema: dict[str, Any] = _tidied(model.model_json_schema())
-    return schema
+    return model.model_json_schema(schema_generator=_FileSchema)
+
+
+class _FileSchema(GenerateJsonSchema):
+    """Draws schemas without what only Python knows: titles of classes and fields, and None."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+    def model_schema(self, schema: ModelSchema) -> dict[str, Any]:
+        return {name: value for name, value in super().model_schema(schema).items() if name != "title"}
+
+    def nullable_schema(self, schema: NullableSchema) -> dict[str, Any]:
+        return self.generate_inner(schema["schema"])  # a case file leaves the key out instead
+
+    def default_schema(self, schema: WithDefaultSchema) -> dict[str, Any]:
+        node = super().default_schema(schema)
+        default = node.pop("default", None)
+        if isinstance(default, dict):
+            default = {name: value for name, value in default.items() if value is not None}
+        if default is None and {"const": "auto"} in node.get("anyOf", ()):
+            default = "auto"
+        return node if default is None else {**node, "default": default}
+
+    def model_fields_schema(self, schema: ModelFieldsSchema) -> dict[str, Any]:
+        node = super().model_fields_schema(schema)
+        return {**node, "properties": {key: _told(child) for key, child in node["properties"].items()}}
 
 
 def _told(node: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a key with unit and examples, which stand deeper within, where editors show them."""
+    """Return the schema of a key with the unit and the examples of its parts, where editors show them."""
     found = list(_nodes(node))
     meanings = [inner.get("description", "") for inner in found]
     units = [text.removeprefix("in ") for text in meanings if text.startswith("in ")]
@@ -52,39 +79,3 @@ def _nodes(node: Any) -> Iterator[dict[str, Any]]:
     for name in ("anyOf", "oneOf", "prefixItems"):
         for inner in node.get(name, ()):
             yield from _nodes(inner)
-
-
-def _tidied(node: Any) -> Any:
-    """Return `node` without what only Python knows: titles of classes and fields, and None."""
-    if isinstance(node, list):
-        return [_tidied(item) for item in node]
-    if not isinstance(node, dict):
-        return node
-    tidy = {name: _tidied_keyword(name, value) for name, value in node.items() if name != "title"}
-    if "default" in tidy and tidy["default"] is None:
-        del tidy["default"]
-        if {"const": "auto"} in tidy.get("anyOf", ()):
-            tidy["default"] = "auto"
-    if isinstance(tidy.get("default"), dict):
-        tidy["default"] = {name: value for name, value in tidy["default"].items() if value is not None}
-    if "anyOf" in tidy:
-        return _without_null(tidy)
-    return tidy
-
-
-def _tidied_keyword(name: str, value: Any) -> Any:
-    if name == "properties":  # here the keys are names of the user's
-        return {key: _told(_tidied(child)) for key, child in value.items()}
-    if name == "$defs":  # and here of models
-        return {key: _tidied(child) for key, child in value.items()}
-    if name in ("examples", "default"):
-        return value
-    return _tidied(value)
-
-
-def _without_null(node: dict[str, Any]) -> dict[str, Any]:
-    """Return `node` without the alternative null; a case file leaves the key out instead."""
-    alternatives = [alternative for alternative in node["anyOf"] if alternative != {"type": "null"}]
-    if len(alternatives) > 1 or "description" in alternatives[0]:
-        return {**node, "anyOf": alternatives}
-    return {**alternatives[0], **{name: value for name, value in node.items() if name != "anyOf"}}

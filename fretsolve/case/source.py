@@ -1,4 +1,4 @@
-"""The YAML text of a case: plain values, and the line on which each key stands.
+"""Read the YAML text of a case into plain values, and note the line of each key.
 
 Scalars follow YAML 1.2's core schema rather than PyYAML's 1.1: ``1e-6`` is a number, ``yes`` and ``on`` are
 text, ``010`` is ten and ``1:30`` is text.
@@ -48,7 +48,7 @@ _Loader.add_implicit_resolver(
 
 @dataclass(frozen=True)
 class Place:
-    """Where a value stands: the line of its key, and the places of what it contains."""
+    """The line of a key, and the places of the values inside."""
 
     line: int
     inside: dict[str | int, Place] = field(default_factory=dict)
@@ -103,11 +103,11 @@ class CaseSource:
         """Return the error of the value at `key`, with its file and line, or with the override that gave it."""
         override = self._override(key)
         if override is not None:
-            return case_error(message, key, override.origin)
+            return CaseError(message, key, override.origin)
         key = self._as_written(key)
         within = [o.origin for o in self.overrides if key and o.key[: len(key)] == key]
         message += f" (with {', '.join(within)})" if within else ""
-        return case_error(message, key, self.path, self.locate(key))
+        return CaseError(message, key, self.path, self.locate(key))
 
     def _override(self, key: KeyPath) -> Override | None:
         matching = (
@@ -117,35 +117,12 @@ class CaseSource:
 
 
 @dataclass(frozen=True)
-class Flaw:
-    """A fault of the YAML at a key (relative to the parsed text)."""
-
-    key: KeyPath
-    line: int
-    message: str
-
-
-@dataclass(frozen=True)
 class Parsed:
-    """Plain values (dict, list, str, int, float, bool, None) of a YAML text, their places, and its flaws."""
+    """Plain values (dict, list, str, int, float, bool, None) of a YAML text, their places, and what cannot be used."""
 
     value: Any
     place: Place
-    flaws: tuple[Flaw, ...]
-
-
-class YamlSyntaxError(ValueError):
-    """The text is not YAML; `line` is 1-based, the message says what is wrong."""
-
-    def __init__(self, line: int, message: str):
-        super().__init__(message)
-        self.line = line
-
-
-def case_error(message: str, key: KeyPath, origin: Path | str, line: int | None = None) -> CaseError:
-    """Return the error at `key` on one line, whatever characters the key holds."""
-    printable = tuple(part if str(part).isprintable() else repr(part) for part in key)
-    return CaseError(message, printable, origin, line)
+    flaws: tuple[CaseError, ...]
 
 
 def read_text(path: Path) -> str:
@@ -167,7 +144,7 @@ def read_text(path: Path) -> str:
 
 
 def parse(text: str) -> Parsed:
-    """Parse YAML. Raises `YamlSyntaxError` if that is impossible; values that cannot be used become flaws."""
+    """Parse YAML. Raises `CaseError` with the line if that is impossible; values that cannot be used become flaws."""
     try:
         _refuse_deep_nesting(text)
         loader = _Loader(text)
@@ -179,9 +156,9 @@ def parse(text: str) -> Parsed:
         raise _syntax_error(error) from None
     except yaml.reader.ReaderError as error:
         line = text.encode()[: error.position].count(b"\n") + 1
-        raise YamlSyntaxError(line, f"the control character #x{error.character:02x} is not allowed") from None
+        raise CaseError(f"the control character #x{error.character:02x} is not allowed", line=line) from None
     except UnicodeEncodeError:
-        raise YamlSyntaxError(1, "the text is not valid Unicode") from None
+        raise CaseError("the text is not valid Unicode", line=1) from None
     if node is None:
         return Parsed(None, Place(1), ())
     builder = _Builder()
@@ -200,10 +177,10 @@ def _refuse_deep_nesting(text: str) -> None:
             depth -= 1
         if depth > _DEEPEST_NESTING:
             line = event.start_mark.line + 1 if event.start_mark is not None else 1
-            raise YamlSyntaxError(line, f"values are nested more than {_DEEPEST_NESTING} levels deep")
+            raise CaseError(f"values are nested more than {_DEEPEST_NESTING} levels deep", line=line)
 
 
-def _syntax_error(error: yaml.MarkedYAMLError) -> YamlSyntaxError:
+def _syntax_error(error: yaml.MarkedYAMLError) -> CaseError:
     mark = error.problem_mark if error.problem_mark is not None else error.context_mark
     line = mark.line + 1 if mark is not None else 1
     message = f"not valid YAML: {error.problem or error.context}"
@@ -215,12 +192,12 @@ def _syntax_error(error: yaml.MarkedYAMLError) -> YamlSyntaxError:
         message += "; indent with spaces"
     if error.problem and "cannot start any token" in error.problem:
         message += "; indent with spaces, not tabs, and quote text that begins with @, ` or %"
-    return YamlSyntaxError(line, " ".join(message.split()))
+    return CaseError(" ".join(message.split()), line=line)
 
 
 @dataclass(frozen=True)
 class _Built:
-    """A node's value and what it contains; size and depth count what aliases repeat."""
+    """The value of a node and the places inside; size and depth count each repetition by an alias."""
 
     value: Any
     inside: dict[str | int, Place] = field(default_factory=dict)
@@ -229,10 +206,10 @@ class _Built:
 
 
 class _Builder:
-    """Turns YAML nodes into plain values; what an alias repeats is built once."""
+    """Turn YAML nodes into plain values; a node that aliases repeat is built once."""
 
     def __init__(self) -> None:
-        self.flaws: list[Flaw] = []
+        self.flaws: list[CaseError] = []
         self._done: dict[int, _Built] = {}
         self._open: set[int] = set()
 
@@ -306,7 +283,7 @@ class _Builder:
         return self._refused(key, line, f"unknown tag {shown(node.tag)}; a value without a tag is needed")
 
     def _refused(self, key: KeyPath, line: int, message: str) -> _Built:
-        self.flaws.append(Flaw(key, line, message))
+        self.flaws.append(CaseError(message, key, line=line))
         return _Built(None)
 
 

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import (
-    BeforeValidator,
     ConfigDict,
     Field,
+    GetPydanticSchema,
     StrictBool,
     ValidationInfo,
     field_validator,
     model_validator,
 )
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import core_schema
 
-from .base import CaseModel, Position, PositiveLength, Radius, Repeated
-from .quantities import ANGLE, LENGTH, InUnits, refused, shown
-
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler
+from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, require_either
+from .dimensions import ANGLE, LENGTH
+from .quantities import InUnits, refused, shown
 
 _HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 
@@ -48,14 +46,6 @@ class EllipsoidSurface(_SurfaceModel):
     )
 
 
-def _axis_angle(value: object) -> object:
-    if value in ("x", "y"):
-        return 0.0 if value == "x" else math.pi / 2
-    if isinstance(value, str) and not any(map(str.isdigit, value)):
-        raise refused(f"{shown(value)} is not an axis; x, y or an angle such as '30 deg' is needed")
-    return value
-
-
 class CylinderSurface(_SurfaceModel):
     """A cylinder lying on the plane: endless, crowned, or of finite length; `axis` is an angle from x."""
 
@@ -64,8 +54,7 @@ class CylinderSurface(_SurfaceModel):
     axis: Annotated[
         float,
         InUnits(ANGLE),
-        BeforeValidator(_axis_angle),
-        Field(json_schema_extra=lambda schema: schema["anyOf"].insert(0, {"enum": ["x", "y"]})),
+        Named({"x": 0.0, "y": math.pi / 2}, "is not an axis; x, y or an angle such as '30 deg'"),
     ] = Field(description="direction of the axis: x, y, or its angle from x", examples=["x", "30 deg"])
     length: PositiveLength | None = Field(
         default=None, description="of the straight part and its rounded ends together"
@@ -111,10 +100,8 @@ class PunchSurface(_SurfaceModel):
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
-        size = self.half_width if self.radius is None else self.radius
-        if size is None or (self.radius is not None and self.half_width is not None):
-            given = "neither is" if size is None else "both are"
-            raise refused(f"either radius or half_width is needed; {given} given")
+        require_either(self, "radius", "half_width")
+        size = self.radius or self.half_width or 0.0
         if self.edge_radius > size:
             message = f"edge_radius ({self.edge_radius:g} mm) is larger than the punch ({size:g} mm)"
             raise refused(f"{message}; a smaller one is needed")
@@ -186,17 +173,15 @@ class SurfaceEntry(CaseModel):
         return surface
 
 
-class FromEntry:
-    """Annotation of a `Surface`: in the file it stands in a mapping of its kind."""
+_FROM_ENTRY = GetPydanticSchema(
+    lambda source, handler: core_schema.no_info_after_validator_function(
+        lambda entry: entry.surface,
+        handler.generate_schema(SurfaceEntry),
+        serialization=core_schema.plain_serializer_function_ser_schema(
+            lambda surface: {surface.kind: surface.model_dump(mode="json")}
+        ),
+    )
+)
+"""A surface stands in the file in a mapping of its kind."""
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_after_validator_function(
-            lambda entry: entry.surface,
-            handler.generate_schema(SurfaceEntry),
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                lambda surface: {surface.kind: surface.model_dump(mode="json")}
-            ),
-        )
-
-
-Surfaces = Annotated[tuple[Annotated[Surface, FromEntry()], ...], Field(min_length=1), Repeated(1)]
+Surfaces = Annotated[tuple[Annotated[Surface, _FROM_ENTRY], ...], Field(min_length=1), Repeated(1)]

@@ -1,15 +1,13 @@
-"""The command line: the options of each command. It computes nothing.
+"""Read the options of each command and call its function in `fretsolve.commands`, which has parameters of these names.
 
-Only click is imported here; what a command needs is imported when it is called. Exit codes: 0 done, 1 a check
-missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written, 70 a bug, 75 stopped by a signal.
+Only click is imported here; what a command needs is imported when it is called.
 """
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -21,9 +19,6 @@ from fretsolve.plots import KINDS
 from fretsolve.system.signals import StopRequest
 from fretsolve.system.threads import available, set_up_numerics
 from fretsolve.templates import TEMPLATES
-
-if TYPE_CHECKING:
-    from fretsolve.study.reference import ReferenceKind
 
 
 @click.group(
@@ -69,46 +64,33 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print the whole history of each increment.")
 @click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
-def run(
-    case: Path,
-    out: Path | None,
-    overrides: tuple[str, ...],
-    error_bars: bool,
-    resume: bool,
-    overwrite: bool,
-    threads: int,
-    quiet: bool,
-    verbose: bool,
-    log_json: bool,
-) -> int:
+def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
     Every completed increment is saved at once. SIGINT (Ctrl-C), SIGTERM and SIGUSR1 stop the run after its
     increment, a second one at once; --resume goes on.
     """
-    if resume and overwrite:
+    if options["resume"] and options["overwrite"]:
         raise click.UsageError("--resume and --overwrite exclude each other.")
-    if quiet + verbose + log_json > 1:
+    if options["quiet"] + options["verbose"] + options["log_json"] > 1:
         raise click.UsageError("only one of -q, -v and --log-json is possible.")
+    if error_bars:
+        overrides = (*overrides, "solver.error_bars=true")
     threads = available(threads)
     with StopRequest() as stop:
-        from fretsolve.commands.messages import RunOptions
         from fretsolve.commands.run import run_case
 
-        if error_bars:
-            overrides = (*overrides, "solver.error_bars=true")
-        options = RunOptions(case, out, overrides, resume, overwrite, threads, quiet, verbose, log_json)
-        return run_case(options, stop)
+        return run_case(overrides=overrides, threads=threads, stop=stop, **options)
 
 
 @main.command()
 @_CASES
 @overrides_option
-def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
+def validate(**options: Any) -> int:
     """Read each CASE and print its values, model, grid, stages, expected results, memory and cost. Solve nothing."""
     from fretsolve.commands.validate import validate_cases
 
-    return validate_cases(cases, overrides)
+    return validate_cases(**options)
 
 
 @main.command()
@@ -117,7 +99,7 @@ def validate(cases: tuple[Path, ...], overrides: tuple[str, ...]) -> int:
     "--junit", type=click.Path(path_type=Path), metavar="FILE.xml", help="Write the outcome as JUnit XML as well."
 )
 @overrides_option
-def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...]) -> int:
+def check(**options: Any) -> int:
     """Solve each CASE in memory and compare with what it expects.
 
     All cases are run. The exit code is that of the worst outcome: a file that cannot be read or written (4), a
@@ -125,7 +107,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     """
     from fretsolve.commands.check import check_cases
 
-    return check_cases(cases, overrides, junit)
+    return check_cases(**options)
 
 
 @main.command()
@@ -157,15 +139,7 @@ def check(cases: tuple[Path, ...], junit: Path | None, overrides: tuple[str, ...
     help="The reference: the finest of the runs, closed forms, or what the case expects.",
 )
 @quiet_option
-def study(
-    case: Path,
-    varied: tuple[str, ...],
-    out: Path | None,
-    overrides: tuple[str, ...],
-    quantities: tuple[str, ...],
-    reference: ReferenceKind,
-    quiet: bool,
-) -> int:
+def study(**options: Any) -> int:
     """Run CASE with all combinations of settings, and print the error and the cost of each.
 
     The runs are kept in OUT, where later studies reuse them. After an interrupt (exit code 75) the same command
@@ -174,7 +148,7 @@ def study(
     with StopRequest() as stop:
         from fretsolve.commands.study import StudyOrder, study_case
 
-        return study_case(StudyOrder(case, out, overrides, varied, quantities, reference, quiet), stop)
+        return study_case(StudyOrder(**options), stop)
 
 
 @main.command()
@@ -221,15 +195,7 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
     "--field", "fields", multiple=True, metavar="NAME", help="The field that map and animate show; may be repeated."
 )
 @click.option("--all", "every_kind", is_flag=True, help="All kinds and a report, index.html, in the folder of -o.")
-def plot(
-    out: Path,
-    kinds: tuple[str, ...],
-    target: str | None,
-    steps: tuple[int, ...],
-    at: tuple[float, float] | None,
-    fields: tuple[str, ...],
-    every_kind: bool,
-) -> int:
+def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
     """Draw the result OUT; it may still be growing.
 
     KIND is one or more of loop (the default), profiles, map, streamlines, slip-angle, stick-history, convergence,
@@ -237,10 +203,9 @@ def plot(
     """
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
-    from fretsolve.commands.plot import PlotOrder, plot_result
+    from fretsolve.commands.plot import plot_result
 
-    folder = target is not None and target.endswith(os.sep)
-    return plot_result(PlotOrder(out, kinds, Path(target) if target else None, folder, steps, at, fields, every_kind))
+    return plot_result(kinds=KINDS if every_kind else kinds, every_kind=every_kind, **options)
 
 
 @main.command()
@@ -258,7 +223,7 @@ def plot(
     help="Export this increment instead of all that have fields; may be repeated.",
 )
 @overwrite_option("files")
-def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, ...], overwrite: bool) -> int:
+def export(**options: Any) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
     OUT may still be growing.
@@ -270,9 +235,9 @@ def export(out: Path, file_format: str, target: Path | None, steps: tuple[int, .
     csv   the history, units in the header, for spreadsheets.
     npz   history and fields, for NumPy.
     """
-    from fretsolve.commands.export import ExportOrder, export_result
+    from fretsolve.commands.export import export_result
 
-    return export_result(ExportOrder(out, file_format, target, steps, overwrite))
+    return export_result(**options)
 
 
 @main.command()

@@ -1,4 +1,4 @@
-"""What all commands share: how they end, and common options.
+"""Common options of the commands, and how every command ends.
 
 Only click is imported here, as in `fretsolve.cli.main`.
 """
@@ -24,7 +24,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class CommandLine(click.Group):
-    """A group whose commands return their exit code, and whose errors are printed on one line each."""
+    """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
 
     def main(
         self,
@@ -70,28 +70,23 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     return code
 
 
-def overrides_option(command: Command) -> Command:
-    """Add the option `--set`."""
-    option = click.option(
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
-    )
-    return option(command)
-
-
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
-    """Add the option `-o`; its value goes to the parameter `name`."""
+    """Return the option `-o`, whose value goes to the parameter `name`."""
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
+overrides_option = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
+)
 quiet_option = click.option(
     "-q", "--quiet", is_flag=True, help="Print only errors and warnings."
 )
 
 
 def overwrite_option(what: str) -> Callable[[Command], Command]:
-    """Add the option `--overwrite`; what: what it replaces."""
+    """Return the option `--overwrite`; what: the thing that it replaces."""
     return click.option("--overwrite", is_flag=True, help=f"Replace {what} that exists.")

@@ -1,7 +1,4 @@
-"""Output that may lose its reader in mid-run, as in ``fretsolve run case.yaml | head``.
-
-The run goes on, and the rest of its lines is dropped.
-"""
+"""Keep a run going when the reader of its output has gone, as in ``fretsolve run case.yaml | head``."""
 
 from __future__ import annotations
 
@@ -16,9 +13,9 @@ from fretsolve.system.files import writing
 
 
 class TolerantStream:
-    """A text stream on top of `stream`; `name` is for messages.
+    """Write to `stream`, and drop what is written once its reader has gone.
 
-    Raises FileError where it cannot be written for another reason than a reader that has gone (a full disk).
+    name: for messages. Raises FileError for other reasons, such as a full disk.
     """
 
     def __init__(self, stream: TextIO, name: str):
@@ -48,7 +45,7 @@ class TolerantStream:
                     raise
 
     def _drop(self) -> None:
-        """Send what is buffered and all that follows to nowhere, so that the interpreter can flush it at its exit."""
+        """Send the buffer and all later output to the null device, so that the interpreter can flush it at its exit."""
         with suppress(OSError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
@@ -67,7 +64,7 @@ def tolerant_streams() -> Iterator[None]:
 
 
 def _fill_closed_descriptors() -> None:
-    """Open closed standard streams on nothing. Else the next file would take the number, and its messages."""
+    """Open closed standard streams on the null device; else the next file would take their number and their output."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)

@@ -1,4 +1,4 @@
-"""The work of each command. In come its options, out goes its exit code; errors are raised.
+"""Carry out each command. In come its options, out goes its exit code; errors are raised.
 
-    run_case(RunOptions(Path("case.yaml"), None, (), False, False, 1, False), stop)
+    run_case(Path("case.yaml"), None, (), stop, overwrite=True)
 """

@@ -1,18 +1,15 @@
-"""Lines that describe a case, for `run` and `validate`."""
+"""Describe a case in lines of text, for `run` and `validate`."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from fretsolve.case import HISTORY_DIMENSIONS
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.model.required_terms import Model
 from fretsolve.setup.accuracy import percent
 from fretsolve.setup.cost_estimate import estimate
-
-if TYPE_CHECKING:
-    from fretsolve.model.required_terms import Model
-    from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_SHOWN = 40
 

@@ -1,4 +1,4 @@
-"""``fretsolve check``: solve cases in memory and compare with what they expect."""
+"""Carry out ``fretsolve check``: solve cases in memory and compare with the values that they expect."""
 
 from __future__ import annotations
 
@@ -6,21 +6,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from fretsolve.case import HISTORY_DIMENSIONS, load_case
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Expectation
 from fretsolve.commands.case_summary import warn
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
+from fretsolve.result.state import Summary
 from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending, writing
-
-if TYPE_CHECKING:
-    from fretsolve.case import Expectation
-    from fretsolve.result.state import Summary
 
 EXIT_MISSED = 1
 
@@ -32,7 +30,7 @@ HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "o
 
 @dataclass(frozen=True)
 class Comparison:
-    """An expectation and the value found at the end of its stage (1-based); None if the run did not get there."""
+    """An expected value, and the value found at the end of its stage (1-based); None if the run ended before."""
 
     expected: Expectation
     stage: int
@@ -89,7 +87,7 @@ class CheckedCase:
 
     @property
     def exit_code(self) -> int:
-        """The exit code of the error, or whether a value is outside its tolerance."""
+        """That of the error, else 1 if a value is outside its tolerance."""
         if self.error is not None:
             return self.error.exit_code
         return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED
@@ -113,7 +111,7 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
 
 
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
-    """Solve a case as far as it has a solution, and compare with what it expects."""
+    """Solve a case as far as it has a solution, and compare with the values that it expects."""
     summaries: list[Summary] = []
     try:
         case = load_case(path, overrides)
@@ -159,44 +157,23 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
     """Write the outcome as JUnit XML, which build servers read: a suite per case, a test per expectation."""
     suites = ElementTree.Element("testsuites", name="fretsolve check")
     for outcome in outcomes:
-        suites.append(_suite(outcome))
+        name = _printable(str(outcome.case))
+        suite = ElementTree.SubElement(suites, "testsuite", name=name, time=f"{outcome.seconds:.3f}")
+        for comparison in outcome.comparisons or (None,):
+            what = f"{comparison.expected.quantity} at stage {comparison.stage}" if comparison else "case"
+            test = ElementTree.SubElement(suite, "testcase", classname=name, name=what)
+            if comparison is None or comparison.found is None:
+                _note(test, "error", str(outcome.error), type(outcome.error).__name__)
+            elif not comparison.ok:
+                _, _, expected, found, deviation, allowed, _ = comparison.cells()
+                message = f"{expected} expected, {found} found: {deviation} off, {allowed} allowed"
+                _note(test, "failure", message, "deviation")
+        counts = {"tests": "testcase", "failures": "*/failure", "errors": "*/error"}
+        suite.attrib |= {key: str(len(suite.findall(tag))) for key, tag in counts.items()}
     ElementTree.indent(suites)
     text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
     with writing(path):
         path.write_text(text + "\n", encoding="utf-8")
-
-
-def _suite(outcome: CheckedCase) -> ElementTree.Element:
-    name = _printable(str(outcome.case))
-    tests = [_test(name, comparison, outcome) for comparison in outcome.comparisons]
-    if not tests:
-        tests = [ElementTree.Element("testcase", classname=name, name="case")]
-        _note(tests[0], "error", str(outcome.error), type(outcome.error).__name__)
-    counts = {
-        "tests": len(tests),
-        "failures": sum(test.find("failure") is not None for test in tests),
-        "errors": sum(test.find("error") is not None for test in tests),
-    }
-    suite = ElementTree.Element("testsuite", name=name, time=f"{outcome.seconds:.3f}")
-    suite.attrib |= {key: str(count) for key, count in counts.items()}
-    suite.extend(tests)
-    return suite
-
-
-def _test(case: str, comparison: Comparison, outcome: CheckedCase) -> ElementTree.Element:
-    name = f"{comparison.expected.quantity} at stage {comparison.stage}"
-    test = ElementTree.Element("testcase", classname=case, name=name)
-    _, _, expected, found, deviation, allowed, _ = comparison.cells()
-    if comparison.found is None:
-        _note(test, "error", str(outcome.error), type(outcome.error).__name__)
-    elif not comparison.ok:
-        _note(
-            test,
-            "failure",
-            f"{expected} expected, {found} found: {deviation} off, {allowed} allowed",
-            "deviation",
-        )
-    return test
 
 
 def _note(test: ElementTree.Element, tag: str, message: str, kind: str) -> None:

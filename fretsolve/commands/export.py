@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.errors import CaseError
@@ -17,40 +16,32 @@ SUFFIXES = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
 """Ending of the file's name, per format."""
 
 
-@dataclass(frozen=True)
-class ExportOrder:
-    """What the command line asks for.
+def export_result(out: Path, file_format: str, target: Path | None, steps: Sequence[int], overwrite: bool) -> int:
+    """Write the result `out` to `target`, print its name, and return the exit code. Raises CaseError, FileError.
 
-    out: None for the result's name with the format's suffix; steps: none for all; overwrite: replace existing files.
+    target: None for the result's name with the format's ending; steps: none for all; overwrite: replace existing files.
     """
-
-    result: Path
-    file_format: str
-    out: Path | None
-    steps: tuple[int, ...]
-    overwrite: bool
-
-
-def export_result(order: ExportOrder) -> int:
-    """Write the file, print its name, and return the exit code. Raises CaseError, FileError."""
-    if order.steps and order.file_format == "csv":
+    if steps and file_format == "csv":
         raise CaseError("--step has no effect on csv, which holds the history; leave it out")
-    with open_result(order.result) as result:
+    with open_result(out) as result:
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
-        out = order.out or result.path.with_suffix(SUFFIXES[order.file_format])
-        _require_target(out, order, result)
+        target = target or result.path.with_suffix(SUFFIXES[file_format])
+        require_ending(target, file_format, SUFFIXES[file_format])
+        files = (target, points_file(target)) if file_format == "xdmf" else (target,)
+        _require_other(files, result.path)
+        require_free(*files, overwrite=overwrite)
         try:
-            steps = tuple(sorted({stored_step(result, step) for step in order.steps})) or result.steps
+            exported = tuple(sorted({stored_step(result, step) for step in steps})) or result.steps
         except ValueError as error:
             raise CaseError(str(error), (), result.path) from error
-        if order.file_format in ("vtk", "xdmf") and not result.fields:
+        if file_format in ("vtk", "xdmf") and not result.fields:
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
-        with writing(out):
-            warnings = _write(result, order.file_format, steps, out)
+        with writing(target):
+            warnings = _write(result, file_format, exported, target)
     for warning in warnings:
         print(f"{result.path}: warning: {warning}", file=sys.stderr)
-    print(out, flush=True)
+    print(target, flush=True)
     return 0
 
 
@@ -75,12 +66,9 @@ def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) ->
     return ()
 
 
-def _require_target(out: Path, order: ExportOrder, result: Result) -> None:
-    """Raise CaseError if `out` does not end as the format does, or names the result or a file that is to stay."""
-    require_ending(out, order.file_format, SUFFIXES[order.file_format])
-    targets = (out, points_file(out)) if order.file_format == "xdmf" else (out,)
-    for path in targets:
-        same = path.exists() and result.path.exists() and path.samefile(result.path)
-        if same or path.resolve() == result.path.resolve():
+def _require_other(files: Sequence[Path], result: Path) -> None:
+    """Raise CaseError if one of `files` is the result itself."""
+    for path in files:
+        same = path.exists() and result.exists() and path.samefile(result)
+        if same or path.resolve() == result.resolve():
             raise CaseError("would replace the result itself; give another name with -o", (), path)
-    require_free(*targets, overwrite=order.overwrite)

@@ -1,4 +1,4 @@
-"""What `fretsolve run` prints: text, JSON, or warnings alone. Errors are printed by the command line, always."""
+"""Print the messages of `fretsolve run`: text, JSON, or warnings alone. The command line prints the errors."""
 
 from __future__ import annotations
 
@@ -7,62 +7,40 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fretsolve import __version__, kernels
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines, warn
 from fretsolve.commands.progress import json_line, key_value_line, progress_bar
 from fretsolve.errors import dotted
 from fretsolve.export.text_report import print_report
-from fretsolve.result import open_result
-from fretsolve.setup.accuracy import verdict
+from fretsolve.result import HistoryWriter, Result, open_result
+from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.setup.accuracy import Verdict, verdict
 from fretsolve.setup.cost_estimate import disk_problem
+from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 
-if TYPE_CHECKING:
-    from fretsolve.result import HistoryWriter, Result
-    from fretsolve.result.state import Summary, SummaryErrors
-    from fretsolve.setup.problem_setup import ProblemSetup
-
 MOST_STAGES_SHOWN = 30
-"""The table of a run with more stages is left to `fretsolve show`."""
+"""A run with more stages prints no table; `fretsolve show` does."""
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """What the command line asks of `fretsolve run`. out: None for the case's name with .h5."""
+class QuietMessages:
+    """Print warnings, and nothing else. out: the result; resume: the run goes on with that result."""
 
-    case: Path
-    out: Path | None
-    overrides: tuple[str, ...]
-    resume: bool
-    overwrite: bool
-    threads: int
-    quiet: bool
-    verbose: bool = False
-    log_json: bool = False
-
-    @property
-    def output(self) -> Path:
-        """Where the result goes."""
-        return self.out or self.case.with_suffix(".h5")
+    def __init__(self, setup: ProblemSetup, out: Path, threads: int, resume: bool):
+        self.setup, self.out, self.threads, self.resume = setup, out, threads, resume
+        self.source = setup.case.source
+        self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
 
     @property
     def resuming(self) -> str:
         """The command that resumes the run."""
-        out = ["-o", str(self.out)] if self.out else []
-        sets = [word for override in self.overrides for word in ("--set", override)]
-        return shlex.join(["fretsolve", "run", str(self.case), *out, *sets, "--resume"])
-
-
-class QuietMessages:
-    """Print what makes the result doubtful, and nothing else."""
-
-    def __init__(self, setup: ProblemSetup, options: RunOptions):
-        self.setup, self.options = setup, options
-        self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
+        out = [] if self.out == self.source.path.with_suffix(".h5") else ["-o", str(self.out)]
+        sets = [word for override in self.source.overrides for word in ("--set", override.text)]
+        return shlex.join(["fretsolve", "run", str(self.source.path), *out, *sets, "--resume"])
 
     def start(self, writer: HistoryWriter) -> None:
         """Print what is about to be solved, and the warnings of the case."""
@@ -71,7 +49,7 @@ class QuietMessages:
 
     def _warnings(self) -> Iterator[str]:
         yield from case_warnings(self.setup)
-        too_large = None if self.options.resume else disk_problem(self.setup, self.options.output)
+        too_large = None if self.resume else disk_problem(self.setup, self.out)
         if too_large is not None:
             yield f"{dotted(too_large.key)}: {too_large.message}"
 
@@ -95,27 +73,24 @@ class QuietMessages:
 
     def end(self) -> None:
         """Print the outcome and where it is saved."""
-        with open_result(self.options.output) as result:
-            self._report(result)
+        with open_result(self.out) as result:
+            self._report(result, verdict(result.effective_case.get("solver", {}), result.history))
 
-    def _report(self, result: Result) -> None:
-        few_cells = warning_of_result(self.setup, result)
-        if few_cells is not None:
-            self.warn(few_cells)
-        reached = verdict(result.effective_case.get("solver", {}), result.history)
-        if reached is not None and not reached.met:
-            self.warn(str(reached))
+    def _report(self, result: Result, reached: Verdict | None) -> None:
+        for doubt in (warning_of_result(self.setup, result), reached if reached and not reached.met else None):
+            if doubt is not None:
+                self.warn(str(doubt))
 
 
 class TextMessages(QuietMessages):
     """Print lines and a table, and a bar on a terminal."""
 
     def start(self, writer: HistoryWriter) -> None:
-        setup, options = self.setup, self.options
+        setup = self.setup
         if kernels.WHY_NOT:
             print(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}", file=sys.stderr)
-        print(setup.case.title or options.case.name)
-        print(f"result: {options.output}")
+        print(setup.case.title or self.source.path.name)
+        print(f"result: {self.out}")
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
@@ -160,21 +135,21 @@ class TextMessages(QuietMessages):
         }
 
     def already_complete(self, increments: int) -> None:
-        print(f"{self.options.output}: already complete, {increments} increments")
+        print(f"{self.out}: already complete, {increments} increments")
 
     def stopped(self, increments: int) -> None:
         print(
-            f"stopped with {increments} of {self.increments} increments saved; to go on: {self.options.resuming}",
+            f"stopped with {increments} of {self.increments} increments saved; to go on: {self.resuming}",
             file=sys.stderr,
         )
 
-    def _report(self, result: Result) -> None:
+    def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
             print_report(result, heading=False)
-        super()._report(result)
+        super()._report(result, reached)
         if compiling := kernels.compile_seconds():
             print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
-        print(f"{result.status}: {self.options.output}, {result.increments} increments", flush=True)
+        print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
 
 
 class VerboseMessages(TextMessages):
@@ -187,7 +162,7 @@ class VerboseMessages(TextMessages):
         solver = self.setup.case.solver
         compiled = "compiled by numba" if kernels.COMPILED else "NumPy"
         print(
-            f"fretsolve {__version__}, kernels: {compiled}, threads: {self.options.threads},"
+            f"fretsolve {__version__}, kernels: {compiled}, threads: {self.threads},"
             f" tolerance: {solver.tolerance:g}, at most {solver.max_iterations} iterations",
             flush=True,
         )
@@ -209,9 +184,9 @@ class JsonMessages(QuietMessages):
         json_line(
             "start",
             fretsolve_version=__version__,
-            case=str(self.options.case),
+            case=str(self.source.path),
             title=setup.case.title,
-            result=str(self.options.output),
+            result=str(self.out),
             increments=self.increments,
             stages=self.stages,
             done=len(writer.summaries),
@@ -231,24 +206,23 @@ class JsonMessages(QuietMessages):
         json_line("warning", message=text)
 
     def already_complete(self, increments: int) -> None:
-        json_line("end", status="complete", result=str(self.options.output), increments=increments)
+        self._end("complete", increments)
 
     def stopped(self, increments: int) -> None:
-        outcome = {"status": "stopped", "result": str(self.options.output), "increments": increments}
-        json_line("end", **outcome, resume=self.options.resuming)
+        self._end("stopped", increments, resume=self.resuming)
 
-    def _report(self, result: Result) -> None:
-        few_cells = warning_of_result(self.setup, result)
-        if few_cells is not None:
-            self.warn(few_cells)
-        outcome = {"status": result.status, "result": str(self.options.output), "increments": result.increments}
-        reached = verdict(result.effective_case.get("solver", {}), result.history)
+    def _end(self, status: str, increments: int, **more: Any) -> None:
+        json_line("end", status=status, result=str(self.out), increments=increments, **more)
+
+    def _report(self, result: Result, reached: Verdict | None) -> None:
+        super()._report(result, None)
+        outcome: dict[str, Any] = {}
         if reached is not None:
             worst = None if math.isnan(reached.worst) else reached.worst
             outcome["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
         if "failure" in result.attributes:
             outcome["message"] = str(result.attributes["failure"])
-        json_line("end", **outcome, compile_time=kernels.compile_seconds())
+        self._end(result.status, result.increments, **outcome, compile_time=kernels.compile_seconds())
 
 
 def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
@@ -256,10 +230,16 @@ def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
     return vars(summary) | (vars(errors) if errors is not None else {})
 
 
-def run_messages(setup: ProblemSetup, options: RunOptions) -> QuietMessages:
-    """Return the messages that the command line asks for."""
-    if options.log_json:
-        return JsonMessages(setup, options)
-    if options.quiet:
-        return QuietMessages(setup, options)
-    return (VerboseMessages if options.verbose else TextMessages)(setup, options)
+def run_messages(
+    setup: ProblemSetup,
+    out: Path,
+    threads: int,
+    *,
+    resume: bool,
+    quiet: bool = False,
+    verbose: bool = False,
+    log_json: bool = False,
+) -> QuietMessages:
+    """Return the messages that the command line asks for; at most one of the last three."""
+    loud = VerboseMessages if verbose else TextMessages
+    return (JsonMessages if log_json else QuietMessages if quiet else loud)(setup, out, threads, resume)

@@ -1,4 +1,4 @@
-"""``fretsolve new`` and ``fretsolve schema``: help to write a case."""
+"""Carry out ``fretsolve new`` and ``fretsolve schema``, which help to write a case."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _heights() -> str:
 
 def schema_text() -> str:
     """Return the JSON Schema of the case file as indented text."""
-    from fretsolve.case import case_schema  # loads pydantic, which `new` does without
+    from fretsolve.case.schema import case_schema  # loads pydantic, which `new` does without
 
     return json.dumps(case_schema(), indent=2, ensure_ascii=False)
 

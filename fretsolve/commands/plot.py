@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots import KINDS
 from fretsolve.result import Result, open_result
-from fretsolve.system.files import make_folder, writing
+from fretsolve.system.files import make_folder, require_ending, writing
 from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:  # matplotlib may be missing
@@ -19,36 +18,30 @@ if TYPE_CHECKING:  # matplotlib may be missing
 DEFAULT_KIND = "loop"
 
 
-@dataclass(frozen=True)
-class PlotOrder:
-    """What the command line asks for.
+def plot_result(
+    out: Path,
+    kinds: Sequence[str],
+    target: str | None,
+    steps: tuple[int, ...],
+    at: tuple[float, float] | None,
+    fields: tuple[str, ...],
+    every_kind: bool,
+) -> int:
+    """Draw the result `out`, print the names of the pictures, and return the exit code. Raises CaseError, FileError.
 
-    out: a file, a folder or None; to_folder: `out` is meant as a folder; every_kind: all kinds and the page.
+    target: a file or a folder; every_kind: write a page that shows them as well. The rest is for the pictures.
     """
-
-    result: Path
-    kinds: tuple[str, ...]
-    out: Path | None
-    to_folder: bool
-    steps: tuple[int, ...]
-    at: tuple[float, float] | None
-    fields: tuple[str, ...]
-    every_kind: bool
-
-
-def plot_result(order: PlotOrder) -> int:
-    """Write the pictures, print their names, and return the exit code. Raises CaseError, FileError."""
     require_matplotlib()
     from fretsolve.plots.kinds import Selection, kind_of
 
-    selection = Selection(order.steps, order.at, order.fields)
-    kinds = [kind_of(name) for name in (KINDS if order.every_kind else order.kinds or (DEFAULT_KIND,))]
-    _require_used(selection, kinds)
-    with open_result(order.result) as result:
-        if order.every_kind:
-            _write_page(result, kinds, selection, order.out or result.path.with_suffix(".plots"))
+    selection = Selection(steps, at, fields)
+    chosen = [kind_of(name) for name in kinds or (DEFAULT_KIND,)]
+    _require_used(selection, chosen)
+    with open_result(out) as result:
+        if every_kind:
+            _write_page(result, chosen, selection, Path(target) if target else result.path.with_suffix(".plots"))
             return 0
-        for kind, path in zip(kinds, _targets(order, kinds, result.path), strict=True):
+        for kind, path in zip(chosen, _targets(target, chosen, result.path), strict=True):
             try:
                 content = kind.content(result, selection, _format(path))
             except PictureError as error:
@@ -76,31 +69,23 @@ def _require_used(selection: Selection, kinds: Sequence[PictureKind]) -> None:
             raise CaseError(f"{option} has no effect on {names}; leave it out")
 
 
-def _targets(order: PlotOrder, kinds: Sequence[PictureKind], result: Path) -> list[Path]:
-    """Return the file of each kind. Raises CaseError if `-o` does not fit."""
-    out = order.out
-    if out is None or out.is_dir() or order.to_folder or (len(kinds) > 1 and not out.suffix):
-        folder = result.parent if out is None else out
-        make_folder(folder)
-        return [folder / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
+def _targets(target: str | None, kinds: Sequence[PictureKind], result: Path) -> list[Path]:
+    """Return the file of each kind. Raises CaseError if `target` does not fit."""
+    out = Path(target) if target else result.parent
+    if out.is_dir() or (target or "").endswith(os.sep) or (len(kinds) > 1 and not out.suffix):
+        make_folder(out)
+        return [out / f"{result.stem}.{kind.name}.{kind.formats[0]}" for kind in kinds]
     if len(kinds) > 1:
         raise CaseError(f"one file cannot hold {len(kinds)} pictures: name a folder", (), out)
-    require_format(out, kinds[0].name, kinds[0].formats)
+    require_ending(out, kinds[0].name, *(f".{name}" for name in kinds[0].formats))
     return [out]
-
-
-def require_format(path: Path, what: str, formats: Sequence[str]) -> None:
-    """Raise CaseError if a name does not end on one of `formats`; what: the picture."""
-    if _format(path) not in formats:
-        allowed = ", ".join(f".{name}" for name in formats)
-        raise CaseError(f"no name for {what}; one that ends on {allowed} is needed", (), path)
 
 
 def picture_format(path: Path) -> str:
     """Return the format of a still picture by its name. Raises CaseError if the name has none."""
     from fretsolve.plots.kinds import STILL
 
-    require_format(path, "a picture", STILL)
+    require_ending(path, "a picture", *(f".{name}" for name in STILL))
     return _format(path)
 
 
@@ -124,11 +109,9 @@ def _write_page(result: Result, kinds: Sequence[PictureKind], selection: Selecti
             entries.append(PageEntry(kind, file_format, kind.content(result, selection, file_format)))
         except PictureError as error:
             entries.append(PageEntry(kind, reason=str(error)))
-    for entry in entries:
-        if entry.reason:
-            print(f"left out: {entry.kind.name}: {entry.reason}")
+            print(f"left out: {kind.name}: {error}")
         else:
-            write_picture(folder / f"{entry.kind.name}.{entry.file_format}", entry.content)
+            write_picture(folder / f"{kind.name}.{file_format}", entries[-1].content)
     write_picture(folder / "index.html", html_page(result, entries).encode())
 
 

@@ -1,4 +1,4 @@
-"""Ways to show progress: a bar on a terminal, lines of ``key=value``, or lines of JSON."""
+"""Show progress: by a bar on a terminal, lines of ``key=value``, or lines of JSON."""
 
 from __future__ import annotations
 

@@ -1,11 +1,13 @@
-"""``fretsolve run``: solve a case into a result file that survives whatever ends the run."""
+"""Carry out ``fretsolve run``: solve a case and save each increment at once, whatever ends the run."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from fretsolve.case import Case, load_case
-from fretsolve.commands.messages import RunOptions, run_messages
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Case
+from fretsolve.commands.messages import run_messages
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import require_disk, require_memory
@@ -17,20 +19,32 @@ from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 RESULT_ENDINGS = (".h5", ".hdf5")
 
 
-def run_case(options: RunOptions, stop: StopRequest) -> int:
-    """Solve, save and report. Return the exit code 0 or 75; the errors raised stand for the other codes."""
-    case = load_case(options.case, options.overrides)
-    _keep_inputs(options.output, case)
-    require_ending(options.output, "a result", *RESULT_ENDINGS)
-    setup = set_up(case)
+def run_case(
+    case: Path,
+    out: Path | None,
+    overrides: Sequence[str],
+    stop: StopRequest,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    threads: int = 1,
+    **shown: bool,
+) -> int:
+    """Solve a case, save it and report. Return the exit code 0 or 75; errors that are raised have the others.
+
+    out: None for the case's name with .h5; shown: what to print, see `run_messages`.
+    """
+    loaded = load_case(case, overrides)
+    out = out or case.with_suffix(".h5")
+    _keep_inputs(out, loaded)
+    require_ending(out, "a result", *RESULT_ENDINGS)
+    setup = set_up(loaded)
     require_memory(setup)
-    if not options.resume:
-        require_disk(setup, options.output)
-    header = run_header(setup, options.threads, options.overrides)
-    with HistoryWriter.open(
-        options.output, header, resume=options.resume, overwrite=options.overwrite
-    ) as writer:
-        messages = run_messages(setup, options)
+    if not resume:
+        require_disk(setup, out)
+    header = run_header(setup, threads, overrides)
+    with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite) as writer:
+        messages = run_messages(setup, out, threads, resume=resume, **shown)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
             return 0
@@ -41,7 +55,7 @@ def run_case(options: RunOptions, stop: StopRequest) -> int:
                 messages.progress(len(writer.summaries)),
                 Saving(writer, increments, messages.increment, beside=True) as saving,
             ):
-                states = missing_states(setup, writer, options.threads, messages.warn)
+                states = missing_states(setup, writer, threads, messages.warn)
                 while not stop.requested and (state := next(states, None)) is not None:
                     saving.append(state)
         except NoSolutionError:

@@ -1,4 +1,4 @@
-"""``fretsolve validate``: report what a case means before anything is solved."""
+"""Carry out ``fretsolve validate``: print the values, model, grid, stages and cost of a case, and solve nothing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 
 import yaml
 
-from fretsolve.case import HeightsSurface, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.errors import CaseError, FileError, dotted
 from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque
@@ -40,7 +41,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
 
 
 def report(setup: ProblemSetup) -> Iterator[str]:
-    """Yield the lines on one case, section by section."""
+    """Yield the lines of the report on one case."""
     yield f"# {setup.case.source.path}, with all defaults, in mm, N, MPa, rad"
     yield effective_yaml(setup)
     yield "# model"
@@ -77,7 +78,7 @@ class _Dumper(yaml.SafeDumper):
 
 
 def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield Hertz's contact at the largest normal load, where friction gives way there, and the smallest stick zone."""
+    """Yield Hertz's contact at the largest normal load, the loads of gross slip there, and the smallest stick zone."""
     hertz, model, stick = setup.closed_forms.largest, setup.model, setup.closed_forms.smallest_stick()
     if hertz is None:
         return
@@ -103,7 +104,7 @@ def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
 
 
 def punch_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield Boussinesq's flat punch at the largest normal load, and where friction gives way there."""
+    """Yield Boussinesq's flat punch at the largest normal load, and the load of gross slip there."""
     punch, modulus = setup.closed_forms.punch, setup.model.compliances.contact_modulus
     if punch is None:
         return

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case import Case, ElasticBody
+from fretsolve.case.models import Case, ElasticBody
 from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.fftw_wisdom import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.case.quantities import LENGTH, QuantityError, to_internal
+from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.system.arrays import BoolArray, DoubleArray

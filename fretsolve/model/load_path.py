@@ -11,8 +11,8 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from fretsolve.case import Stage
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.case.load_path_spec import Stage
 from fretsolve.model.increment_grading import IncrementGrading, StageGrading
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fretsolve.case import Body, Case, ElasticBody
 from fretsolve.case.load_components import TANGENTIAL
+from fretsolve.case.models import Body, Case, ElasticBody
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.model.terms import Terms
 from fretsolve.reference.tangential import spence_stick_ratio

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.dimensions import HISTORY_QUANTITIES
 from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors, Zone
 
 FORMAT_VERSION = 1
@@ -51,38 +52,10 @@ Y = Quantity("y", "mm", "y of the cell centres")
 
 HISTORY = (
     Quantity("stage", "1", "stage of the load path, counted from 1 with cycles unrolled", "int64"),
-    Quantity("P", "N", "normal force"),
-    Quantity("Mx", "N mm", "moment of the pressure about the x axis, sum of y p dA"),
-    Quantity("My", "N mm", "moment of the pressure about the y axis, sum of x p dA"),
-    Quantity("Qx", "N", "tangential force along x"),
-    Quantity("Qy", "N", "tangential force along y"),
-    Quantity("Mz", "N mm", "torsional moment"),
-    Quantity("delta_z", "mm", "normal approach"),
-    Quantity("delta_x", "mm", "rigid displacement along x"),
-    Quantity("delta_y", "mm", "rigid displacement along y"),
-    Quantity("phi_x", "rad", "rotation about the x axis"),
-    Quantity("phi_y", "rad", "rotation about the y axis"),
-    Quantity("phi_z", "rad", "rotation about the z axis"),
-    Quantity("contact_area", "mm^2", "area of contact"),
-    Quantity("stick_area", "mm^2", "area of the stick zone"),
-    Quantity("contact_radius", "mm", "radius of the circle of the area of contact"),
-    Quantity("stick_radius", "mm", "radius of the circle of the area of the stick zone"),
-    Quantity("contact_cells", "1", "cells in contact", "int64"),
-    Quantity("stick_cells", "1", "cells of the stick zone", "int64"),
-    Quantity("max_pressure", "MPa", "largest pressure"),
-    Quantity("max_shear", "MPa", "largest shear traction"),
-    Quantity("work", "mJ", "energy dissipated in the increment"),
-    Quantity("work_total", "mJ", "energy dissipated since the start"),
-    Quantity("iterations_normal", "1", "iterations of the normal problem", "int64"),
-    Quantity("iterations_tangential", "1", "iterations of the tangential problem", "int64"),
-    Quantity("alternations", "1", "staggered iterations of the normal and the tangential problem", "int64"),
-    Quantity("operator_applications", "1", "applications of an influence operator", "int64"),
-    Quantity("wall_time", "s", "wall-clock time of the increment"),
-    Quantity("residual_gap", "1", "largest gap in contact or penetration outside, over delta_z"),
-    Quantity("residual_stick", "1", "largest slip increment in the stick zone, over the rigid displacement"),
-    Quantity("residual_slip", "rad", "largest angle between shear traction and slip increment, weighted by slip"),
-    Quantity("residual_bound", "1", "largest excess of the shear traction over the friction limit, over its maximum"),
-    Quantity("residual_load", "1", "worst error of an imposed load component, over its scale"),
+    *(
+        Quantity(each.name, each.units or each.dimension.stored, each.meaning, each.dtype)
+        for each in HISTORY_QUANTITIES
+    ),
 )
 
 _MEANINGS = {quantity.name: quantity for quantity in HISTORY}

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from pydantic import ValidationError
 
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.result.header import present_case
 from fretsolve.result.reader import Result
 

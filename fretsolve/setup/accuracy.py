@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case import Case, SolverSpec
+from fretsolve.case.models import Case, SolverSpec
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray, IndexArray

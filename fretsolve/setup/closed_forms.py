@@ -13,8 +13,16 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from fretsolve.case import Case, ConeSurface, CylinderSurface, EllipsoidSurface, PunchSurface, SphereSurface, Surface
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.case.models import Case
+from fretsolve.case.surface_specs import (
+    ConeSurface,
+    CylinderSurface,
+    EllipsoidSurface,
+    PunchSurface,
+    SphereSurface,
+    Surface,
+)
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading

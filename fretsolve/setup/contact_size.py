@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fretsolve.case import Case, ConeSurface, CylinderSurface, EllipsoidSurface, SphereSurface, Surface
+from fretsolve.case.models import Case
+from fretsolve.case.surface_specs import ConeSurface, CylinderSurface, EllipsoidSurface, SphereSurface, Surface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl

@@ -6,8 +6,8 @@ import contextlib
 from dataclasses import dataclass
 from functools import cached_property
 
-from fretsolve.case import Case
 from fretsolve.case.load_components import TANGENTIAL
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath

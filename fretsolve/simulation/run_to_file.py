@@ -15,7 +15,8 @@ from types import TracebackType
 from typing import Protocol
 
 from fretsolve import kernels
-from fretsolve.case import Case, HeightsSurface
+from fretsolve.case.models import Case
+from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fretsolve.case import Case
 from fretsolve.case.load_components import PAIRS
+from fretsolve.case.models import Case
 from fretsolve.elastic.fftw_wisdom import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved

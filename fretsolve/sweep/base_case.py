@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from fretsolve.case import CaseErrors, CaseText, HeightsSurface, read_case
+from fretsolve.case.loading import CaseText, read_case
+from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import Override
+from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.result import RunHeader
 from fretsolve.setup.cost_estimate import Estimate, require_memory

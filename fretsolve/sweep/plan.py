@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretsolve.case import CaseErrors, CaseSource, read_case
-from fretsolve.case.loading import validated
+from fretsolve.case.loading import read_case, validated
+from fretsolve.case.problems import CaseErrors
+from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.problem_setup import ProblemSetup

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fretsolve.case import CaseErrors, CaseSource
+from fretsolve.case.problems import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
-from fretsolve.case.source import YamlSyntaxError, case_error, parse
+from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.sweep.spec import (
     LARGEST_SWEEP,
@@ -69,7 +69,7 @@ class Value:
 
     def problem(self, message: str, inside: KeyPath = ()) -> CaseError:
         """Return the error of this value, or of something `inside` it."""
-        return case_error(message, (*self.key, *inside), self.file, self.line)
+        return CaseError(message, (*self.key, *inside), self.file, self.line)
 
 
 Point = tuple[Value, ...]
@@ -104,7 +104,7 @@ def text_of(value: object) -> str:
         try:
             if parse(value).value == value:
                 return value
-        except YamlSyntaxError:
+        except CaseError:
             pass
     return json.dumps(value, ensure_ascii=False)
 

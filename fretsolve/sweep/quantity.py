@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case import HISTORY_DIMENSIONS
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS, NUMBER, TIME
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
 from fretsolve.case.problems import nearest
-from fretsolve.case.quantities import NUMBER, TIME
 from fretsolve.errors import CaseError
 from fretsolve.result.layout import HISTORY
 from fretsolve.setup.problem_setup import ProblemSetup

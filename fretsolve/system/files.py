@@ -46,4 +46,4 @@ def require_free(
 def require_ending(file: Path, what: str, *endings: str) -> None:
     """Raise CaseError unless the name of `file`, which is to hold `what`, has one of `endings`, such as ``.csv``."""
     if file.suffix.lower() not in endings:
-        raise CaseError(f"no name for {what}; one that ends on {', '.join(endings)} is needed", (), file)
+        raise CaseError(f"not a name for {what}; one ending in {', '.join(endings)} is needed", (), file)

@@ -17,7 +17,8 @@ from command_line import invoke
 from pages import DOCS, ROOT, Block, agree, blocks, links, pages
 
 from fretsolve import load_case
-from fretsolve.case import Case, case_schema
+from fretsolve.case.models import Case
+from fretsolve.case.schema import case_schema
 from fretsolve.result.layout import ERRORS, FIELDS, HISTORY
 
 CASE = {

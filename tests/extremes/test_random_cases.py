@@ -20,7 +20,7 @@ from families.pairs import elastic
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.model.required_terms import derive_model
 from fretsolve.result.state import State

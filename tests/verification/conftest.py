@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fretsolve import load_case, run
-from fretsolve.case import Case
+from fretsolve.case.models import Case
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import State, Summary
 from fretsolve.simulation.simulation import set_up

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretsolve.case import CaseErrors, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.problems import CaseErrors
 from fretsolve.errors import CaseError, FileError
 
 CASE = """\

@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_case_models import FULL
 
-from fretsolve.case import Case, load_case
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 
 relaxed = settings(

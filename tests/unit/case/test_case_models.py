@@ -12,19 +12,17 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretsolve.case import (
-    HISTORY_DIMENSIONS,
-    Case,
+from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.surface_specs import (
     ConeSurface,
     CylinderSurface,
-    ElasticBody,
     EllipsoidSurface,
     HeightsSurface,
     PunchSurface,
-    RigidBody,
     SphereSurface,
     Surface,
-    load_case,
 )
 from fretsolve.result.state import Summary
 
@@ -101,7 +99,7 @@ def test_full_case_in_internal_units(tmp_path: Path) -> None:
 def test_defaults(tmp_path: Path) -> None:
     case = load(tmp_path, MINIMAL)
     assert case.title is None
-    assert case.bodies[1] == RigidBody()
+    assert case.bodies[1] == "rigid"
     assert (case.grid.size, case.grid.center) == (None, (0.0, 0.0))
     assert case.friction.coefficient == 0.0
     assert case.coupling == "auto"

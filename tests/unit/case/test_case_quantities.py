@@ -11,22 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
-from fretsolve.case.quantities import (
-    ANGLE,
-    COMMON_FACTORS,
-    ENERGY,
-    FORCE,
-    LENGTH,
-    MOMENT,
-    NUMBER,
-    PRESSURE,
-    TIME,
-    Dimension,
-    InUnits,
-    QuantityError,
-    shown,
-    to_internal,
-)
+from fretsolve.case.dimensions import ANGLE, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
+from fretsolve.case.quantities import COMMON_FACTORS, InUnits, QuantityError, shown, to_internal
 
 
 @pytest.mark.parametrize(

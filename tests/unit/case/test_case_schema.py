@@ -13,9 +13,10 @@ from test_case_errors import CASE
 from test_case_models import FULL, MINIMAL, ROUND_TRIPS
 
 import fretsolve
-from fretsolve.case import case_schema, load_case
-from fretsolve.case.quantities import _KNOWN as DIMENSIONS
+from fretsolve.case.dimensions import DIMENSIONS
+from fretsolve.case.loading import load_case
 from fretsolve.case.quantities import UNIT_NOTE, to_internal
+from fretsolve.case.schema import case_schema
 from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]
@@ -173,6 +174,6 @@ def test_schema_is_written_for_editors(tmp_path: Path) -> None:
     assert file.read_text() == invoke("schema").stdout
     wrong = invoke("schema", "-o", tmp_path / "case.yaml")
     assert wrong.exit_code == 2
-    assert wrong.stderr == f"{tmp_path}/case.yaml: no name for a JSON Schema; one that ends on .json is needed\n"
+    assert wrong.stderr == f"{tmp_path}/case.yaml: not a name for a JSON Schema; one ending in .json is needed\n"
     missing = invoke("schema", "-o", tmp_path / "none" / "schema.json")
     assert missing.exit_code == 4

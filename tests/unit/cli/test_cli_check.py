@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 from command_line import CASE, invoke, write_case
 
-from fretsolve.case import Expectation
+from fretsolve.case.models import Expectation
 from fretsolve.commands.check import Comparison
 
 EXPECT = CASE[CASE.index("expect:") :]
@@ -123,7 +123,7 @@ def test_junit_file_is_no_case(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     result = invoke("check", case, "--junit", case)
     assert result.exit_code == 2
-    message = "no name for JUnit XML, which replaces what is there; one that ends on .xml is needed"
+    message = "not a name for JUnit XML, which replaces what is there; one ending in .xml is needed"
     assert result.output == f"{case}: {message}\n"
     assert case.read_text() == CASE
 

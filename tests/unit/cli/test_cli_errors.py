@@ -97,7 +97,7 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     folder = invoke("run", case, "-o", tmp_path)
     assert folder.exit_code == 2
-    assert folder.output == f"{tmp_path}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+    assert folder.output == f"{tmp_path}: not a name for a result; one ending in .h5, .hdf5 is needed\n"
     (tmp_path / "folder.h5").mkdir()
     folder = invoke("run", case, "-o", tmp_path / "folder.h5", "--overwrite")
     message = f"{tmp_path}/folder.h5: is a folder; the name of a file is needed\n"
@@ -114,7 +114,7 @@ def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.Monk
         raise ZeroDivisionError("of two\nlines")
 
     monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
-    monkeypatch.setattr("fretsolve.case.case_schema", broken)
+    monkeypatch.setattr("fretsolve.case.schema.case_schema", broken)
     result = invoke("schema")
     assert result.exit_code == 70
     assert result.stderr == (
@@ -129,7 +129,7 @@ def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
     def greedy() -> None:
         raise MemoryError
 
-    monkeypatch.setattr("fretsolve.case.case_schema", greedy)
+    monkeypatch.setattr("fretsolve.case.schema.case_schema", greedy)
     result = invoke("schema")
     assert (result.exit_code, result.output.count("\n")) == (2, 1)
 

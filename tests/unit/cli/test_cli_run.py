@@ -187,7 +187,7 @@ def test_result_has_the_ending_of_hdf5(tmp_path: Path, name: str) -> None:
     for words in ((), ("--overwrite",), ("--resume",)):
         result = invoke("run", write_case(tmp_path), "-o", other, *words)
         assert result.exit_code == 2
-        assert result.output == f"{other}: no name for a result; one that ends on .h5, .hdf5 is needed\n"
+        assert result.output == f"{other}: not a name for a result; one ending in .h5, .hdf5 is needed\n"
     assert other.read_text() == CASE
     assert not (tmp_path / f"{name}.parts").exists()
 

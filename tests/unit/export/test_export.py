@@ -235,8 +235,8 @@ WRONG = {
     ("csv", "--step", "1"): "--step has no effect on csv",
     ("npz", "--step", "9"): "there is no increment 9; there are 0 to 2",
     ("npz", "--step", "-4"): "there is no increment -4; there are 0 to 2",
-    ("vtk", "-o", "x.vtk"): "x.vtk: no name for vtk; one that ends on .pvd is needed",
-    ("csv", "-o", "."): ".: no name for csv; one that ends on .csv is needed",
+    ("vtk", "-o", "x.vtk"): "x.vtk: not a name for vtk; one ending in .pvd is needed",
+    ("csv", "-o", "."): ".: not a name for csv; one ending in .csv is needed",
     ("hdf5",): "'hdf5' is not one of 'vtk', 'xdmf', 'csv', 'npz'",
 }
 

@@ -536,9 +536,9 @@ def test_failed_and_growing_results(results: dict[str, Result], tmp_path: Path) 
 
 
 ERRORS = {
-    ("fretting", "loop", "-o", "x.jpg"): "x.jpg: no name for loop; one that ends on .png, .pdf, .svg is needed",
-    ("fretting", "loop", "-o", "x"): "x: no name for loop; one that ends on .png, .pdf, .svg is needed",
-    ("fretting", "animate", "-o", "x.png"): "no name for animate; one that ends on .gif, .mp4 is needed",
+    ("fretting", "loop", "-o", "x.jpg"): "x.jpg: not a name for loop; one ending in .png, .pdf, .svg is needed",
+    ("fretting", "loop", "-o", "x"): "x: not a name for loop; one ending in .png, .pdf, .svg is needed",
+    ("fretting", "animate", "-o", "x.png"): "not a name for animate; one ending in .gif, .mp4 is needed",
     ("fretting", "loop", "map", "-o", "x.png"): "one file cannot hold 2 pictures: name a folder",
     ("fretting", "loop", "--step", "1"): "--step has no effect on loop; leave it out",
     ("fretting", "map", "--step", "99"): "map: there is no increment 99; there are 0 to 16",

@@ -11,7 +11,7 @@ import pytest
 from command_line import invoke
 from solving import DISSIMILAR, build
 
-from fretsolve.case import load_case
+from fretsolve.case.loading import load_case
 from fretsolve.result import open_result
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.accuracy import QUANTITIES, points_for, refinement, scales, verdict
@@ -149,9 +149,9 @@ def test_without_points_and_accuracy(tmp_path: Path) -> None:
     case = write(tmp_path, "1 %")
     result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}")
     assert result.exit_code == 2
-    assert "grid: missing; needed is grid of the potential contact area" in result.stderr
+    assert "grid: missing; needed: grid of the potential contact area" in result.stderr
     result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}", "--set", "grid.size=1 mm")
-    assert "grid.points: missing; needed is cells per side, or [nx, ny], such as 128; or solver" in result.stderr
+    assert "grid.points: missing; needed: cells per side, or [nx, ny], such as 128; or solver" in result.stderr
     result = invoke("validate", case, "--set", "grid.points=12")
     assert "grid.points: 12 x 12 are too few for error bars" in result.stderr
 

@@ -15,7 +15,6 @@ from fake_states import fake_header, fake_states
 from solving import DISSIMILAR, HERTZ, build
 
 from fretsolve import load_case, open_result
-from fretsolve.commands.messages import RunOptions
 from fretsolve.commands.run import run_case
 from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
@@ -324,8 +323,7 @@ def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
     whole, halves = (tmp_path / name for name in ("whole.h5", "halves.h5"))
     case = write_case(tmp_path, COUPLED)
     assert invoke("run", case, "-q", "--error-bars", "-o", whole).exit_code == 0
-    order = RunOptions(case, halves, ("solver.error_bars=true",), False, False, 1, True)
-    assert run_case(order, StopAfter(3)) == EXIT_STOPPED
+    assert run_case(case, halves, ("solver.error_bars=true",), StopAfter(3), quiet=True) == EXIT_STOPPED
     with open_result(halves) as result:
         assert (result.status, result.increments) == ("stopped", 3)
     assert invoke("run", case, "-q", "--error-bars", "-o", halves, "--resume").exit_code == 0

@@ -22,8 +22,7 @@ from command_line import finish, invoke, start
 from fake_states import fake_header, fake_states
 from sweeping import CASE, SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
-from fretsolve.case import read_case
-from fretsolve.case.loading import validated
+from fretsolve.case.loading import read_case, validated
 from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.lock import RunLock
@@ -144,7 +143,7 @@ def read_back(text: str) -> object:
         ),
         (
             "case: case.yaml\naxes:\n  - friction: {from: 1, to: 2}",
-            r"sweep.yaml:3: axes.0.friction.count: missing; needed is how many",
+            r"sweep.yaml:3: axes.0.friction.count: missing; needed: how many",
         ),
         (
             "case: case.yaml\naxes:\n  - load_path.0.P: {from: 1 N, to: 2 kN, count: 3}",
