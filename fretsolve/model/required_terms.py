@@ -79,9 +79,7 @@ def derive_model(case: Case) -> Model:
     coupled = asked == "full" or (asked == "auto" and matters)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
-    in_plane = has_shear and (
-        asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled))
-    )
+    in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
     reasons: dict[Part, tuple[bool, str]] = {
         "normal problem": (True, "the bodies are pressed together"),
