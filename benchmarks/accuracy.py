@@ -127,7 +127,7 @@ def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
     setup = set_up(case_of(case, solver={"accuracy": level}))
     rows = list(run_with_error_bars(setup))
     history = history_of(rows)
-    reached = verdict(setup.case.solver, history)
+    reached = verdict(vars(setup.case.solver), history)
     assert reached is not None
     ends = np.array(setup.load_path.last_steps)
     error, worst = 0.0 if truth else math.nan, "-"

@@ -82,11 +82,11 @@ def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     hertz, model, stick = setup.closed_forms.largest, setup.model, setup.closed_forms.smallest_stick()
     if hertz is None:
         return
-    contact, (first, second) = hertz.contact, hertz.contact.semi_axes
+    contact, (first, second), modulus = hertz.contact, hertz.contact.semi_axes, hertz.modulus
     size = f"a = {first:.6g} mm" if first == second else f"semi-axes {first:.6g} and {second:.6g} mm"
     yield "\n# Hertz at the largest load"
     yield f"P = {contact.load:.6g} N: {size}, p0 = {contact.max_pressure:.6g} MPa, delta_z = {contact.delta_z:.6g} mm"
-    yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {hertz.strain:.3g}, E* = {hertz.modulus:.6g} MPa"
+    yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {contact.max_pressure / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{cells_across(setup):.1f} cells across the contact"
     limit, circle = model.friction * contact.load, hertz.circle
     if limit:

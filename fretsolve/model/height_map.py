@@ -74,20 +74,17 @@ class HeightMap:
         from scipy.ndimage import map_coordinates
 
         result = np.full((x.size, y.size), np.inf)
-        (u, first_u), (v, first_v) = self._coordinates(x, 0), self._coordinates(y, 1)
-        if u.size == 0 or v.size == 0:
-            return result
+        (u, rows), (v, columns) = self._coordinates(x, 0), self._coordinates(y, 1)
         holes = ~np.isfinite(self.values)
         filled = np.where(holes, 0.0, self.values)
         hole_share = holes.astype(np.float64) if holes.any() else None
-        rows = max(1, CHUNK_POINTS // v.size)
-        for start in range(0, u.size, rows):
-            part = u[start : start + rows]
-            points = np.stack(np.broadcast_arrays(part[:, None], v[None, :]))
+        cells = u.size * v.size
+        for chunk in np.array_split(np.arange(u.size), 1 + cells // CHUNK_POINTS) if cells else ():
+            points = np.stack(np.broadcast_arrays(u[chunk, None], v[None, :]))
             heights = map_coordinates(filled, points, order=1, mode="nearest")
             if hole_share is not None:
                 heights[map_coordinates(hole_share, points, order=1, mode="nearest") > SNAP] = np.inf
-            result[first_u + start : first_u + start + part.size, first_v : first_v + v.size] = heights
+            result[rows, columns][chunk] = heights
         return result
 
     def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
@@ -95,19 +92,16 @@ class HeightMap:
         from scipy.ndimage import binary_erosion
 
         on_map = np.zeros((x.size, y.size), dtype=bool)
-        (u, first_u), (v, first_v) = self._coordinates(x, 0), self._coordinates(y, 1)
-        on_map[first_u : first_u + u.size, first_v : first_v + v.size] = True
+        on_map[self._coordinates(x, 0)[1], self._coordinates(y, 1)[1]] = True
         inner: BoolArray = binary_erosion(on_map, border_value=1)  # beyond the grid counts as on the map
         return on_map & ~inner
 
-    def _coordinates(self, positions: DoubleArray, axis: int) -> tuple[DoubleArray, int]:
-        """Return the `positions` that lie on the map, in spacings from its first point, and the index of the first."""
-        count = self.values.shape[axis]
-        index = positions / self.spacing[axis] + (count - 1) / 2
-        on_map = np.flatnonzero((index >= -SNAP) & (index <= count - 1 + SNAP))
-        if on_map.size == 0:
-            return index[:0], 0
-        return np.clip(index[on_map], 0.0, count - 1), int(on_map[0])
+    def _coordinates(self, positions: DoubleArray, axis: int) -> tuple[DoubleArray, slice]:
+        """Return the `positions` that lie on the map, in spacings from its first point, and which ones they are."""
+        last = self.values.shape[axis] - 1
+        index = positions / self.spacing[axis] + last / 2
+        there = slice(*np.searchsorted(index, [-SNAP, last + SNAP]))
+        return np.clip(index[there], 0.0, last), there
 
 
 def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:

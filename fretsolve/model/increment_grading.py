@@ -1,11 +1,11 @@
 """Increment grading: increments of a stage lie closer together where the edges of contact and stick zone move fast.
 
 The error of an increment comes from the cells that an edge passes during it: cells that begin to touch, slip or stick.
-So the edges are to move by equal parts in each increment. How far they have moved at a share t of the stage is
-estimated before anything is solved. The contact radius grows like P^(1/3) or delta_z^(1/2) (Hertz). The stick radius
-over it falls like (1 - f)^(1/3), where f is the tangential force over that of sliding, or after a reversal half of its
-change over that (Cattaneo, Mindlin). With P alone the contact radius grows by equal parts, and the shear that the edge
-leaves behind between dissimilar bodies has no waves.
+So the edges should move by equal parts in each increment. How far they have moved at a share of the stage is estimated
+before anything is solved. The contact radius grows like P^(1/3) or delta_z^(1/2) (Hertz). The ratio of stick radius to
+contact radius falls like (1 - f)^(1/3) (Cattaneo, Mindlin). Here f is the tangential force over mu P; after a reversal
+it is half of the change of that force over mu P. Under P alone the contact radius grows by equal parts, and the shear
+that the edge leaves behind between dissimilar bodies has no waves.
 
 A cell that has not slipped in an increment counts as sticking, so a growing stick zone is found where it was at the
 start of the increment. The last increments of a stage are therefore smaller and smaller.
@@ -14,17 +14,18 @@ start of the increment. The last increments of a stage are therefore smaller and
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
-from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.reference.tangential import mindlin_stick_ratio
 from fretsolve.system.arrays import DoubleArray
 
-SAMPLES = 400
-"""Shares of a stage at which the edge motion is known, dense towards the ends, where it may be infinitely fast."""
+_EVEN_SHARES = np.linspace(0.0, 1.0, 400)
+SHARES: DoubleArray = _EVEN_SHARES**3 / (_EVEN_SHARES**3 + (1.0 - _EVEN_SHARES) ** 3)
+"""Shares of a stage, ``(n,)``, at which the edge motion is known; dense near the ends, where it may be infinite."""
 
 EVEN = 0.05
 """Edge motion that is added evenly over a stage, so that no increment is long where no edge moves."""
@@ -50,7 +51,7 @@ class StageGrading:
     """How the edges move through a stage.
 
     edge_motion: in all, 1 if a contact or a stick zone arises from nothing or vanishes; reached: the quantity that
-    grows by equal parts in each increment, at the samples, (SAMPLES,); slip_width: width of the slip annulus that a
+    grows by equal parts in each increment, at `SHARES`, ``(n,)``; slip_width: width of the slip annulus that a
     tangential force makes, over the contact radius, 0 if unknown.
     """
 
@@ -60,18 +61,15 @@ class StageGrading:
 
     @classmethod
     def from_moves(cls, moves: DoubleArray, slip_width: float = 0.0) -> StageGrading:
-        """Grade a stage by the edge motion between samples, (SAMPLES - 1,)."""
-        shares = _samples()
+        """Grade a stage by the edge motion from each of `SHARES` to the next, ``(n - 1,)``."""
         motion = np.concatenate([[0.0], np.cumsum(moves)])
-        left = (1.0 + NEAREST) / (1.0 - shares + NEAREST)
+        left = (1.0 + NEAREST) / (1.0 - SHARES + NEAREST)
         end = np.log(left) / np.log((1.0 + NEAREST) / NEAREST)
-        return cls(float(motion[-1]), motion + EVEN * shares + END * end, slip_width)
+        return cls(float(motion[-1]), motion + EVEN * SHARES + END * end, slip_width)
 
     def share(self, part: float) -> float:
         """Return the share of the stage that is done after `part` of its increments."""
-        if part >= 1.0:
-            return 1.0
-        return float(np.interp(part * self.reached[-1], self.reached, _samples()))
+        return 1.0 if part >= 1.0 else float(np.interp(part * self.reached[-1], self.reached, SHARES))
 
 
 @dataclass(frozen=True)
@@ -86,63 +84,50 @@ class _Branch:
     span: float
 
 
-class IncrementGrading:
-    """Grades successive stages, each of which starts at the loads where the one before has ended."""
+def stage_gradings(friction: float, imposed: Sequence[Loads]) -> Iterator[StageGrading]:
+    """Yield the grading of each stage. imposed: the components before the first stage and at the end of each stage.
 
-    def __init__(self, friction: float):
-        self._friction = friction
-        self._branch: _Branch | None = None
-        self._known: dict[object, StageGrading] = {}
+    The grading is even where there is no estimate: where moments or tangential displacements move, or where a
+    component changes between load and displacement control.
+    """
+    branch: _Branch | None = None
+    known: dict[object, StageGrading] = {}
+    for before, after in pairwise(imposed):
+        branch = _next_branch(branch, before, after)
+        key = branch, tuple(before.items()), tuple(after.items())
+        if key not in known:
+            estimated = _estimated(friction, branch, before, after)
+            known[key] = estimated or StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
+        yield known[key]
 
-    def next_stage(self, before: Loads, after: Loads) -> StageGrading:
-        """Grade the stage that leads from the imposed components `before` to `after`.
 
-        The grading is even where there is no estimate: where moments or tangential displacements move, or where a
-        component changes between load and displacement control.
-        """
-        self._branch = _next_branch(self._branch, before, after)
-        key = self._branch, tuple(before.items()), tuple(after.items())
-        if key not in self._known:
-            even = UNKNOWN * np.diff(_samples())
-            self._known[key] = self._estimated(before, after) or StageGrading.from_moves(even)
-        return self._known[key]
-
-    def _estimated(self, before: Loads, after: Loads) -> StageGrading | None:
-        if before.get("P") == 0.0 and "delta_z" in after:
-            before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
-        if before.keys() != after.keys():
-            return None
-        moved = {name for name in after if after[name] != before[name]}
-        if moved - {"P", "delta_z", "Qx", "Qy"}:
-            return None
-        pressed = "P" if "P" in after else "delta_z"
-        under_forces = pressed == "P" and {"Qx", "Qy"} <= after.keys() and self._friction
-        if moved & TANGENTIAL and not under_forces:
-            return None
-        load = _between(before, after, pressed)
-        if load.max() <= 0.0:
-            return None
-        # The edge of the contact.
-        radius = np.maximum(load / load.max(), 0.0) ** (1.0 / 3.0 if pressed == "P" else 0.5)
-        radius = np.maximum(radius, LEAST_RADIUS)
-        moves: DoubleArray = np.abs(np.diff(radius))
-        if pressed == "delta_z" or self._branch is None:
-            return StageGrading.from_moves(moves)
-        # The edge of the stick zone.
-        ratio = self._stick_ratio(self._branch, before, after, load)
-        return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
-
-    def _stick_ratio(self, branch: _Branch, before: Loads, after: Loads, load: DoubleArray) -> DoubleArray:
-        """Return the stick radius over the contact radius."""
-        start_x, start_y = branch.start
-        force = np.hypot(_between(before, after, "Qx") - start_x, _between(before, after, "Qy") - start_y)
-        limit = branch.span * self._friction * load
-        fraction = np.divide(force, limit, out=np.ones_like(force), where=limit > force)
-        return mindlin_stick_ratio(fraction)
+def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Loads) -> StageGrading | None:
+    if before.get("P") == 0.0 and "delta_z" in after:
+        before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
+    pressed = "P" if "P" in after else "delta_z"
+    under_forces = pressed == "P" and {"Qx", "Qy"} <= after.keys() and friction > 0.0
+    may_move = {pressed, "Qx", "Qy"} if under_forces else {pressed}
+    if before.keys() != after.keys() or any(after[name] != before[name] for name in after.keys() - may_move):
+        return None
+    load = _between(before, after, pressed)
+    if load.max() <= 0.0:
+        return None
+    # The edge of the contact.
+    radius = np.maximum(load / load.max(), 0.0) ** (1.0 / 3.0 if pressed == "P" else 0.5)
+    radius = np.maximum(radius, LEAST_RADIUS)
+    moves: DoubleArray = np.abs(np.diff(radius))
+    if pressed == "delta_z" or branch is None:
+        return StageGrading.from_moves(moves)
+    # The edge of the stick zone.
+    start_x, start_y = branch.start
+    force = np.hypot(_between(before, after, "Qx") - start_x, _between(before, after, "Qy") - start_y)
+    limit = branch.span * friction * load
+    ratio = mindlin_stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
+    return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
 
 
 def _between(before: Loads, after: Loads, name: str) -> DoubleArray:
-    return before[name] + (after[name] - before[name]) * _samples()
+    return before[name] + (after[name] - before[name]) * SHARES
 
 
 def _next_branch(branch: _Branch | None, before: Loads, after: Loads) -> _Branch | None:
@@ -161,11 +146,3 @@ def _next_branch(branch: _Branch | None, before: Loads, after: Loads) -> _Branch
     if cosine > 1.0 - STRAIGHT:
         return branch
     return _Branch(start, direction, 2.0 if cosine < STRAIGHT - 1.0 else 1.0)
-
-
-@cache
-def _samples() -> DoubleArray:
-    """Return SAMPLES shares of a stage, from 0 to 1."""
-    even = np.linspace(0.0, 1.0, SAMPLES)
-    shares: DoubleArray = even**3 / (even**3 + (1.0 - even) ** 3)
-    return shares

@@ -8,12 +8,13 @@ value that the contact had at the start of the stage.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 
 from fretsolve.case.load_components import PAIRS, TANGENTIAL
 from fretsolve.case.load_path_spec import Stage
-from fretsolve.model.increment_grading import IncrementGrading, StageGrading
+from fretsolve.model.increment_grading import StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Summary
@@ -79,29 +80,31 @@ class LoadPath:
         self._planned: list[_PlannedStage] = []
         self.path_dependent = False
         self.slip_width = 0.0
-        increment_grading = IncrementGrading(model.friction)
-        before, first = dict(INITIAL), 0
-        moved: set[str] = set()
-        for stage in stages:
-            after = _after(before, stage)
+        imposed = list(accumulate(stages, _after, initial=INITIAL))
+        gradings = stage_gradings(model.friction, imposed)
+        first, moved = 0, set[str]()
+        for stage, (before, after), grading in zip(stages, pairwise(imposed), gradings, strict=True):
             # A tangential component that returns to 0 still counts: shear stays behind.
             moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
             path_dependent = _depends_on_path(stage, moved, model)
             self.path_dependent = self.path_dependent or path_dependent
-            grading = increment_grading.next_stage(before, after)
             if model.has_shear:
                 self.slip_width = max(self.slip_width, grading.slip_width)
-            automatic = _automatic_increments(path_dependent, bool(moved), model, grading.edge_motion * refinement)
+            if path_dependent:
+                motion = grading.edge_motion * refinement
+                automatic = max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * motion - ROUNDING))
+            else:
+                automatic = DRAWN_INCREMENTS if model.has_shear and moved else 1
             count, needed = stage.increments or automatic, automatic if path_dependent else 1
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             chosen = grading if spacing == "graded" else None
             self._planned.append(_PlannedStage(stage, first, count, needed, before, after, chosen))
-            before, first = after, first + count
+            first += count
         self.increments = first
         self.last_steps = tuple(planned.first + planned.increments - 1 for planned in self._planned)
         self.counts = tuple(planned.increments for planned in self._planned)
         self.needed = tuple(planned.needed for planned in self._planned)
-        self.imposed = tuple(dict(planned.after) for planned in self._planned)
+        self.imposed = tuple(imposed[1:])
         self.graded = tuple(planned.grading is not None for planned in self._planned)
 
     def with_counts(self, counts: Sequence[int]) -> LoadPath:
@@ -121,30 +124,21 @@ class LoadPath:
         planned = next(p for p in reversed(self._planned) if p.first <= step)
         start = history[planned.first - 1] if planned.first else None
         part = planned.share(step)
-        values = {
-            name: _between(_start_value(name, planned.before, start), end, part)
-            for name, end in planned.after.items()
-        }
+        values = {}
+        for name, end in planned.after.items():
+            begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
+            values[name] = end if part == 1.0 else begin + (end - begin) * part
         return Increment(step, planned.stage, _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:]))
 
 
-def _automatic_increments(path_dependent: bool, moved: bool, model: Model, edge_motion: float) -> int:
-    """Return how many increments a stage needs. moved: a tangential component has moved up to its end."""
-    if not path_dependent:
-        return DRAWN_INCREMENTS if model.has_shear and moved else 1
-    return max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * edge_motion - ROUNDING))
-
-
-def _depends_on_path(stage: Stage, moved: Collection[str], model: Model) -> bool:
+def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
     """Return whether the slip of a stage depends on how its end is reached.
 
     It does where pressure and shear act on each other, where the pressure changes under shear, and where slip turns,
     under several tangential loads. moved: the tangential components moved up to the end of the stage.
     """
-    if not model.has_shear:
-        return False
     presses = any(name not in TANGENTIAL for name, _ in stage.targets)
-    return model.coupled or len(moved) > 1 or (presses and bool(moved))
+    return model.has_shear and (model.coupled or len(moved) > 1 or (presses and bool(moved)))
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
@@ -155,16 +149,6 @@ def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
         after.pop(partner, None)
         after[name] = value
     return after
-
-
-def _start_value(name: str, before: dict[str, float], start: Summary | None) -> float:
-    if name in before:
-        return before[name]
-    return float(getattr(start, name)) if start is not None else 0.0
-
-
-def _between(start: float, end: float, part: float) -> float:
-    return end if part == 1.0 else start + (end - start) * part
 
 
 def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:

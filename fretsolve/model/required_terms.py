@@ -6,25 +6,21 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fretsolve.case.load_components import TANGENTIAL
-from fretsolve.case.models import Body, Case, ElasticBody
+from fretsolve.case.models import Case, ElasticBody
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.model.terms import Terms
 from fretsolve.reference.tangential import spence_stick_ratio
 
 UNCOUPLED_BELOW = 1e-12
-"""Bodies count as alike below this |Dundurs' constant|: it is the rounding of equal elastic constants."""
+"""Bodies count as alike up to this |Dundurs' constant|, which is the rounding of equal elastic constants."""
 
 LARGEST_COUPLING_CHANGE = 4.0
 """Bound of what the coupling changes in any cell, in units of m max(mu, 1/mu), m = |Dundurs' constant|: the shear over
 the largest friction bound, the pressure over the largest pressure. Measured for a sphere: 1.5 on 24 x 24 cells, 3 on
-64 x 64; the change at the edges, where the fields are steep, grows slowly with the number of cells."""
+64 x 64. The change is largest at the edges, where the fields are steep, and grows slowly with the number of cells."""
 
 Part = Literal[
-    "normal problem",
-    "tangential problem",
-    "ux from qy, uy from qx",
-    "between pressure and shear",
-    "slip and work",
+    "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
 ]
 
 TAKES: dict[Part, str] = {
@@ -53,7 +49,8 @@ class Model:
 
     has_shear: there is a shear traction to solve for; may_slip: slip is possible, under shear or without friction;
     where it is not, slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file;
-    decisions: one per part of the model; warnings: what the case leaves out although it matters.
+    moved: the tangential components that some stage moves away from 0; decisions: one per part of the model; warnings:
+    what the case leaves out although it matters.
     """
 
     compliances: Compliances
@@ -62,30 +59,27 @@ class Model:
     has_shear: bool
     may_slip: bool
     coupling: Literal["none", "tangential", "full"]
+    moved: tuple[str, ...]
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
 
     @property
     def coupled(self) -> bool:
         """Whether pressure and shear change each other. A case may ask for the coupling between equal bodies too."""
-        return self.terms.normal_tangential_coupling and _dissimilar(self.compliances)
+        return self.terms.normal_tangential_coupling and abs(self.compliances.dundurs_constant) > UNCOUPLED_BELOW
 
 
 def derive_model(case: Case) -> Model:
     """Return the model that bodies, friction, loads and ``coupling`` of `case` require."""
-    material = compliances(*(_elastic(body) for body in case.bodies))
+    material = compliances(*(body if isinstance(body, ElasticBody) else None for body in case.bodies))
     friction, asked = case.friction.coefficient, case.coupling
-    moved = _moved_tangentially(case)
-    matters = _dissimilar(material) and not (
-        friction > 0.0 and negligible_coupling(material, friction, case.solver.tolerance)
-    )
+    targets = [target for stage in case.stages() for target in stage.targets]
+    moved = tuple(dict.fromkeys(name for name, value in targets if name in TANGENTIAL and value))
+    matters = _coupling_matters(material, friction, case.solver.tolerance)
     coupled = asked == "full" or (asked == "auto" and matters)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
-    slip_is_stored = bool({"slip", "slip_path"} & set(case.output.fields))
-    coupled = coupled and (has_shear or slip_is_stored)
-    in_plane = has_shear and (
-        asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled))
-    )
+    coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
+    in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
     reasons: dict[Part, tuple[bool, str]] = {
         "normal problem": (True, "the bodies are pressed together"),
@@ -101,39 +95,26 @@ def derive_model(case: Case) -> Model:
         has_shear,
         may_slip,
         "full" if coupled else "tangential" if in_plane else "none",
+        moved,
         tuple(Decision(part, kept, reason, TAKES[part]) for part, (kept, reason) in reasons.items()),
         _warnings(asked, moved, friction, material, matters),
     )
 
 
-def negligible_coupling(material: Compliances, friction: float, tolerance: float) -> bool:
-    """Return whether what pressure and shear do to each other stays below `tolerance` in every cell; friction > 0.
+def _coupling_matters(material: Compliances, friction: float, tolerance: float) -> bool:
+    """Return whether pressure and shear change each other, with friction by more than `tolerance` in some cell.
 
     Pressing causes a shear of up to m times the pressure, which is m/mu of the friction bound. A tangential force
     shifts the contact by m mu of its radius, which shows most at its edge. Scalars of the history change by the square
     of these.
     """
     m = abs(material.dundurs_constant)
-    return m == 0.0 or LARGEST_COUPLING_CHANGE * m * max(friction, 1.0 / friction) <= tolerance
+    if friction == 0.0:
+        return m > UNCOUPLED_BELOW
+    return m > UNCOUPLED_BELOW and LARGEST_COUPLING_CHANGE * m * max(friction, 1.0 / friction) > tolerance
 
 
-def _dissimilar(material: Compliances) -> bool:
-    """Return whether pressure and shear change each other between such bodies."""
-    return abs(material.dundurs_constant) > UNCOUPLED_BELOW
-
-
-def _elastic(body: Body) -> ElasticBody | None:
-    """Return the body as `compliances` takes it: None for a rigid one."""
-    return body if isinstance(body, ElasticBody) else None
-
-
-def _moved_tangentially(case: Case) -> list[str]:
-    """Return the tangential components that some stage moves away from 0, in the order of their first appearance."""
-    named = [(name, value) for stage in case.stages() for name, value in stage.targets]
-    return list(dict.fromkeys(name for name, value in named if name in TANGENTIAL and value != 0.0))
-
-
-def _why_shear(friction: float, moved: list[str], coupled: bool) -> str:
+def _why_shear(friction: float, moved: tuple[str, ...], coupled: bool) -> str:
     if friction == 0.0:
         return "friction is 0, so there is no shear"
     if moved:
@@ -156,7 +137,7 @@ def _why_coupled(asked: str, material: Compliances, matters: bool, has_shear: bo
         return "asked for (coupling: full), but there is no shear and no slip is stored"
     if asked != "auto":
         return f"as the case asks (coupling: {asked})"
-    if not _dissimilar(material):
+    if abs(material.dundurs_constant) <= UNCOUPLED_BELOW:
         return "Dundurs' constant is 0"
     constant = f"Dundurs' constant is {material.dundurs_constant:.4g}"
     if not matters:
@@ -168,7 +149,7 @@ def _why_coupled(asked: str, material: Compliances, matters: bool, has_shear: bo
     return f"{constant}, but there is no shear and no slip is stored"
 
 
-def _why_slip(has_shear: bool, may_slip: bool, moved: list[str]) -> str:
+def _why_slip(has_shear: bool, may_slip: bool, moved: tuple[str, ...]) -> str:
     if has_shear:
         return "shear may cause slip"
     if moved:
@@ -177,7 +158,7 @@ def _why_slip(has_shear: bool, may_slip: bool, moved: list[str]) -> str:
 
 
 def _warnings(
-    asked: str, moved: list[str], friction: float, material: Compliances, matters: bool
+    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, matters: bool
 ) -> tuple[str, ...]:
     """Warn of each term that the case leaves out and ``auto`` would keep, with the error where theory gives one."""
     if friction == 0.0 or asked in ("auto", "full"):
@@ -185,17 +166,17 @@ def _warnings(
     found = []
     if matters:
         beta = material.dundurs_constant
-        stick = f"{100.0 * spence_stick_ratio(friction, beta):.3g} %"
         found.append(
             f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"
-            f" and friction {friction:g} a sphere under P alone sticks on {stick} of the contact radius (Spence), here"
-            " on all of it; coupling: auto keeps it"
+            f" and friction {friction:g} a sphere under P alone sticks on"
+            f" {100.0 * spence_stick_ratio(friction, beta):.3g} % of the contact radius (Spence), here on all of it;"
+            " coupling: auto keeps it"
         )
     if asked == "none" and moved and material.B:
-        text = "coupling: none leaves out ux from qy and uy from qx"
+        error = ""
         if {"Mz", "phi_z"} & set(moved):
             # A torque then meets A + 3B/4 instead of A + B: the mean of A + B (sin^4 + cos^4) over the directions.
             share = 0.25 * material.B / material.torsional
-            text += f": under torsion the ratio phi_z/Mz is {100.0 * share:.2g} % too small"
-        found.append(f"{text}; coupling: auto keeps them")
+            error = f": under torsion the ratio phi_z/Mz is {100.0 * share:.2g} % too small"
+        found.append(f"coupling: none leaves out ux from qy and uy from qx{error}; coupling: auto keeps them")
     return tuple(found)

@@ -105,7 +105,8 @@ def _shear(result: Result, step: int, forms: ClosedForms) -> CyclicLoading | Non
 
 def _center(result: Result, step: int, forms: ClosedForms, form: HertzForm) -> tuple[float, float]:
     """Return the centre of the contact (mm): a paraboloid that is tilted rolls aside, by radius times tilt."""
-    (x, y), (phi_x, phi_y) = forms.center, (float(result.history[name][step]) for name in ("phi_x", "phi_y"))
+    x, y = forms.case.surface[0].center
+    phi_x, phi_y = (float(result.history[name][step]) for name in ("phi_x", "phi_y"))
     cosine, sine = math.cos(form.angle), math.sin(form.angle)
     along = form.radii[0] * (cosine * phi_y + sine * phi_x)
     across = form.radii[1] * (cosine * phi_x - sine * phi_y)

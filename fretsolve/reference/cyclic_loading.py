@@ -5,18 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.tangential import (
-    CattaneoMindlin,
-    LubkinContact,
-    cattaneo_mindlin,
-    full_slip_torque,
-    lubkin,
-)
+from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, full_slip_torque, lubkin
 from fretsolve.system.arrays import DoubleArray
 
 SAME = 1e-6
@@ -64,44 +58,39 @@ class CyclicLoading:
     @property
     def stick_radius(self) -> float:
         """Radius c, decided by the branch after the last turning point."""
-        return self.on_loading(self._branches[-1][1]).stick_radius if self._branches else self.hertz.contact_radius
+        return self._branches[-1][1].stick_radius if self._branches else self.hertz.contact_radius
 
     def displacements(self) -> dict[str, float]:
         """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
-        total = 0.0
-        for times, load in self._branches:
-            branch = self.on_loading(load)
-            total += times * (branch.phi_z if isinstance(branch, LubkinContact) else branch.delta_x)
+        name = "phi_z" if self.direction is None else "delta_x"
+        total: float = sum(times * getattr(branch, name) for times, branch in self._branches)
         if self.direction is None:
-            return {"phi_z": total}
-        return {
-            name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part
-        }
+            return {name: total}
+        return {name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part}
 
     def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
         """Return the shear (2, n) at points (n,): of first loading, plus twice that of half of each later branch."""
         along_x, along_y = x - self.center[0], y - self.center[1]
         r = np.hypot(along_x, along_y)
-        total = np.zeros_like(r)
-        for times, load in self._branches:
-            total += times * self.on_loading(load).shear(r)
+        total = sum((times * branch.shear(r) for times, branch in self._branches), np.zeros_like(r))
         if self.direction is None:
             return np.stack([-total * along_y, total * along_x]) / np.maximum(r, np.finfo(float).tiny)
         return np.stack([total * self.direction[0], total * self.direction[1]])
 
     def dissipated_energy(self) -> float:
         """Return what the force has dissipated on its path (N mm)."""
-        return dissipated(
-            self.path, lambda load: cattaneo_mindlin(self.hertz, self.friction, load, self.compliance).work_per_cycle
-        )
+        solve = partial(cattaneo_mindlin, self.hertz, self.friction, tangential_compliance=self.compliance)
+        return dissipated(self.path, lambda load: solve(load).work_per_cycle)
 
     @cached_property
-    def _branches(self) -> tuple[tuple[float, float], ...]:
-        """Loads on first loading and how often each counts: later branches count as two halves (Masing)."""
+    def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact]]:
+        """How often each branch counts, and its solution: later branches count as two halves (Masing)."""
         arm = 1.0 if self.direction is not None else self.hertz.contact_radius
         points = remembered(self.path, SAME * self.friction * self.hertz.load * arm)
-        lengths = [after - before for before, after in itertools.pairwise(points)]
-        return tuple((2.0, 0.5 * length) if index else (1.0, length) for index, length in enumerate(lengths))
+        return [
+            (2.0, self.on_loading(0.5 * (after - before))) if index else (1.0, self.on_loading(after - before))
+            for index, (before, after) in enumerate(itertools.pairwise(points))
+        ]
 
     def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
         """Return the solution on first loading, at most that of full slip."""
@@ -159,9 +148,7 @@ def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> f
     return sum(cycles * per_cycle(load) for cycles, load in (*opened, *closed))
 
 
-def _trace(
-    loads: Sequence[float], least: float = 0.0
-) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+def _trace(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
     """Return the remembered turning points, and for each closed loop its number of cycles and their load."""
     points = [0.0]
     closed: list[tuple[float, float]] = []

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.models import Case, SolverSpec
+from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray, IndexArray
@@ -104,41 +104,33 @@ def refinement(accuracy: float | None, pressed_width: float = 0.0) -> float:
 
 
 def settled(case: Case) -> Case:
-    """Return the case with the solver settings that its accuracy picks; settings that are given stay."""
-    if case.solver.accuracy is None:
+    """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given."""
+    solver = case.solver
+    if solver.accuracy is None:
         return case
-    return case.model_copy(update={"solver": case.solver.model_copy(update=_solver_settings(case))})
+    tolerance = float(f"{min(max(TOLERANCE * solver.accuracy, TIGHTEST), LOOSEST):.0e}")
+    picked = {"tolerance": tolerance, "error_bars": True}
+    missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
+    return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 
 
-def picks(case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
-    """Return in words what the accuracy of `case`, as it was read, has picked."""
-    if case.solver.accuracy is None:
+def picks(asked: Case, case: Case, load_path: LoadPath) -> tuple[str, ...]:
+    """Return in words what the accuracy of the case `asked`, as it was read, has picked to make `case`."""
+    if asked.solver.accuracy is None:
         return ()
-    found = []
-    if case.grid.points is None:
-        found.append(f"{points[0]} x {points[1]} points")
-    counts = {
-        count for stage, count in zip(case.stages(), load_path.counts, strict=True) if stage.increments is None
-    }
+    found, given = [], asked.solver.model_fields_set
+    if asked.grid.points is None and case.grid.points is not None:
+        found.append(f"{case.grid.points[0]} x {case.grid.points[1]} points")
+    stages = zip(asked.stages(), load_path.counts, strict=True)
+    counts = {count for stage, count in stages if stage.increments is None}
     if counts and load_path.path_dependent:
         least, most = min(counts), max(counts)
         found.append(f"{most if most == least else f'{least} to {most}'} increments per stage")
-    settings = _solver_settings(case)
-    if "tolerance" in settings:
-        found.append(f"tolerance {settings['tolerance']:g}")
-    if "error_bars" in settings:
+    if "tolerance" not in given:
+        found.append(f"tolerance {case.solver.tolerance:g}")
+    if "error_bars" not in given:
         found.append("error bars")
     return tuple(found)
-
-
-def _solver_settings(case: Case) -> dict[str, float | bool]:
-    """Return the solver settings that the accuracy of `case` picks, the tolerance to one digit."""
-    accuracy, given = case.solver.accuracy, case.solver.model_fields_set
-    if accuracy is None:
-        return {}
-    tolerance = float(f"{min(max(TOLERANCE * accuracy, TIGHTEST), LOOSEST):.0e}")
-    picked: dict[str, float | bool] = {"tolerance": tolerance, "error_bars": True}
-    return {name: value for name, value in picked.items() if name not in given}
 
 
 @dataclass(frozen=True)
@@ -173,22 +165,16 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
 
 
-def verdict(solver: SolverSpec | Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
-    """Judge a run by its history; None without an accuracy or error bars."""
-    accuracy = solver.get("accuracy") if isinstance(solver, Mapping) else solver.accuracy
+def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
+    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars."""
+    accuracy = solver.get("accuracy")
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
     ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
-    worst, quantity, where = 0.0, "P", int(ends[-1])
-    for name, scale in scales(history, ends).items():
-        if scale > 0.0:
-            bars = history[name + ERROR_SUFFIX][ends] / scale
-            place = int(np.argmax(bars))  # that of NaN, if there is one
-            if math.isnan(bars[place]) or bars[place] > worst:
-                worst, quantity, where = float(bars[place]), name, int(ends[place])
-            if math.isnan(worst):
-                break
-    return Verdict(accuracy, worst, quantity, int(history["stage"][where]))
+    known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
+    bars = np.array([history[name + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
+    which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
+    return Verdict(accuracy, float(bars[which, end]), list(known)[which], int(history["stage"][ends[end]]))
 
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -77,11 +77,6 @@ class HertzForm:
         return max(axis / radius for axis, radius in zip(self.contact.semi_axes, self.radii, strict=True))
 
     @property
-    def strain(self) -> float:
-        """p0/E*, of the order of the strains."""
-        return self.contact.max_pressure / self.modulus
-
-    @property
     def half_extent(self) -> tuple[float, float]:
         """How far the contact reaches from its centre along x and along y (mm)."""
         (first, second), cosine, sine = self.contact.semi_axes, math.cos(self.angle), math.sin(self.angle)
@@ -139,21 +134,20 @@ class ClosedForms:
     @cached_property
     def largest(self) -> HertzForm | None:
         """Hertz's contact at the largest normal load; None where the contact is ever tilted."""
-        found = [] if any(map(_is_tilted, self.loads)) else [form for form in self.hertz if form is not None]
-        return max(found, key=lambda form: form.contact.load, default=None)
+        if any(map(_is_tilted, self.loads)):
+            return None
+        return max(filter(None, self.hertz), key=lambda form: form.contact.load, default=None)
 
     @property
     def punch(self) -> FlatPunch | None:
         """Boussinesq's flat round punch where it is pressed hardest, sharp and never tilted."""
-        surface = self._only_surface()
+        surface = self._only_surface
         if not isinstance(surface, PunchSurface) or surface.radius is None or surface.edge_radius:
             return None
-        if any(map(_is_tilted, self.loads)):
-            return None
-        radius, modulus = surface.radius, self.model.compliances.contact_modulus
-        stiffness = 1.0 / boussinesq_punch(1.0, radius, modulus).delta_z
-        pressed = max(load["P"] if "P" in load else stiffness * load.get("delta_z", 0.0) for load in self.loads)
-        return boussinesq_punch(pressed, radius, modulus) if pressed > 0.0 else None
+        solve = partial(boussinesq_punch, radius=surface.radius, contact_modulus=self.model.compliances.contact_modulus)
+        stiffness = 1.0 / solve(1.0).delta_z
+        pressed = max(load.get("P", stiffness * load.get("delta_z", 0.0)) for load in self.loads)
+        return solve(pressed) if pressed > 0.0 and not any(map(_is_tilted, self.loads)) else None
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -162,7 +156,7 @@ class ClosedForms:
         """
         if self.largest is not None:
             return 2.0 * min(self.largest.contact.semi_axes)
-        surface, modulus = self._only_surface(), self.model.compliances.contact_modulus
+        surface, modulus = self._only_surface, self.model.compliances.contact_modulus
         if isinstance(surface, PunchSurface):
             return 2.0 * (surface.radius or surface.half_width or 0.0)
         load = max(load.get("P", 0.0) for load in self.loads)
@@ -174,11 +168,6 @@ class ClosedForms:
             return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, modulus)
         return None
 
-    @property
-    def center(self) -> tuple[float, float]:
-        """The centre of the first surface (mm)."""
-        return self.case.surface[0].center
-
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
         """Return Cattaneo and Mindlin's or Lubkin's solution for a sphere after `stage`; None where there is none.
 
@@ -189,22 +178,17 @@ class ClosedForms:
         circle = form.circle if form is not None else None
         if circle is None or not self.model.has_shear or self.model.coupled or any(map(_is_tilted, loads)):
             return None
-        P = np.array([0.0, *(0.0 if one is None else one.contact.load for one in self.hertz[: stage + 1])])
+        # The path begins unloaded.
+        P = np.array([0.0, *(one.contact.load if one else 0.0 for one in self.hertz[: stage + 1])])
         Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
         if not np.isfinite([Qx, Qy, Mz]).all():
             return None
         # An imposed Mz is about the origin; a rotation that is held takes no torque about the contact's centre.
-        x, y = center or self.center
+        x, y = center or self.case.surface[0].center
         imposed = np.array([False, *("Mz" in load for load in loads)])
         torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
-        compliances = self.model.compliances
-        return cyclic_loading(
-            circle,
-            self.model.friction,
-            (compliances.tangential, compliances.torsional),
-            (P, Qx, Qy, torque),
-            (x, y),
-        )
+        compliances = self.model.compliances.tangential, self.model.compliances.torsional
+        return cyclic_loading(circle, self.model.friction, compliances, (P, Qx, Qy, torque), (x, y))
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.
@@ -220,9 +204,12 @@ class ClosedForms:
             found |= _circle("contact", math.sqrt(math.prod(form.contact.semi_axes)))
             yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
             shear = self.tangential(stage)
-            if shear is not None and 0.0 < shear.largest <= shear.limit and self._is_exact(shear):
+            if shear is None or not 0.0 < shear.largest <= shear.limit:
+                continue
+            under_force = shear.direction is not None
+            if self.model.compliances.B == 0.0 or under_force != self.model.terms.in_plane_coupling:
                 found = shear.displacements() | _circle("stick", shear.stick_radius)
-                if shear.direction is not None:
+                if under_force:
                     found["work_total"] = shear.dissipated_energy()
                 yield from (ClosedForm(name, stage, value, shear.source) for name, value in found.items())
 
@@ -230,22 +217,13 @@ class ClosedForms:
     def why_not_mindlin(self) -> str:
         """Why Cattaneo and Mindlin are not exact, where Poisson's ratio is the only reason; else empty."""
         moved = {name for load in self.loads for name, value in load.items() if value}
-        if not self._directions_interact or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
+        directions_interact = self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
+        if not directions_interact or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
             return ""
         return (
             "with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which Cattaneo and"
             " Mindlin neglect: they are exact only with coupling: none"
         )
-
-    @property
-    def _directions_interact(self) -> bool:
-        """Whether shear along x moves the surfaces along y."""
-        return self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
-
-    def _is_exact(self, shear: CyclicLoading) -> bool:
-        if shear.direction is not None:
-            return not self._directions_interact
-        return self._directions_interact or self.model.compliances.B == 0.0
 
     def smallest_stick(self) -> ClosedForm | None:
         """Return the smallest stick radius (mm) of the path; None where no closed form gives it.
@@ -268,6 +246,7 @@ class ClosedForms:
         ratio = spence_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
         return ClosedForm("stick_radius", stage, ratio * radius, "Spence")
 
+    @property
     def _only_surface(self) -> Surface | None:
         return self.case.surface[0] if len(self.case.surface) == 1 else None
 
@@ -278,10 +257,9 @@ def _is_tilted(load: Load) -> bool:
 
 def _path(loads: Sequence[Load], force: str) -> list[float]:
     """Return a tangential force at the end of each stage; infinite where its motion is imposed, 0 while it is held."""
-    motion = dict(PAIRS)[force]
     path: list[float] = []
     for load in loads:
-        held = load.get(motion) == 0.0 and not any(path)
+        held = load.get(dict(PAIRS)[force]) == 0.0 and not any(path)
         path.append(load.get(force, 0.0 if held else math.inf))
     return path
 

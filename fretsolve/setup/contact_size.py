@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import ConeSurface, CylinderSurface, EllipsoidSurface, SphereSurface, Surface
+from fretsolve.case.surface_specs import Surface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid
+from fretsolve.model.height_map import load_height_map
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.surface import separation
@@ -45,9 +46,9 @@ def automatic_size(case: Case, compliances: Compliances, loads: Sequence[LoadCon
     upright = not any(load.values[1] or load.values[2] for load in loads)
     if surface.kind == "sphere" and surface.center == case.grid.center and upright:
         pressed = ({"P" if load.forced[0] else "delta_z": load.values[0]} for load in loads)
-        forms = [form for form in (hertz_form(case, compliances, load) for load in pressed) if form is not None]
-        if forms:
-            side = 2.0 * MARGIN * max(form.contact.semi_axes[0] for form in forms)
+        forms = [hertz_form(case, compliances, load) for load in pressed]
+        if any(forms):
+            side = 2.0 * MARGIN * max(form.contact.semi_axes[0] for form in forms if form)
             return side, side
     try:
         first = min(
@@ -83,10 +84,10 @@ def contact_size(
     The search solves on coarse grids and begins with the side `first` (mm). Raises CaseError where the contact always
     reaches the edge, as that of an endless cylinder does.
     """
-    pressed = [load for load in dict.fromkeys(loads) if not load.forced[0] or load.values[0] > 0.0]
     extent = np.zeros(2)
-    for load in pressed:
-        extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first))
+    for load in dict.fromkeys(loads):
+        if not load.forced[0] or load.values[0] > 0.0:
+            extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first))
     if not extent.any():
         raise CaseError(
             "auto finds no contact anywhere on the load path; give the size of the potential contact area",
@@ -97,39 +98,26 @@ def contact_size(
 
 
 def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[LoadControl], key: KeyPath) -> float:
-    """Return a side (mm) of the order of a surface's contact, which scales with the unit of length."""
+    """Return a side (mm) of the order of a surface's contact, where the search begins; 1 mm without contact.
+
+    Curved surfaces count as spheres that are as curved as they are along x.
+    """
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
-        from fretsolve.model.height_map import load_height_map
-
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
-    return 2.0 * MARGIN * _largest_radius(surface, contact_modulus, loads) or 1.0
-
-
-def _largest_radius(
-    surface: SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface,
-    contact_modulus: float,
-    loads: Sequence[LoadControl],
-) -> float:
-    """Return the contact radius (mm) of a cone, or of a sphere as curved as the surface along x; 0 without contact.
-
-    Only its order of magnitude counts, as the search begins there.
-    """
     largest = 0.0
     for load in loads:
         pressed, forced = load.values[0], load.forced[0]
-        if pressed <= 0.0:
-            continue
-        if surface.kind == "cone":
+        if pressed > 0.0 and surface.kind == "cone":
             cone = (love_cone if forced else love_cone_at)(pressed, surface.angle, contact_modulus)
             largest = max(largest, cone.contact_radius)
-        else:
+        elif pressed > 0.0 and surface.kind != "cone":
             curvature = abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius)
             sphere = (hertz_sphere if forced else hertz_sphere_at)(pressed, curvature, contact_modulus)
             largest = max(largest, sphere.contact_radius)
-    return largest
+    return 2.0 * MARGIN * largest or 1.0
 
 
 def _extent(
@@ -141,13 +129,9 @@ def _extent(
     for _ in range(MOST_TRIALS):
         grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
         try:
-            gap = separation(surfaces, grid.x, grid.y)
+            contact, refused = _contact(separation(surfaces, grid.x, grid.y), compliances, load, grid), None
         except CaseError as error:  # the grid is too small to meet the surface, or the surface itself is wrong
-            refused = error
-            size *= 2.0
-            continue
-        refused = None
-        contact = _contact(gap, compliances, load, grid)
+            contact, refused = None, error
         if contact is None:
             size *= 2.0
             continue
@@ -162,9 +146,7 @@ def _extent(
         size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
         if size.max() > MOST_SLENDER * size.min():
             break
-    if refused is not None:
-        raise refused
-    raise CaseError(
+    raise refused or CaseError(
         f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give a size, or a surface"
         " that ends",
         ("grid", "size"),

@@ -47,12 +47,10 @@ SMALL_GRID = 1.8
 SINGLE = 0.75
 """Memory per cell in single precision over that in double."""
 
-PRESSED_APPLICATIONS, COUPLED_PRESSED_APPLICATIONS = 20, 10
-"""Applications of the elastic operator in the normal problem, per increment: with a changing normal load, and in every
-increment where the pressure follows the shear."""
-
-SHEARED_APPLICATIONS, COUPLING_APPLICATIONS = 20, 10
-"""Those in the tangential problem, and those of the coefficients between both."""
+APPLICATIONS, COUPLED_APPLICATIONS = 20, 10
+"""Applications of the elastic operator per increment: in the tangential problem, and in the normal problem where the
+normal load changes; where the pressure follows the shear, in the normal problem and of the coefficients between both.
+"""
 
 APPLICATION_SECONDS: dict[Part, float] = {
     "normal problem": 0.033e-6,
@@ -62,7 +60,7 @@ APPLICATION_SECONDS: dict[Part, float] = {
 """Seconds per application and cell, with everything around it."""
 
 CALL_SECONDS = 0.4e-3
-"""Seconds per application, however few the cells are."""
+"""Seconds per application that do not depend on the number of cells."""
 
 NUMPY_SLOWNESS = 2.0
 """Factor on the time where numba is not installed: 2 for mode I.3 on 256 x 256 points, 1.6 for Hertz."""
@@ -78,16 +76,16 @@ CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
 """Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
 
 COARSE_RUNS = 0.25
-"""Work of the coarse runs for error bars over that of the run itself; up to two, with a quarter of its cells each."""
+"""Cost of the coarse runs for error bars over that of the run itself; up to two, with a quarter of its cells each."""
 
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields, before compression; 8 for all others."""
 
-COMPRESSION = 0.35
-"""What remains of the fields in the file where the contact fills the grid."""
+COMPRESSION, EMPTIEST = 0.35, 0.1
+"""What compression leaves of the fields where the contact fills the grid, and what part of that is left where the grid
+is several times as wide as the contact."""
 
-EMPTIEST = 0.1
-"""What remains of that where the grid is several times as wide as the contact."""
+TIME_UNITS = (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0), ("s", 1.0))
 
 
 @dataclass(frozen=True)
@@ -119,7 +117,7 @@ class Estimate:
         yield f"about {rounded_bytes(self.memory)} of memory, a result file of about {rounded_bytes(self.file)}"
         yield (
             f"about {self.applications // self.increments} operator applications per increment,"
-            f" in all in the order of {_rounded_time(self.seconds)}"
+            f" in all in the order of {_in_units(max(self.seconds, 0.1), TIME_UNITS, 2.0)}"
         )
         if self.saved:
             yield f"single precision saves {rounded_bytes(self.saved)} of memory and half of the file, but little time"
@@ -129,7 +127,8 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate what running the case with one thread takes."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
     compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
-    applications, seconds = _applications(setup), _seconds(setup, compiled)
+    applications = _applications(setup)
+    seconds = _seconds(setup, applications, compiled)
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
     shares = {
         decision.part: Share(cell_factor * CELL_BYTES[decision.part] * cells, seconds.get(decision.part, 0.0))
@@ -156,38 +155,41 @@ def estimate(setup: ProblemSetup) -> Estimate:
 def _applications(setup: ProblemSetup) -> dict[Part, int]:
     """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
     model, path = setup.model, setup.load_path
-    coupled = model.has_shear and model.terms.normal_tangential_coupling
+    coupling = model.terms.normal_tangential_coupling
     stages = zip(setup.case.stages(), path.counts, strict=True)
     pressed = sum(count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets))
-    normal = COUPLED_PRESSED_APPLICATIONS * path.increments if coupled else PRESSED_APPLICATIONS * pressed
-    needed: dict[Part, int] = {"normal problem": normal}
-    if model.has_shear:
-        needed["tangential problem"] = SHEARED_APPLICATIONS * path.increments
-    if model.terms.normal_tangential_coupling:
-        needed["between pressure and shear"] = (COUPLING_APPLICATIONS if coupled else 1) * path.increments
-    return needed
+    if not model.has_shear:
+        alone: dict[Part, int] = {"normal problem": APPLICATIONS * pressed}
+        return alone | {"between pressure and shear": path.increments} if coupling else alone
+    in_turn = COUPLED_APPLICATIONS * path.increments
+    return {
+        "normal problem": in_turn if coupling else APPLICATIONS * pressed,
+        "tangential problem": APPLICATIONS * path.increments,
+        "between pressure and shear": in_turn if coupling else 0,
+    }
 
 
-def _seconds(setup: ProblemSetup, compiled: bool) -> dict[Part, float]:
+def _seconds(setup: ProblemSetup, applications: dict[Part, int], compiled: bool) -> dict[Part, float]:
     """Return the seconds that each part of the model takes over the whole path."""
     cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
     seconds = {
-        part: (APPLICATION_SECONDS[part] * effort + CALL_SECONDS) * count
-        for part, count in _applications(setup).items()
+        part: (APPLICATION_SECONDS[part] * effort + CALL_SECONDS) * count for part, count in applications.items()
     }
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     if setup.model.terms.in_plane_coupling:
         seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
-    if setup.model.may_slip:
-        seconds["slip and work"] = SLIP_SECONDS * increments * effort
-    return seconds
+    return seconds | {"slip and work": SLIP_SECONDS * increments * effort}
 
 
-def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> CaseError | None:
+def memory_problem(setup: ProblemSetup) -> CaseError | None:
     """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown."""
-    needed, there = (expected or estimate(setup)).memory, _machine_bytes()
-    if there is None or needed <= there:
+    needed = estimate(setup).memory
+    try:
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (ValueError, OSError, AttributeError):
+        return None
+    if needed <= there:
         return None
     nx, ny = setup.grid.shape
     return setup.case.source.problem(
@@ -199,11 +201,10 @@ def memory_problem(setup: ProblemSetup, expected: Estimate | None = None) -> Cas
 
 def require_memory(setup: ProblemSetup) -> Estimate:
     """Return the estimate of a case. Raises CaseError where this machine's memory cannot hold it."""
-    expected = estimate(setup)
-    problem = memory_problem(setup, expected)
+    problem = memory_problem(setup)
     if problem is not None:
         raise problem
-    return expected
+    return estimate(setup)
 
 
 def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseError | None:
@@ -213,11 +214,12 @@ def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseE
     cannot fit, however much of its fields is empty.
     """
     file, free = estimate(setup).file, free_bytes(out)
-    impossible = free is not None and EMPTIEST * file > free
-    if free is None or 2.0 * file <= free or (certain and not impossible):
+    if free is None or 2.0 * file <= free:
         return None
-    if impossible:
+    if EMPTIEST * file > free:
         fits, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
+    elif certain:
+        return None
     else:
         fits, advice = "may be too much for", "empty cells compress, the run goes on"
     return setup.case.source.problem(
@@ -242,27 +244,13 @@ def free_bytes(out: Path) -> int | None:
         return None
 
 
-def _machine_bytes() -> int | None:
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (ValueError, OSError, AttributeError):
-        return None
-
-
 def rounded_bytes(size: float) -> str:
     """Write a size such as ``1.7 MB``."""
-    for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
-        if size >= factor:
-            return f"{_two_digits(size / factor)} {unit}"
-    return f"{_two_digits(size / 1e3)} kB"
+    return _in_units(size, (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)))
 
 
-def _rounded_time(seconds: float) -> str:
-    for unit, factor in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2.0 * factor:
-            return f"{_two_digits(seconds / factor)} {unit}"
-    return f"{_two_digits(max(seconds, 0.1))} s"
-
-
-def _two_digits(value: float) -> str:
-    return f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
+def _in_units(value: float, units: tuple[tuple[str, float], ...], least: float = 1.0) -> str:
+    """Write a value with two digits, in the first of `units` of which it has at least `least`, or in the last one."""
+    unit, factor = next((unit for unit in units if value >= least * unit[1]), units[-1])
+    amount = value / factor
+    return f"{amount:.2g} {unit}" if amount < 10.0 else f"{amount:.0f} {unit}"

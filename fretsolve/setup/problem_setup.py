@@ -6,7 +6,6 @@ import contextlib
 from dataclasses import dataclass
 from functools import cached_property
 
-from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
@@ -70,7 +69,7 @@ def set_up(case: Case) -> ProblemSetup:
     grid = Grid.from_size(points, size, case.grid.center)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     _require_range_of_precision(case, model, grid)
-    return ProblemSetup(case, model, grid, load_path, picks(asked, points, load_path))
+    return ProblemSetup(case, model, grid, load_path, picks(asked, case, load_path))
 
 
 def points_needed(case: Case, model: Model, load_path: LoadPath, size: Size) -> tuple[int, int]:
@@ -93,9 +92,7 @@ def _pressed_width(case: Case, model: Model) -> float:
 
     0 without an accuracy, without slip, and under tangential loads, which dissipate most of the energy themselves.
     """
-    if case.solver.accuracy is None or not model.coupled:
-        return 0.0
-    if any(value and name in TANGENTIAL for stage in case.stages() for name, value in stage.targets):
+    if case.solver.accuracy is None or not model.coupled or model.moved:
         return 0.0
     return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import product
 from typing import TYPE_CHECKING
 
-from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.setup.accuracy import percent
-from fretsolve.setup.closed_forms import HertzForm
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
 from fretsolve.setup.problem_setup import ProblemSetup, points_needed
 
@@ -40,23 +39,11 @@ LOOSEST = 1e-3
 
 def case_warnings(setup: ProblemSetup) -> list[str]:
     """Return one sentence per warning, each beginning with the key of the case file that it is about."""
-    found = [
-        *setup.model.warnings,
-        *_about_shape(setup),
-        *_about_punch(setup),
-        *_about_friction(setup),
-        *_about_sliding(setup),
-        *_about_resolution(setup),
-        *_about_tolerance(setup),
-        *_about_accuracy(setup),
-    ]
-    hertz = setup.closed_forms.largest
-    if hertz is not None:
-        found += [*_about_theory(hertz), *_about_motion(setup, hertz), *_about_edge(setup, hertz)]
-    return list(dict.fromkeys(found))
+    groups = _about_shapes, _about_friction, _about_sliding, _about_resolution, _about_solver, _about_hertz
+    return list(dict.fromkeys([*setup.model.warnings, *(text for group in groups for text in group(setup))]))
 
 
-def _about_shape(setup: ProblemSetup) -> Iterator[str]:
+def _about_shapes(setup: ProblemSetup) -> Iterator[str]:
     concave = concave_sphere(setup.case)
     if concave is not None:
         yield f"{dotted(concave.key)}: {concave.message}"
@@ -68,9 +55,6 @@ def _about_shape(setup: ProblemSetup) -> Iterator[str]:
                 f" pressure over E* {0.5 * math.tan(surface.angle):.2g}): half-spaces and linear elasticity hold to"
                 f" about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
             )
-
-
-def _about_punch(setup: ProblemSetup) -> Iterator[str]:
     punch = setup.closed_forms.punch
     if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
         depth = punch.delta_z / punch.contact_radius
@@ -84,15 +68,11 @@ def _about_punch(setup: ProblemSetup) -> Iterator[str]:
 def _about_friction(setup: ProblemSetup) -> Iterator[str]:
     if "friction" in setup.case.model_fields_set:
         return
-    moved = [name for load in setup.load_path.imposed for name in load if name in TANGENTIAL and load[name]]
-    beta = setup.model.compliances.dundurs_constant
-    if moved:
-        why = f"although the load path moves {', '.join(dict.fromkeys(moved))}"
-    elif abs(beta) > UNCOUPLED_BELOW:
-        why = f"although the bodies differ (Dundurs' constant {beta:.4g}), so that pressing alone would shear them"
-    else:
-        return
-    yield f"friction: not given, so it is 0, {why}; write friction: 0 if that is meant"
+    moved, beta = ", ".join(setup.model.moved), setup.model.compliances.dundurs_constant
+    if moved or abs(beta) > UNCOUPLED_BELOW:
+        differ = f"the bodies differ (Dundurs' constant {beta:.4g}), so that pressing alone would shear them"
+        although = f"the load path moves {moved}" if moved else differ
+        yield f"friction: not given, so it is 0, although {although}; write friction: 0 if that is meant"
 
 
 def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
@@ -101,10 +81,9 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
     for stage, load, hertz in zip(stages, setup.closed_forms.loads, setup.closed_forms.hertz, strict=True):
-        pressed = load.get("P", hertz.contact.load if hertz is not None else math.inf)
+        pressed = load.get("P", hertz.contact.load if hertz else math.inf)
         force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
-        circle = hertz.circle if hertz is not None else None
-        carried = full_slip_torque(circle, friction) if circle is not None else math.inf
+        carried = full_slip_torque(hertz.circle, friction) if hertz and hertz.circle else math.inf
         if 0.0 < force >= friction * pressed:
             name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
             motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {friction * pressed:.6g} N (mu P)"
@@ -119,26 +98,6 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             " follow the sliding"
         )
         return
-
-
-def _about_theory(hertz: HertzForm) -> Iterator[str]:
-    if hertz.size_over_radius > LARGEST_SIZE:
-        yield (
-            f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
-            f" {hertz.strain:.2g}): half-spaces and linear elasticity hold to about a/R = {LARGEST_SIZE:g}; are all"
-            " units right?"
-        )
-
-
-def _about_motion(setup: ProblemSetup, hertz: HertzForm) -> Iterator[str]:
-    radius = min(hertz.half_extent)
-    for load in setup.load_path.imposed:
-        for name, arm in (("delta_x", 1.0), ("delta_y", 1.0), ("phi_z", radius)):
-            if abs(load.get(name, 0.0)) * arm > radius:
-                yield (
-                    f"load_path: {name} moves the surfaces by {abs(load[name]) * arm / radius:.2g} contact radii, but"
-                    " both keep their places on the grid: motions must be small against the contact"
-                )
 
 
 def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
@@ -160,7 +119,52 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
         )
 
 
-def _about_edge(setup: ProblemSetup, hertz: HertzForm) -> Iterator[str]:
+def _about_solver(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a loose tolerance, and of settings in the case that fall short of those that its accuracy would pick."""
+    accuracy, tolerance, path = setup.case.solver.accuracy, setup.case.solver.tolerance, setup.load_path
+    if tolerance > LOOSEST:
+        yield (
+            f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {percent(tolerance)}, so no"
+            " digit is reliable; 1e-6 is usual"
+        )
+    if accuracy is None:
+        return
+    wanted = f"that accuracy {percent(accuracy)} picks"
+    (nx, ny), (more_x, more_y) = setup.grid.shape, points_needed(setup.case, setup.model, path, setup.grid.size)
+    if nx < more_x or ny < more_y:
+        yield (
+            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}, so it will hardly be met; leave"
+            " them out"
+        )
+    short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
+    if short:
+        stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], path.needed[short[0]]
+        more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
+        yield (
+            f"{dotted(stage.key)}.increments: {count} are fewer than the {needed} {wanted}{more}, so it will hardly be"
+            " met; leave them out"
+        )
+
+
+def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a contact by Hertz that is too large for the theory, for the motions or for the grid."""
+    hertz = setup.closed_forms.largest
+    if hertz is None:
+        return
+    if hertz.size_over_radius > LARGEST_SIZE:
+        yield (
+            f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
+            f" {hertz.contact.max_pressure / hertz.modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
+            f" {LARGEST_SIZE:g}; are all units right?"
+        )
+    radius = min(hertz.half_extent)
+    for load, name in product(setup.load_path.imposed, ("delta_x", "delta_y", "phi_z")):
+        motion = abs(load.get(name, 0.0)) * (radius if name == "phi_z" else 1.0)
+        if motion > radius:
+            yield (
+                f"load_path: {name} moves the surfaces by {motion / radius:.2g} contact radii, but both keep their"
+                " places on the grid: motions must be small against the contact"
+            )
     if setup.case.grid.size is None:
         return
     grid, center = setup.grid, setup.case.surface[0].center
@@ -169,37 +173,6 @@ def _about_edge(setup: ProblemSetup, hertz: HertzForm) -> Iterator[str]:
     if any(extent > 0.5 * side - FREE_CELLS * cell for extent, side, cell in reach):
         advised = ", ".join(f"{2.0 * MARGIN * extent:.3g} mm" for extent, _, _ in reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
-
-
-def _about_tolerance(setup: ProblemSetup) -> Iterator[str]:
-    tolerance = setup.case.solver.tolerance
-    if tolerance > LOOSEST:
-        yield (
-            f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {100.0 * tolerance:.2g} %, so"
-            " no digit is reliable; 1e-6 is usual"
-        )
-
-
-def _about_accuracy(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of settings in the case that fall short of those that its accuracy would pick."""
-    accuracy, path = setup.case.solver.accuracy, setup.load_path
-    if accuracy is None:
-        return
-    needed = points_needed(setup.case, setup.model, path, setup.grid.size)
-    if any(count < wanted for count, wanted in zip(setup.grid.shape, needed, strict=True)):
-        (nx, ny), (more_x, more_y) = setup.grid.shape, needed
-        yield (
-            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} that accuracy {percent(accuracy)} picks,"
-            " so it will hardly be met; leave them out"
-        )
-    short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
-    if short:
-        stage, count = setup.case.stages()[short[0]], path.counts[short[0]]
-        more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
-        yield (
-            f"{dotted(stage.key)}.increments: {count} are fewer than the {path.needed[short[0]]} that accuracy"
-            f" {percent(accuracy)} picks{more}, so it will hardly be met; leave them out"
-        )
 
 
 def cells_across(setup: ProblemSetup) -> float | None:

@@ -15,8 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fretsolve.case import Case
 from fretsolve.case.load_components import PAIRS
+from fretsolve.case.models import Case
 from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
