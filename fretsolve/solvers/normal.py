@@ -20,7 +20,6 @@ from fretsolve.elastic.rounding import ROUNDING, rounding_of
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.errors import ContactLostError
 from fretsolve.kernels import cg
-from fretsolve.kernels import normal as kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
@@ -221,8 +220,8 @@ class NormalSolver:
         return float(np.max((error / (reach * load))[control.forced_index], initial=0.0))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG the zone, the gap on it over its `largest` value (mm), and the rigid motions of imposed forces."""
-        kernels.take_residual(self._gap, self._contact, -1.0 / largest, self._cg.residual[0])
+        """Give CG the zone, the gap over its `largest` value (mm), and the rigid motions of imposed forces."""
+        np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = self._tilts_about_the_contact() if control.forced[0] else np.eye(3)
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))

@@ -113,7 +113,7 @@ class NormalModes(_Modes):
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
-        kernels.rigid_displacement(rigid, self.x, self.y, out)
+        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
 
 
 class TangentialModes(_Modes):
