@@ -82,12 +82,11 @@ class CoupledEquations:
         residual, nothing = right - self._apply(first, amplitudes), np.zeros_like(missing)
         target = reduction * max(float(np.linalg.norm(right)), float(np.linalg.norm(residual)))
 
-        def apply(vector: FloatArray, out: FloatArray) -> None:
-            out[:] = self._apply(*self._precondition(vector, nothing))
+        def apply(vector: FloatArray) -> FloatArray:
+            return self._apply(*self._precondition(vector, nothing))
 
-        # GMRES corrects it without changing the resultants; pages of the basis that are not reached cost nothing
-        basis = np.empty((min(MOST_ITERATIONS, most) + 1, *right.shape))
-        combined, iterations = gmres(apply, residual, target, basis)
+        # GMRES corrects it without changing the resultants
+        combined, iterations = gmres(apply, residual, target, min(MOST_ITERATIONS, most))
         correction, rest = self._precondition(combined, nothing)
         first += correction
         return self._tractions(first), amplitudes + rest, iterations
