@@ -38,8 +38,8 @@ class Operator:
             "normal": lambda: self.operator.normal(pressure, uz),
             "tangential": lambda: self.operator.tangential(shear, displacement),
             "all": lambda: self.operator.all(pressure, shear, uz, displacement),
-            "tangential, single": lambda: inner.elastic.tangential(single, result),
-            "preconditioner": lambda: inner.inverse.tangential(single, result),
+            "tangential, single": lambda: inner.tangential(single, result),
+            "preconditioner": lambda: self.operator.preconditioner.tangential(single, result),
         }[part]
         self.apply()
 

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -138,7 +137,7 @@ class PaddedConvolution:
         turned = turn_field, turn_displacement
         self._multiply_columns(kernels, spectra[: len(fields)], spectra[: len(displacements)], turned)
         for displacement, spectrum in zip(displacements, spectra, strict=False):
-            self._restore_rows(spectrum, displacement)
+            self._transform_rows(displacement, spectrum, back=True)
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..ny-1, ``(nx, ny)``."""
@@ -152,33 +151,24 @@ class PaddedConvolution:
             np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
         return KernelSpectrum(values.astype(self._float, copy=False), odd_x)
 
-    def _transform_rows(self, field: FloatArray, spectrum: ComplexArray) -> None:
-        """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1)."""
+    def _transform_rows(self, field: FloatArray, spectrum: ComplexArray, back: bool = False) -> None:
+        """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1), or `back`."""
 
         def transform(member: int, part: slice) -> None:
-            block, (upper, lower) = self._row_blocks[member], self._row_pairs(part)
+            block = self._row_blocks[member]
             lines = block.values[: part.stop - part.start]
-            spectral.join_rows(field[upper], field[lower], lines)
-            block.forward.execute()
-            spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
+            # the rows that become the real and the imaginary parts of the lines
+            upper, lower = part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
+            if back:
+                spectral.join_spectra(spectrum[upper], spectrum[lower], lines)
+                block.backward.execute()
+                spectral.split_rows(lines, field[upper], field[lower])
+            else:
+                spectral.join_rows(field[upper], field[lower], lines)
+                block.forward.execute()
+                spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
 
         self._threads.share(transform, self._row_parts)
-
-    def _restore_rows(self, spectrum: ComplexArray, field: FloatArray) -> None:
-        """Transform ``spectrum`` (nx, my//2 + 1) back along y into ``field`` (nx, ny)."""
-
-        def restore(member: int, part: slice) -> None:
-            block, (upper, lower) = self._row_blocks[member], self._row_pairs(part)
-            lines = block.values[: part.stop - part.start]
-            spectral.join_spectra(spectrum[upper], spectrum[lower], lines)
-            block.backward.execute()
-            spectral.split_rows(lines, field[upper], field[lower])
-
-        self._threads.share(restore, self._row_parts)
-
-    def _row_pairs(self, part: slice) -> tuple[slice, slice]:
-        """Return the rows of the grid that are the real and the imaginary parts of a block's lines."""
-        return part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
 
     def _multiply_columns(
         self,
@@ -200,7 +190,7 @@ class PaddedConvolution:
                     lines[index] *= 1j
                 blocks[index].forward.execute()
             # Multiply them with the kernels, in place.
-            self._multiply(kernels, lines[: len(fields)], lines[: len(displacements)], columns, member)
+            _multiply(kernels, lines[: len(fields)], lines[: len(displacements)], columns)
             # Transform the products back.
             for index, spectrum in enumerate(displacements):
                 blocks[index].backward.execute()
@@ -210,58 +200,37 @@ class PaddedConvolution:
 
         self._threads.share(multiply, self._column_parts)
 
-    def _multiply(
-        self,
-        kernels: KernelMatrix,
-        fields: Sequence[ComplexArray],
-        results: Sequence[ComplexArray],
-        columns: slice,
-        member: int,
-    ) -> None:
-        """Compute ``results = kernels @ fields`` for a block of columns; the results overwrite the fields.
-
-        Square matrices are symmetric.
-        """
-        values = [[kernel.values[columns] for kernel in row] for row in kernels]
-        odd = [[kernel.odd_x for kernel in row] for row in kernels]
-        if len(fields) == len(results) == 1:
-            spectral.multiply(values[0][0], odd[0][0], fields[0], results[0])
-            return
-        products = [product[: len(fields[0])] for product in self._products[member]]
-        if len(fields) == len(results) == 2:
-            (xx, xy), (_, yy) = values
-            spectral.multiply_pair((xx, yy, xy), odd[0][1], (fields[0], fields[1]), (products[0], products[1]))
-        elif len(fields) == len(results) == 3:
-            (zz, zx, zy), (_, xx, xy), (_, _, yy) = values
-            odd_mixed = (odd[0][1], odd[0][2], odd[1][2])
-            spectral.multiply_coupled((zz, xx, yy), (zx, zy, xy), odd_mixed, (fields[0], fields[1], fields[2]))
-        else:
-            # One field or one result. The first result overwrites the first field, so it comes last.
-            for row, odd_row, result in reversed(list(zip(values, odd, results, strict=True))):
-                spectral.multiply(row[0], odd_row[0], fields[0], result)
-                for kernel, is_odd, field in zip(row[1:], odd_row[1:], fields[1:], strict=True):
-                    spectral.multiply(kernel, is_odd, field, products[0])
-                    result += products[0]
-
     def _block(self, lines: int, length: int) -> _Block:
         values = pyfftw.zeros_aligned((lines, length), self._complex)
         options: dict[str, Any] = {"axes": (1,), "flags": (planner_effort(self.padded), "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
 
-    @cached_property
-    def _products(self) -> list[tuple[ComplexArray, ComplexArray]]:
-        """Two more buffers per thread for the products of several fields."""
-        shape = _longest(self._column_parts), self.padded[0]
-        return [(np.zeros(shape, self._complex), np.zeros(shape, self._complex)) for _ in self._column_blocks]
-
     def _provide_column_blocks(self, count: int) -> None:
         """Make `count` blocks of columns for each thread, if they are not there yet."""
         for blocks in self._column_blocks:
             while len(blocks) < count:
                 blocks.append(self._block(_longest(self._column_parts), self.padded[0]))
-        if count > 1:
-            _ = self._products  # made here, not by several threads at once
+
+
+def _multiply(
+    kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], columns: slice
+) -> None:
+    """Compute ``results = kernels @ fields`` for a block of columns; the results overwrite the fields.
+
+    Square matrices are symmetric.
+    """
+    values = tuple(tuple(kernel.values[columns] for kernel in row) for row in kernels)
+    odd = tuple(tuple(kernel.odd_x for kernel in row) for row in kernels)
+    if len(fields) == len(results) > 1:
+        spectral.multiply_symmetric(values, odd, (*fields,))
+        return
+    # One field or one result. The first result overwrites the first field, so it comes last.
+    for row, odd_row, result in reversed(list(zip(values, odd, results, strict=True))):
+        spectral.multiply(row[0], odd_row[0], fields[0], result)
+        for kernel, is_odd, field in zip(row[1:], odd_row[1:], fields[1:], strict=True):
+            spectral.multiply(kernel, is_odd, field, field)
+            result += field
 
 
 def _parts(lines: int, bytes_per_line: int) -> list[slice]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import EllipsisType
 
 import numpy as np
 
@@ -37,14 +38,9 @@ class ActiveRegion:
     columns: Span
 
     @property
-    def cells(self) -> tuple[slice, slice]:
-        """Index of the region in a field (nx, ny)."""
-        return slice(*self.rows), slice(*self.columns)
-
-    @property
-    def vector_cells(self) -> tuple[slice, slice, slice]:
-        """Index of the region in a field (2, nx, ny)."""
-        return (slice(None), *self.cells)
+    def cells(self) -> tuple[EllipsisType, slice, slice]:
+        """Index of the region in a field (nx, ny) or (2, nx, ny)."""
+        return ..., slice(*self.rows), slice(*self.columns)
 
     @property
     def count(self) -> int:

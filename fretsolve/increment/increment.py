@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -162,16 +162,11 @@ class IncrementSolver:
 
     def _enter(self, region: ActiveRegion, start: InitialState, work: WorkingState) -> InitialState:
         """Cut the tractions of `work` to a region, and return that part of `start`."""
-        cells, vectors = region.cells, region.vector_cells
-        elastic_slip = None if work.at_start or not self._single else -self._moved(start, work)[vectors]
-        work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[vectors])
-        return replace(
-            start,
-            pressure=start.pressure[cells],
-            shear=start.shear[vectors],
-            displacement=start.displacement[vectors],
-            elastic_slip=elastic_slip,
-        )
+        cells = region.cells
+        elastic_slip = None if work.at_start or not self._single else -self._moved(start, work)[cells]
+        work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
+        pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
+        return InitialState(pressure, shear, displacement, start.rigid, start.normal, elastic_slip)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
         """Put the tractions of `work` on a region back on the whole grid."""
@@ -179,7 +174,7 @@ class IncrementSolver:
         pressure[region.cells] = work.pressure
         if self.model.may_slip:
             shear = np.zeros(shear.shape)
-            shear[region.vector_cells] = work.shear
+            shear[region.cells] = work.shear
         work.pressure, work.shear = pressure, shear
 
     def _own(self, shear: FloatArray) -> FloatArray:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fretsolve.elastic.incremental_update import add_displacement
+from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.increment.coupled_step import CoupledStep
@@ -148,11 +150,11 @@ class StaggeredIteration:
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
         if self._coupled:
-            change = self.level.tangential.workspace.update
-            np.subtract(work.shear, self._shear, out=change.double)
-            self.level.operator.incremental_normal_from_shear.add(
-                self._uz, change, self._kept_tolerance * work.gap_scale
-            )
+            workspace = self.level.tangential.workspace
+            change = np.subtract(work.shear, self._shear, out=workspace.double)
+            allowed = self._kept_tolerance * work.gap_scale
+            from_shear = ElasticOperator.normal_from_shear
+            add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
             work.change = self._update_separation(work)
         if self._acceleration is None and work.staggered_iterations > FEWEST_PLAIN and work.change > SLOW * before:
             self._acceleration = AndersonAcceleration()
@@ -274,12 +276,11 @@ class StaggeredIteration:
 
     def _update_elastic_slip(self, work: WorkingState) -> None:
         """Update the elastic slip by the change of the pressure."""
-        change = self.level.tangential.workspace.update
-        np.subtract(work.pressure, self._pressure, out=change.double[0])
+        workspace = self.level.tangential.workspace
+        change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
         np.copyto(self._pressure, work.pressure)
-        self.level.operator.incremental_tangential_from_pressure.add(
-            self._elastic_slip, change, self._kept_tolerance * self._last_slip_scale, -1.0
-        )
+        from_pressure, allowed = ElasticOperator.tangential_from_pressure, self._kept_tolerance * self._last_slip_scale
+        add_displacement(self.level.operator, from_pressure, self._elastic_slip, change, workspace, allowed, -1.0)
 
     def _accept_shear(self, found: SolverResult, start: InitialState, work: WorkingState) -> None:
         """Take over the result of the tangential problem."""

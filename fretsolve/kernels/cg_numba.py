@@ -109,13 +109,7 @@ def advance(solution, residual, direction, image, constraints, moments, length):
                 moment = image.dtype.type(length * moments[m])
                 for j in range(ny):
                     residual[part, i, j] += moment * constraints[m, part, i, j]
-        if components == 1:
-            for j in range(ny):
-                squares[j] = larger(residual[0, i, j] * residual[0, i, j], squares[j])
-        else:
-            for j in range(ny):
-                squared = residual[0, i, j] * residual[0, i, j] + residual[1, i, j] * residual[1, i, j]
-                squares[j] = larger(squared, squares[j])
+        _keep_larger_squares(residual, i, squares)
     return math.sqrt(largest_of(squares))
 
 
@@ -159,13 +153,7 @@ def remove(field, constraints, moments):
                 moment = field.dtype.type(moments[m])
                 for j in range(ny):
                     field[part, i, j] -= moment * constraints[m, part, i, j]
-        if components == 1:
-            for j in range(ny):
-                squares[j] = larger(field[0, i, j] * field[0, i, j], squares[j])
-        else:
-            for j in range(ny):
-                squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
-                squares[j] = larger(squared, squares[j])
+        _keep_larger_squares(field, i, squares)
     return math.sqrt(largest_of(squares))
 
 
@@ -187,3 +175,15 @@ def largest_part(field):
             for j in range(ny):
                 sizes[j] = larger(abs(field[part, i, j]), sizes[j])
     return float(largest_of(sizes))
+
+
+@kernel
+def _keep_larger_squares(field, i, squares):
+    """Raise `squares` to the squared lengths of the vectors in row `i` where these are larger."""
+    if len(field) == 1:
+        for j in range(len(squares)):
+            squares[j] = larger(field[0, i, j] * field[0, i, j], squares[j])
+    else:
+        for j in range(len(squares)):
+            squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
+            squares[j] = larger(squared, squares[j])

@@ -8,15 +8,6 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def rigid_displacement(rigid, x, y, field):
-    nx, ny = field.shape
-    for i in range(nx):
-        along = rigid[0] + rigid[2] * x[i]
-        for j in range(ny):
-            field[i, j] = along + rigid[1] * y[j]
-
-
-@kernel
 def sum_gaps(separation, uz, rigid, x, y, contact, sums):
     nx, ny = uz.shape
     sums[:] = 0.0
@@ -45,14 +36,6 @@ def take_gap(separation, uz, rigid, x, y, contact, gap):
             depths[j] = larger(0.0 if inside else -found, depths[j])
             heights[j] = larger(raised if inside else 0.0, heights[j])
     return largest_of(sizes), largest_of(depths), largest_of(heights)
-
-
-@kernel
-def take_residual(gap, contact, factor, residual):
-    nx, ny = gap.shape
-    for i in range(nx):
-        for j in range(ny):
-            residual[i, j] = factor * gap[i, j] if contact[i, j] else 0.0
 
 
 @kernel

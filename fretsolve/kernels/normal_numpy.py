@@ -11,11 +11,6 @@ import numpy as np
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 
-def rigid_displacement(rigid: FloatArray, x: FloatArray, y: FloatArray, field: FloatArray) -> None:
-    """Set ``field`` to the rigid displacement, in the precision of the field."""
-    np.add(rigid[0] + rigid[1] * y[None, :], rigid[2] * x[:, None], out=field, casting="same_kind")
-
-
 def sum_gaps(
     separation: FloatArray,
     uz: FloatArray,
@@ -49,12 +44,6 @@ def take_gap(
     in_contact = float(np.max(np.abs(gap), where=contact, initial=0.0))
     penetration = -float(np.min(gap, where=~contact, initial=0.0))
     return in_contact, penetration, float(np.max(uz, where=contact, initial=0.0))
-
-
-def take_residual(gap: FloatArray, contact: BoolArray, factor: float, residual: FloatArray) -> None:
-    """Compute ``residual = factor gap`` in contact, 0 elsewhere, in the precision of `residual` (N5)."""
-    residual[:] = 0.0
-    np.multiply(gap, factor, out=residual, where=contact, casting="same_kind")
 
 
 def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:

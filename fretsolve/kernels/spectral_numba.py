@@ -75,36 +75,31 @@ def join_spectra(upper, lower, lines):
 @compiled
 def take_columns(spectrum, lines):
     rows, columns = spectrum.shape
-    whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
-    for first in range(0, whole_columns, TILE):
-        for start in range(0, whole_rows, TILE):
-            for j in range(TILE):
-                for i in range(TILE):
-                    lines[first + j, start + i] = spectrum[start + i, first + j]
-    for j in range(whole_columns, columns):
-        for i in range(whole_rows):
-            lines[j, i] = spectrum[i, j]
-    for i in range(whole_rows, rows):
-        for j in range(columns):
-            lines[j, i] = spectrum[i, j]
+    _transpose(spectrum, lines, columns, rows)
     lines[:, rows:] = 0.0
 
 
 @compiled
 def give_columns(lines, spectrum):
     rows, columns = spectrum.shape
+    _transpose(lines, spectrum, rows, columns)
+
+
+@compiled
+def _transpose(source, target, rows, columns):
+    """Copy the transpose of `source` to the first `rows` and `columns` of `target`, by tiles."""
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE
-    for start in range(0, whole_rows, TILE):
-        for first in range(0, whole_columns, TILE):
+    for first in range(0, whole_rows, TILE):
+        for start in range(0, whole_columns, TILE):
             for i in range(TILE):
                 for j in range(TILE):
-                    spectrum[start + i, first + j] = lines[first + j, start + i]
+                    target[first + i, start + j] = source[start + j, first + i]
     for i in range(whole_rows, rows):
         for j in range(whole_columns):
-            spectrum[i, j] = lines[j, i]
+            target[i, j] = source[j, i]
     for j in range(whole_columns, columns):
         for i in range(rows):
-            spectrum[i, j] = lines[j, i]
+            target[i, j] = source[j, i]
 
 
 @compiled
@@ -120,9 +115,16 @@ def multiply(kernel, odd, field, result):
             result[n, i] = field[n, i] * (sign * kernel[n, length - i])
 
 
+def multiply_symmetric(kernels, odd, fields):
+    if len(fields) == 2:
+        _multiply_pair(kernels[0] + kernels[1], odd[0][1], fields)
+    else:
+        _multiply_triple(kernels[0] + kernels[1] + kernels[2], (odd[0][1], odd[0][2], odd[1][2]), fields)
+
+
 @compiled
-def multiply_pair(kernels, odd, fields, products):
-    direct_x, direct_y, mixed = kernels
+def _multiply_pair(kernels, odd, fields):
+    direct_x, mixed, _, direct_y = kernels
     field_x, field_y = fields
     lines, length = field_x.shape
     half = mixed.shape[1]
@@ -140,9 +142,8 @@ def multiply_pair(kernels, odd, fields, products):
 
 
 @compiled
-def multiply_coupled(direct, mixed, odd, fields):
-    direct_z, direct_x, direct_y = direct
-    mixed_zx, mixed_zy, mixed_xy = mixed
+def _multiply_triple(kernels, odd, fields):
+    direct_z, mixed_zx, mixed_zy, _, direct_x, mixed_xy, _, _, direct_y = kernels
     field_z, field_x, field_y = fields
     lines, length = field_z.shape
     half = direct_z.shape[1]

@@ -6,9 +6,14 @@ Fields and results are complex (n, m). Kernels are real and hold the non-negativ
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from fretsolve.system.arrays import ComplexArray, FloatArray
+
+T = TypeVar("T")
+Matrix = tuple[tuple[T, ...], ...]
 
 
 def join_rows(upper: FloatArray, lower: FloatArray, lines: ComplexArray) -> None:
@@ -78,42 +83,17 @@ def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: Complex
         np.negative(result[:, half:], out=result[:, half:])
 
 
-def multiply_pair(
-    kernels: tuple[FloatArray, FloatArray, FloatArray],
-    odd: bool,
-    fields: tuple[ComplexArray, ComplexArray],
-    products: tuple[ComplexArray, ComplexArray],
+def multiply_symmetric(
+    kernels: Matrix[FloatArray], odd: Matrix[bool], fields: tuple[ComplexArray, ...]
 ) -> None:
-    """Multiply two fields, in place, by the symmetric matrix of kernels (xx, yy, xy); `odd` is that of xy.
-
-    products: working arrays of the size of a field.
-    """
-    direct_x, direct_y, mixed = kernels
-    from_x, from_y = products
-    multiply(mixed, odd, fields[0], from_x)
-    multiply(mixed, odd, fields[1], from_y)
-    for direct, field, other in zip((direct_x, direct_y), fields, (from_y, from_x), strict=True):
-        multiply(direct, False, field, field)
-        field += other
-
-
-def multiply_coupled(
-    direct: tuple[FloatArray, FloatArray, FloatArray],
-    mixed: tuple[FloatArray, FloatArray, FloatArray],
-    odd: tuple[bool, bool, bool],
-    fields: tuple[ComplexArray, ComplexArray, ComplexArray],
-) -> None:
-    """Multiply three fields (z, x, y), in place, by the symmetric matrix of kernels (zz, xx, yy; zx, zy, xy).
-
-    odd: of the kernels `mixed`.
-    """
+    """Multiply two or three fields, in place, by a symmetric matrix of kernels; `odd` is even on the diagonal."""
     results = [np.empty_like(field) for field in fields]
-    for kernel, field, result in zip(direct, fields, results, strict=True):
-        multiply(kernel, False, field, result)
     product = np.empty_like(fields[0])
-    for kernel, is_odd, pair in zip(mixed, odd, ((0, 1), (0, 2), (1, 2)), strict=True):
-        for source, target in (pair, pair[::-1]):
-            multiply(kernel, is_odd, fields[source], product)
-            results[target] += product
+    for row, (result, field) in enumerate(zip(results, fields, strict=True)):
+        multiply(kernels[row][row], False, field, result)
+        for column, other in enumerate(fields):
+            if column != row:
+                multiply(kernels[row][column], odd[row][column], other, product)
+                result += product
     for field, result in zip(fields, results, strict=True):
         field[...] = result

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.workspace import Workspace
 from fretsolve.solvers.gmres import gmres
-from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import FloatArray, IndexArray
 
 MOST_ITERATIONS = 100
@@ -31,7 +31,7 @@ class FixedZones:
     """What a step keeps fixed, in the n cells in contact.
 
     cells: their places in a flattened field, (n,); normal: (2, n), 0 where a cell sticks; drag: friction coefficient
-    where it slips, 0 elsewhere, (n,); stiffness: S over the operator's inner unit, (n,); motions: M, (m, 3, n), their
+    where it slips, 0 elsewhere, (n,); stiffness: S over the operator's unit, (n,); motions: M, (m, 3, n), their
     first component for the gap.
     """
 
@@ -43,7 +43,7 @@ class FixedZones:
 
 
 class CoupledEquations:
-    """The equations at `zones`, with lengths over the operator's inner unit.
+    """The equations at `zones`, with lengths over the operator's unit.
 
     They are worked out in `workspace` and in arrays for the pressure and uz (nx, ny) and the displacement (2, nx, ny).
     """
@@ -55,7 +55,7 @@ class CoupledEquations:
         arrays: tuple[FloatArray, FloatArray, FloatArray],
         zones: FixedZones,
     ):
-        self._operator, self._inner, self._zones = operator, operator.inner, zones
+        self._operator, self._zones = operator, zones
         self._pressure, self._uz, self._displacement = arrays
         self._shear, self._two = workspace.double, workspace.image
         self._one = workspace.first_component().direction
@@ -82,12 +82,11 @@ class CoupledEquations:
         residual, nothing = right - self._apply(first, amplitudes), np.zeros_like(missing)
         target = reduction * max(float(np.linalg.norm(right)), float(np.linalg.norm(residual)))
 
-        def apply(vector: FloatArray, out: FloatArray) -> None:
-            out[:] = self._apply(*self._precondition(vector, nothing))
+        def apply(vector: FloatArray) -> FloatArray:
+            return self._apply(*self._precondition(vector, nothing))
 
-        # GMRES corrects it without changing the resultants; pages of the basis that are not reached cost nothing
-        basis = np.empty((min(MOST_ITERATIONS, most) + 1, *right.shape))
-        combined, iterations = gmres(apply, residual, target, basis)
+        # GMRES corrects it without changing the resultants
+        combined, iterations = gmres(apply, residual, target, min(MOST_ITERATIONS, most))
         correction, rest = self._precondition(combined, nothing)
         first += correction
         return self._tractions(first), amplitudes + rest, iterations
@@ -113,7 +112,7 @@ class CoupledEquations:
         self._spread(self._tractions(unknown), (self._pressure, *self._shear))
         self._operator.all(self._pressure, self._shear, self._uz, self._displacement)
         image = self._collect((self._uz, *self._displacement))
-        image /= self._inner.unit
+        image /= self._operator.unit
         image[1:] += unknown[1:] * self._zones.stiffness
         self._keep_across(image)
         for amplitude, motion in zip(amplitudes, self._motions, strict=True):
@@ -132,7 +131,7 @@ class CoupledEquations:
 
     def _invert(self, right: FloatArray) -> FloatArray:
         """Apply (T7): the inverse of the symbol where cells stick, the diagonal where their slip stiffness is large."""
-        weight, inverse = self._weight, self._inner.inverse
+        weight, inverse = self._weight, self._operator.preconditioner
         largest = float(np.abs(right).max()) or 1.0
         scaled = right / largest
         diagonal = scaled[1:] * (weight * (1.0 - weight**2))

@@ -13,6 +13,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, TINY
+from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
@@ -20,7 +21,6 @@ from fretsolve.solvers.coupled_equations import CoupledEquations, FixedZones
 from fretsolve.solvers.normal import grown
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
-from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, Vector
 
 MOST_STEPS = 30
@@ -275,7 +275,7 @@ class CoupledNewton:
 
     def _step(self, problem: CoupledProblem, work: CoupledState, missing: Vector, reduction: float, most: int) -> bool:
         """Make a Newton step at the present zones, then open cells under tension; return whether it could be made."""
-        contact, unit = self._contact, self.operator.inner.unit
+        contact, unit = self._contact, self.operator.unit
         if not contact.any():
             return False
         forced = np.flatnonzero(_forced(problem))
@@ -305,7 +305,7 @@ class CoupledNewton:
 
     def _zones(self, problem: CoupledProblem, work: CoupledState, forced: IndexArray) -> FixedZones:
         """Return what a step keeps fixed, with the motions of the `forced` modes."""
-        contact, unit = self._contact, self.operator.inner.unit
+        contact, unit = self._contact, self.operator.unit
         slipping, friction_limit = work.slipping[contact], problem.friction * work.pressure[contact]
         stiffness = np.full(friction_limit.shape, STIFFEST)
         np.divide(self._forward[contact], friction_limit * unit, out=stiffness, where=friction_limit * unit > 0.0)

@@ -12,7 +12,7 @@ import numpy as np
 from fretsolve.elastic.rounding import circle_width
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.rigid_modes import TangentialModes, solve_modes
-from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
+from fretsolve.system.arrays import FloatArray, Vector
 
 ITERATIONS = 100
 AT_THE_LIMIT = 1e-9
@@ -64,7 +64,7 @@ def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], mode
     for _ in range(ITERATIONS):
         # least squares with the weights b / |v| of the last motion
         np.divide(weight, speed, out=reweighted)
-        direction = solve_modes(_gram(reweighted, modes), load, forced)
+        direction = solve_modes(modes.gram(reweighted), load, forced)
         direction /= direction @ load
         # what that motion dissipates: an upper bound, which must fall
         modes.displacement(direction, motion)
@@ -75,12 +75,3 @@ def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], mode
         best = dissipation
         np.maximum(speed, 1e-9 * float(speed.max()), out=speed)
     return best
-
-
-def _gram(weight: FloatArray, modes: TangentialModes) -> DoubleArray:
-    """Return the weighted sums of products of the tangential modes, 3 x 3."""
-    along_x = weight.sum(axis=1, dtype=np.float64)
-    along_y = weight.sum(axis=0, dtype=np.float64)
-    total, x, y = along_x.sum(), along_x @ modes.x, along_y @ modes.y
-    polar = along_x @ modes.x**2 + along_y @ modes.y**2
-    return np.array([[total, 0.0, -y], [0.0, total, x], [-y, x, polar]])

@@ -14,16 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import ROUNDING, rounding_of
+from fretsolve.elastic.workspace import Workspace
 from fretsolve.errors import ContactLostError
 from fretsolve.kernels import cg
-from fretsolve.kernels import normal as kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, solve_modes
-from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 REDUCTION = 0.2
@@ -59,11 +59,9 @@ class NormalSolver:
     def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace | None = None):
         self.operator = operator
         self.modes = NormalModes(grid)
-        workspace = workspace or Workspace.zeros(1, grid.shape, operator.inner.dtype)
-        self._cg = ProjectedCG(workspace)
-        self._gap, self._change = workspace.double[0], workspace.update
-        self._uz = np.zeros((1, *grid.shape))
-        self._update = operator.incremental_normal
+        self._workspace = workspace or Workspace.zeros(1, grid.shape, operator.inner.dtype)
+        self._cg = ProjectedCG(self._workspace)
+        self._gap, self._uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)
         self._gram = np.zeros((3, 3))
@@ -109,7 +107,8 @@ class NormalSolver:
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
                 reduction = max(REDUCTION, 0.3 * tolerance / residual)
-                iterations += self._cg.solve(self.operator.inner.normal, reduction, 0.0, max_iterations - iterations)
+                elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
+                iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
             # N6, N7, N8: cells under tension leave, imposed resultants are restored [26]; the new displacement
             self._correct(control, pressure, errors.largest if residual > tolerance else 0.0)
             self._update_displacement(pressure, last_tolerance * scale)
@@ -129,7 +128,8 @@ class NormalSolver:
     def _update_displacement(self, pressure: FloatArray, allowed: float) -> None:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
         np.subtract(pressure, self._gap, out=self._gap)
-        self._update.add(self._uz, self._change, allowed)
+        change = self._workspace.double
+        add_displacement(self.operator, ElasticOperator.normal, self._uz, change, self._workspace, allowed)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
         """Start with contact where the estimate presses; everywhere, at an even pressure, if a load finds none."""
@@ -220,8 +220,8 @@ class NormalSolver:
         return float(np.max((error / (reach * load))[control.forced_index], initial=0.0))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG the zone, the gap on it over its `largest` value (mm), and the rigid motions of imposed forces."""
-        kernels.take_residual(self._gap, self._contact, -1.0 / largest, self._cg.residual[0])
+        """Give CG the zone, the gap over its `largest` value (mm), and the rigid motions of imposed forces."""
+        np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = self._tilts_about_the_contact() if control.forced[0] else np.eye(3)
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
@@ -236,7 +236,7 @@ class NormalSolver:
         correction, but the zone cannot balance the load. The pressure before is left in `_gap`."""
         np.copyto(self._gap, pressure)
         if largest:
-            cg.add(pressure[None], self._cg.solution, largest / self.operator.inner.unit)
+            cg.add(pressure[None], self._cg.solution, largest / self.operator.unit)
             self._release_tension(control, pressure)
         else:
             self._widen(control, pressure)

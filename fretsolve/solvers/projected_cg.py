@@ -16,10 +16,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fretsolve.elastic.interface import Operators
+from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import cg
-from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+
+Apply = Callable[[FloatArray, FloatArray], None]
+"""A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
 
 DEPENDENT = 1e-6
 """Eigenvalue, over the largest, at which a combination of constraints counts as none: one cell resists no rotation."""
@@ -66,10 +68,10 @@ class ProjectedCG:
         elif modes:
             self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
 
-    def solve(self, operators: Operators, reduction: float, floor: float, limit: int) -> int:
+    def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
         """Reduce the largest length of the residual by `reduction`, or to `floor`, in at most `limit` iterations.
 
-        Returns the number of iterations, at least one.
+        elastic: the operator B; inverse: its preconditioner F. Returns the number of iterations, at least one.
         """
         # CG1: r = T r - N m with N' W r = 0, x = d = 0
         first = self._project_residual()
@@ -79,7 +81,7 @@ class ProjectedCG:
             return 1
         while iteration < limit:
             # CG2: z = M r, rho = r.z
-            current = self._precondition(operators)
+            current = self._precondition(inverse)
             if not current > 0.0:
                 break
             # CG3: d = z - W N m + (rho / previous rho) d, with N' d = 0
@@ -88,7 +90,7 @@ class ProjectedCG:
             )
             previous = current
             # CG4: w = T (B + S) d, kappa = d.w
-            operators.elastic(self._direction, self._image)
+            elastic(self._direction, self._image)
             curvature = self._finish_image()
             if not curvature > 0.0:
                 break
@@ -110,10 +112,10 @@ class ProjectedCG:
         """Return the amplitudes m of the constraints' motions from the moments found last."""
         return self._inverse_gram @ self._moments if len(self._moments) else self._moments
 
-    def _precondition(self, operators: Operators) -> float:
+    def _precondition(self, inverse: Apply) -> float:
         """Write the preconditioned residual into the image; return its product with the residual."""
         np.multiply(self.residual, self.weight, out=self._image)
-        operators.inverse(self._image, self._image)
+        inverse(self._image, self._image)
         return cg.finish_search(
             self._image, self.residual, self.weight, self.normal, self._constraints, self._moments
         )

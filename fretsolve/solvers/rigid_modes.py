@@ -49,14 +49,22 @@ class GapErrors:
 
 
 class _Modes:
-    """Places of the cells of a grid."""
+    """Cells of a grid, their middle and moments."""
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
-        return _middle(self.x[contact.any(axis=1)]), _middle(self.y[contact.any(axis=0)])
+        places = self.x[contact.any(axis=1)], self.y[contact.any(axis=0)]
+        x, y = (0.5 * float(ends[0] + ends[-1]) if ends.size else 0.0 for ends in places)
+        return x, y
+
+    def _moments(self, weight: FloatArray | BoolArray) -> DoubleArray:
+        """Return the weighted sums of products of 1, y, x, 3 x 3."""
+        result = np.zeros((3, 3))
+        kernels.gram(weight, self.x, self.y, result)
+        return result
 
 
 class NormalModes(_Modes):
@@ -74,9 +82,7 @@ class NormalModes(_Modes):
 
     def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
         """Return the weighted sums of products of the modes, 3 x 3."""
-        result = np.zeros((3, 3))
-        kernels.gram(weight, self.x, self.y, result)
-        return result
+        return self._moments(weight)
 
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
@@ -113,7 +119,7 @@ class NormalModes(_Modes):
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
-        kernels.rigid_displacement(rigid, self.x, self.y, out)
+        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
 
 
 class TangentialModes(_Modes):
@@ -129,14 +135,15 @@ class TangentialModes(_Modes):
         """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa)."""
         return self.sums(shear) * self.cell_area
 
+    def gram(self, weight: FloatArray) -> DoubleArray:
+        """Return the weighted sums of products of the modes, 3 x 3."""
+        (total, y, x), (_, yy, _), (_, _, xx) = self._moments(weight)
+        return np.array([[total, 0.0, -y], [0.0, total, x], [-y, x, xx + yy]])
+
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x) into `out` (2, nx, ny)."""
         out[0] = rigid[0] - rigid[2] * self.y[None, :]
         out[1] = rigid[1] + rigid[2] * self.x[:, None]
-
-
-def _middle(places: Vector) -> float:
-    return 0.5 * float(places[0] + places[-1]) if places.size else 0.0
 
 
 def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:

@@ -15,15 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, TINY, rounding_of
+from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import cg, friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, solve_modes
-from fretsolve.solvers.workspace import Workspace
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 REDUCTION = 0.1
@@ -65,7 +66,6 @@ class TangentialSolver:
         self._slip, self._normal = self.workspace.double, np.zeros((2, *grid.shape))
         self._cg = ProjectedCG(self.workspace)
         self._contact = self._cg.zone
-        self._update = operator.incremental_tangential
         self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
         self._reach = max(grid.size) / 2.0
@@ -110,7 +110,8 @@ class TangentialSolver:
             if correction:
                 self._prepare_cg(control, largest)
                 floor, limit = 0.3 * tolerance * scale / largest, max_iterations - iterations
-                iterations += self._cg.solve(self.operator.inner.tangential, REDUCTION, floor, limit)
+                elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
+                iterations += self._cg.solve(elastic, inverse, REDUCTION, floor, limit)
             # TG6, TG7, TG8: excess returns to the circle and slips, resultants are restored [45]; the new elastic slip
             unborne = 0 if correction else unborne + 1
             release = unborne > 0 and unborne % PATIENCE == 0
@@ -134,7 +135,7 @@ class TangentialSolver:
         """
         np.copyto(self._slip, shear)
         if largest:
-            cg.add(shear, self._cg.solution, largest / self.operator.inner.unit)
+            cg.add(shear, self._cg.solution, largest / self.operator.unit)
         if release:
             self.slipping[:] = False
             self._normal[:] = 0.0
@@ -148,7 +149,9 @@ class TangentialSolver:
     ) -> None:
         """Update the elastic slip from the shear in `_slip` to `shear`, with an error of less than `allowed` (mm)."""
         np.subtract(shear, self._slip, out=self._slip)
-        self._update.add(elastic_slip, self.workspace.update, allowed, -1.0, expected)
+        add_displacement(
+            self.operator, ElasticOperator.tangential, elastic_slip, self._slip, self.workspace, allowed, -1.0, expected
+        )
 
     def _start_zones(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> None:
         """Start with contact where friction can carry shear; what is missing of the load is added where it can be."""
@@ -192,7 +195,7 @@ class TangentialSolver:
             undetermined = is_singular(self._gram, control.forced_index)
             forced = -solve_modes(self._gram, self._sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
-            stiffness, unit = self._cg.stiffness, self.operator.inner.unit
+            stiffness, unit = self._cg.stiffness, self.operator.unit
             friction.move(
                 self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )

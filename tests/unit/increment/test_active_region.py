@@ -60,5 +60,5 @@ def test_its_cells_are_those_of_the_grid(center):
     part = region.part_of(grid)
     np.testing.assert_allclose(part.x, grid.x[3:15], atol=1e-15)
     np.testing.assert_allclose(part.y, grid.y[5:24], atol=1e-15)
-    assert np.zeros((2, 20, 24))[region.vector_cells].shape == (2, *part.shape)
+    assert np.zeros((2, 20, 24))[region.cells].shape == (2, *part.shape)
     assert region.count == 12 * 19

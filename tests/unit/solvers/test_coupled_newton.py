@@ -32,14 +32,13 @@ def test_gmres(size):
     random = np.random.default_rng(size)
     matrix = np.eye(size) + 0.3 * random.standard_normal((size, size)) / np.sqrt(size)
     right = random.standard_normal((size, 1))
-    basis = np.empty((size + 1, *right.shape))
-    found, iterations = gmres(lambda x, out: np.matmul(matrix, x, out=out), right.copy(), 1e-10, basis)
+    found, iterations = gmres(lambda x: matrix @ x, right, 1e-10, size)
     assert np.abs(found - np.linalg.solve(matrix, right)).max() < 1e-9
     assert 1 <= iterations <= size
 
 
 def test_gmres_of_nothing():
-    found, iterations = gmres(lambda x, out: np.copyto(out, x), np.zeros(3), 0.0, np.empty((6, 3)))
+    found, iterations = gmres(np.copy, np.zeros(3), 0.0, 5)
     assert (found.tolist(), iterations) == ([0.0, 0.0, 0.0], 0)
 
 

@@ -1,8 +1,7 @@
 """Arrays that the solvers of one grid share.
 
 The normal solver, the tangential solver and the coupled Newton method of a grid never work at the same time, and none
-of them keeps anything in these arrays between two solves. Sharing them saves 28 bytes per cell. (The row spectra of
-the convolutions are shared in the same way by `fretsolve.elastic.convolution.RowSpectra`.)
+of them keeps anything in these arrays between two solves. Sharing them saves 28 bytes per cell.
 """
 
 from __future__ import annotations
@@ -11,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.incremental_update import UpdateArrays
 from fretsolve.system.arrays import FloatArray
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """double: (c, nx, ny) in double precision, the gap or the slip of a solver. The others are those of its conjugate
-    gradients, in their precision: solution, residual, direction, image: (c, nx, ny); weight: (nx, ny)."""
+    """double: (c, nx, ny) in double precision, the gap or slip of a solver, or the change of a traction. The others are
+    those of conjugate gradients, in their precision: solution, residual, direction, image: (c, nx, ny); weight:
+    (nx, ny)."""
 
     double: FloatArray
     solution: FloatArray
@@ -39,8 +38,3 @@ class Workspace:
         return Workspace(
             self.double[:1], self.solution[:1], self.residual[:1], self.direction[:1], self.image[:1], self.weight
         )
-
-    @property
-    def update(self) -> UpdateArrays:
-        """The arrays in which an incremental update is computed: the change of a traction goes into `double`."""
-        return UpdateArrays(self.double, (self.direction, self.image))
