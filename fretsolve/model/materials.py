@@ -56,15 +56,12 @@ class Compliances:
 
 def compliances(body_1: ElasticBody | None, body_2: ElasticBody | None) -> Compliances:
     """Return the compliances of a pair; body 1 is loaded, body 2 is held, None is a rigid body."""
-    a_1, b_1, c_1 = _body_terms(body_1)
-    a_2, b_2, c_2 = _body_terms(body_2)
-    return Compliances(A=a_1 + a_2, B=b_1 + b_2, C=c_1 - c_2)
-
-
-def _body_terms(body: ElasticBody | None) -> tuple[float, float, float]:
-    """Return (1 - nu)/G, nu/G and (1 - 2 nu)/G of one body."""
-    if body is None:
-        return 0.0, 0.0, 0.0
-    nu = body.poisson_ratio
-    shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
-    return (1.0 - nu) / shear_modulus, nu / shear_modulus, (1.0 - 2.0 * nu) / shear_modulus
+    A = B = C = 0.0
+    for body, sign in ((body_1, 1.0), (body_2, -1.0)):
+        if body is not None:
+            nu = body.poisson_ratio
+            shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
+            A += (1.0 - nu) / shear_modulus
+            B += nu / shear_modulus
+            C += sign * (1.0 - 2.0 * nu) / shear_modulus
+    return Compliances(A, B, C)

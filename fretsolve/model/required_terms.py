@@ -23,19 +23,13 @@ Part = Literal[
     "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
 ]
 
-TAKES: dict[Part, str] = {
-    "normal problem": "p, gap; uz from p",
-    "tangential problem": "qx, qy; ux from qx, uy from qy",
-    "ux from qy, uy from qx": "one coefficient for both",
-    "between pressure and shear": "ux, uy from p, uz from qx, qy; both problems in turn",
-    "slip and work": "slip, slip path, dissipated energy",
-}
-"""What each part takes where it is kept. Where it is not kept, nothing of it is allocated or computed."""
-
 
 @dataclass(frozen=True)
 class Decision:
-    """Whether a part of the model is kept, why, and what it takes: unknowns, coefficients, fields."""
+    """Whether a part of the model is kept, why, and what it takes: unknowns, coefficients, fields.
+
+    Where a part is not kept, nothing of what it takes is allocated or computed.
+    """
 
     part: Part
     kept: bool
@@ -81,13 +75,22 @@ def derive_model(case: Case) -> Model:
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
     in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
-    reasons: dict[Part, tuple[bool, str]] = {
-        "normal problem": (True, "the bodies are pressed together"),
-        "tangential problem": (has_shear, _why_shear(friction, moved, coupled)),
-        "ux from qy, uy from qx": (in_plane, _why_in_plane(asked, has_shear, material.B)),
-        "between pressure and shear": (coupled, _why_coupled(asked, material, matters, has_shear, coupled)),
-        "slip and work": (may_slip, _why_slip(has_shear, may_slip, moved)),
-    }
+    why_coupled = _why_coupled(asked, material, matters, has_shear, coupled)
+    decisions = (
+        Decision("normal problem", True, "the bodies are pressed together", "p, gap; uz from p"),
+        Decision(
+            "tangential problem", has_shear, _why_shear(friction, moved, coupled), "qx, qy; ux from qx, uy from qy"
+        ),
+        Decision(
+            "ux from qy, uy from qx", in_plane, _why_in_plane(asked, has_shear, material.B), "one coefficient for both"
+        ),
+        Decision(
+            "between pressure and shear", coupled, why_coupled, "ux, uy from p, uz from qx, qy; both problems in turn"
+        ),
+        Decision(
+            "slip and work", may_slip, _why_slip(has_shear, may_slip, moved), "slip, slip path, dissipated energy"
+        ),
+    )
     return Model(
         material,
         friction,
@@ -96,7 +99,7 @@ def derive_model(case: Case) -> Model:
         may_slip,
         "full" if coupled else "tangential" if in_plane else "none",
         moved,
-        tuple(Decision(part, kept, reason, TAKES[part]) for part, (kept, reason) in reasons.items()),
+        decisions,
         _warnings(asked, moved, friction, material, matters),
     )
 

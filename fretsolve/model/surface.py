@@ -30,7 +30,21 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
     """
     total = np.zeros((x.size, y.size))
     for index, surface in enumerate(surfaces):
-        _add(total, surface, x - surface.center[0], y - surface.center[1], index)
+        from_x, from_y = x - surface.center[0], y - surface.center[1]
+        column, row = from_x[:, None], from_y[None, :]
+        match surface.kind:
+            case "sphere":
+                _add_paraboloid(total, column, row, surface.radius, surface.radius, 0.0)
+            case "ellipsoid":
+                _add_paraboloid(total, column, row, surface.radius_x, surface.radius_y, surface.angle)
+            case "cylinder":
+                _add_cylinder(total, column, row, surface)
+            case "cone":
+                total += math.tan(surface.angle) * np.hypot(column, row)
+            case "punch":
+                total += _punch(column, row, surface)
+            case "heights":
+                total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
     return total
 
 
@@ -39,11 +53,8 @@ def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> B
 
     Raises as `separation`.
     """
-    border: BoolArray | None = None
-    for (x0, y0), height_map in _height_maps(surfaces):
-        ends = height_map.border(x - x0, y - y0)
-        border = ends if border is None else border | ends
-    return border
+    borders = [height_map.border(x - x0, y - y0) for (x0, y0), height_map in _height_maps(surfaces)]
+    return np.logical_or.reduce(borders) if borders else None
 
 
 def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
@@ -56,24 +67,6 @@ def _height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, flo
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":
             yield surface.center, load_height_map(surface, ("surface", index, "heights"))
-
-
-def _add(total: DoubleArray, surface: Surface, x: DoubleArray, y: DoubleArray, index: int) -> None:
-    """Add one surface to `total`; `x`, `y` are counted from its centre."""
-    column, row = x[:, None], y[None, :]
-    match surface.kind:
-        case "sphere":
-            _add_paraboloid(total, column, row, surface.radius, surface.radius, 0.0)
-        case "ellipsoid":
-            _add_paraboloid(total, column, row, surface.radius_x, surface.radius_y, surface.angle)
-        case "cylinder":
-            _add_cylinder(total, column, row, surface)
-        case "cone":
-            total += math.tan(surface.angle) * np.hypot(column, row)
-        case "punch":
-            total += _punch(column, row, surface)
-        case "heights":
-            total += height_map_separation(surface, x, y, ("surface", index, "heights"))
 
 
 def _add_paraboloid(
@@ -105,8 +98,7 @@ def _add_cylinder(total: DoubleArray, x: DoubleArray, y: DoubleArray, cylinder: 
 
 def _punch(x: DoubleArray, y: DoubleArray, punch: PunchSurface) -> DoubleArray:
     """Return a flat punch, circular or square with sides along x and y; its edge is rounded within its outline."""
-    size = punch.half_width if punch.radius is None else punch.radius
-    assert size is not None, "the case has checked that one of both is given"
+    size = punch.radius or punch.half_width or 0.0  # the case has checked that one of both is given
     flat = size - punch.edge_radius
     if punch.radius is None:
         beyond = np.hypot(np.maximum(np.abs(x) - flat, 0.0), np.maximum(np.abs(y) - flat, 0.0))

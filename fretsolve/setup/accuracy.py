@@ -6,20 +6,27 @@ All errors are at the ends of stages, in parts of a scale of their kind (`scales
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
+from fretsolve.model.required_terms import Model
+from fretsolve.reference.tangential import spence_stick_ratio
 from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
-"""With this many cells across the contact the error bars of the cells are at most about this, that of the stick radius,
-and fall with this order of the number of cells (docs/error_bars.md)."""
+"""With so many cells across the contact the largest error bar of the cells, that of the stick radius, is about
+CELLS_ERROR. It falls with this order of the number of cells (docs/error_bars.md)."""
 
 SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
 """Error bar of the dissipated energy where the slip annulus is a cell wide, and the order with which it falls with the
@@ -28,25 +35,22 @@ cells of the annulus: for similar bodies under shear, and for dissimilar bodies 
 MOST_FOR_SLIP = 4.0
 """Limit on the factor of cells or increments for a narrow annulus, which dissipates next to nothing."""
 
-FEWEST_POINTS = 32
+FEWEST_POINTS, ROUND_POINTS = 32, 4
+"""Least number of points per side, and the number of which it is a multiple, so that the coarse runs have half of them.
+"""
 
-ROUND_POINTS = 4
-"""Points per side are a multiple of it, so that the coarse runs have exactly half of them."""
-
-INCREMENTS_ERROR, INCREMENTS_ORDER = 0.06, 1.35
-"""Error bar of the dissipated energy with the increments that `increments: auto` takes without an accuracy, and the
-order with which it falls with their number. Those of displacements are a third of it and fall with an order of 1."""
-
-FEWEST_REFINED = 0.5
+INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.06, 1.35, 0.5
+"""Error bar of the dissipated energy with the increments that `increments: auto` takes without an accuracy, the order
+with which it falls with their number, and the least factor on that number. Those of displacements are a third of it and
+fall with an order of 1."""
 
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
 increments are taken, and the order with which their number rises with the inverse of the width."""
 
-TOLERANCE = 1e-4
-"""Tolerance of the iteration over the accuracy: it adds no error, and the slip of small last steps is resolved."""
-
-TIGHTEST, LOOSEST = 1e-8, 1e-5
+TOLERANCE, TIGHTEST, LOOSEST = 1e-4, 1e-8, 1e-5
+"""Tolerance of the iteration over the accuracy, with its limits: it adds no error, and resolves the slip of small last
+increments."""
 
 LEAST_MOTION = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
@@ -61,46 +65,49 @@ SCALES = {
 }
 """The scales of errors in words; LARGEST for all other quantities, at the ends of stages."""
 
-QUANTITIES = (
-    *("P", "Qx", "Qy", "Mx", "My", "Mz", "delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-    *("contact_radius", "stick_radius", "max_pressure", "work_total"),
-)
+QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
 """The columns of the history that an accuracy is about."""
 
 
-def points_for(
-    accuracy: float,
-    size: tuple[float, float],
-    extent: tuple[float, float],
-    sheared_width: float = 0.0,
-    pressed_width: float = 0.0,
-) -> tuple[int, int]:
-    """Return the points along x and y on an area of `size` (mm) for a contact of `extent` (mm).
+def points_needed(case: Case, model: Model, load_path: LoadPath, size: Size) -> tuple[int, int]:
+    """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
-    sheared_width, pressed_width: of the annulus that slips under shear and under pressure alone, over the contact
-    radius; 0 where there is none, or where it is unknown.
+    They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
     """
+    accuracy, holds_contact = case.solver.accuracy, size
+    assert accuracy is not None
+    if case.grid.size is not None:
+        with contextlib.suppress(CaseError):
+            holds_contact = automatic_size(case, model.compliances, load_path.normal_loads())
     usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
-    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (pressed_width, PRESSED_SLIP)):
+    sheared_width = 0.0 if model.coupled else load_path.slip_width
+    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (_pressed_width(model), PRESSED_SLIP)):
         if width > 0.0:
             across_slip = (error / accuracy) ** (1.0 / order)
             cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
-    wanted = (max(FEWEST_POINTS, cells * side / reach) for side, reach in zip(size, extent, strict=True))
+    extents = (side / MARGIN for side in holds_contact)
+    wanted = (max(FEWEST_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
     nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in wanted)
     return nx, ny
 
 
-def refinement(accuracy: float | None, pressed_width: float = 0.0) -> float:
-    """Return the factor on the number of automatic increments where the slip depends on the path; 1 without accuracy.
-
-    pressed_width: as in `points_for`.
-    """
+def refinement(accuracy: float | None, model: Model) -> float:
+    """Return the factor on automatic numbers of increments where the slip depends on the path; 1 without accuracy."""
     if accuracy is None:
         return 1.0
     factor = max(FEWEST_REFINED, math.pow(INCREMENTS_ERROR / accuracy, 1.0 / INCREMENTS_ORDER))
-    if pressed_width > 0.0:
-        factor *= min(max(1.0, math.pow(WIDE_SLIP / pressed_width, NARROW_ORDER)), MOST_FOR_SLIP)
-    return factor
+    width = _pressed_width(model)
+    return factor * min(max(1.0, math.pow(WIDE_SLIP / width, NARROW_ORDER)), MOST_FOR_SLIP) if width > 0.0 else factor
+
+
+def _pressed_width(model: Model) -> float:
+    """Return the width, over the contact radius, of the slip annulus of dissimilar bodies under P alone; Spence.
+
+    0 without slip, and under tangential loads, which dissipate most of the energy themselves.
+    """
+    if not model.coupled or model.moved:
+        return 0.0
+    return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 
 
 def settled(case: Case) -> Case:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,10 +11,9 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import map_border, separation
-from fretsolve.reference.tangential import spence_stick_ratio
-from fretsolve.setup.accuracy import picks, points_for, refinement, settled
+from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms import ClosedForms
-from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
+from fretsolve.setup.contact_size import automatic_size
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 SINGLE_RANGE = 1e28
@@ -59,46 +57,16 @@ class ProblemSetup:
 def set_up(case: Case) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick what its accuracy asks for.
 
-    Raises CaseError or FileError where a surface cannot be read or no size holds the contact.
+    Raises CaseError or FileError where a surface cannot be read, no size holds the contact, or influence coefficients
+    leave the range of single precision.
     """
     asked, case = case, settled(case)
     model = derive_model(case)
-    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, _pressed_width(case, model)))
+    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     size = case.grid.size or automatic_size(case, model.compliances, load_path.normal_loads())
     points = case.grid.points or points_needed(case, model, load_path, size)
     grid = Grid.from_size(points, size, case.grid.center)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
-    _require_range_of_precision(case, model, grid)
-    return ProblemSetup(case, model, grid, load_path, picks(asked, case, load_path))
-
-
-def points_needed(case: Case, model: Model, load_path: LoadPath, size: Size) -> tuple[int, int]:
-    """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
-
-    They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
-    """
-    assert case.solver.accuracy is not None
-    holds_contact = size
-    if case.grid.size is not None:
-        with contextlib.suppress(CaseError):
-            holds_contact = automatic_size(case, model.compliances, load_path.normal_loads())
-    extent = holds_contact[0] / MARGIN, holds_contact[1] / MARGIN
-    sheared_width = 0.0 if model.coupled else load_path.slip_width
-    return points_for(case.solver.accuracy, size, extent, sheared_width, _pressed_width(case, model))
-
-
-def _pressed_width(case: Case, model: Model) -> float:
-    """Return the width, over the contact radius, of the slip annulus of dissimilar bodies under P alone; Spence.
-
-    0 without an accuracy, without slip, and under tangential loads, which dissipate most of the energy themselves.
-    """
-    if case.solver.accuracy is None or not model.coupled or model.moved:
-        return 0.0
-    return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
-
-
-def _require_range_of_precision(case: Case, model: Model, grid: Grid) -> None:
-    """Raise CaseError where influence coefficients leave the range of single precision, if the case asks for it."""
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
     if case.solver.precision == "single" and not 1.0 / SINGLE_RANGE < compliance < SINGLE_RANGE:
         message = (
@@ -106,3 +74,4 @@ def _require_range_of_precision(case: Case, model: Model, grid: Grid) -> None:
             " precision: double, or lengths and moduli nearer to those of metals"
         )
         raise case.source.problem(message, ("solver", "precision"))
+    return ProblemSetup(case, model, grid, load_path, picks(asked, case, load_path))

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.reference.tangential import full_slip_torque
-from fretsolve.setup.accuracy import percent
+from fretsolve.setup.accuracy import percent, points_needed
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
-from fretsolve.setup.problem_setup import ProblemSetup, points_needed
+from fretsolve.setup.problem_setup import ProblemSetup
 
 if TYPE_CHECKING:
     from fretsolve.result import Result

@@ -14,7 +14,7 @@ from solving import DISSIMILAR, build
 from fretsolve.case.loading import load_case
 from fretsolve.result import open_result
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.setup.accuracy import QUANTITIES, points_for, refinement, scales, verdict
+from fretsolve.setup.accuracy import QUANTITIES, refinement, scales, verdict
 from fretsolve.setup.problem_setup import set_up
 
 CASE = """\
@@ -68,7 +68,7 @@ def test_without_accuracy_nothing_changes() -> None:
     setup = set_up(build(grid={"points": 16}))
     assert setup.picked == ()
     assert setup.case.effective() == build(grid={"points": 16}).effective()
-    assert refinement(None) == 1.0
+    assert refinement(None, setup.model) == 1.0
 
 
 def test_more_accuracy_takes_more_points_and_increments() -> None:
@@ -95,7 +95,7 @@ def test_points_follow_the_contact_not_the_area() -> None:
     wide = set_up(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
     assert wide.dx == pytest.approx(automatic.dx, rel=0.1)
     assert wide.ny == automatic.ny
-    assert points_for(0.2, (1.0, 1.0), (1.0, 1.0)) == (32, 32)
+    assert set_up(build(solver=solver(0.2))).grid.shape == (32, 32)
 
 
 def test_a_narrow_slip_annulus_takes_more_points() -> None:
