@@ -11,7 +11,7 @@ from work_unit import work_unit
 
 import fretsolve
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 from fretsolve.setup.problem_setup import set_up
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml"

@@ -17,7 +17,7 @@ from fretsolve.kernels import COMPILED
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 

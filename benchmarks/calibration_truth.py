@@ -30,7 +30,7 @@ def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]
     """An ellipsoid, pressed."""
     def exact(pair: Compliances) -> Truth:
         found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
-        radius = math.sqrt(found.semi_axis_x * found.semi_axis_y)
+        radius = found.contact_radius
         return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": radius}}
 
     return exact

@@ -26,7 +26,7 @@ from marked import put_parts_into
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.transform_length import padded_length
 from fretsolve.model.materials import compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 
 GRIDS = (128, 256, 512, 1024)
 SIDE = 0.8

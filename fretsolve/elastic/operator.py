@@ -16,7 +16,7 @@ from fretsolve.elastic.influence import Influence, InfluenceSpectra, ScaledSpect
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
 
 INNER_PRECISION = np.float32

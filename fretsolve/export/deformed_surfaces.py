@@ -12,8 +12,8 @@ from fretsolve.elastic.fftw_wisdom import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import FretsolveError
 from fretsolve.model.materials import compliances
+from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.model.terms import Terms
 from fretsolve.result import Result
 from fretsolve.result.stored_case import stored_case
 from fretsolve.system.arrays import BoolArray, DoubleArray

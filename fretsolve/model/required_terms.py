@@ -8,7 +8,6 @@ from typing import Literal
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.case.models import Case, ElasticBody
 from fretsolve.model.materials import Compliances, compliances
-from fretsolve.model.terms import Terms
 from fretsolve.reference.tangential import spence_stick_ratio
 
 UNCOUPLED_BELOW = 1e-12
@@ -22,6 +21,19 @@ the largest friction bound, the pressure over the largest pressure. Measured for
 Part = Literal[
     "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
 ]
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Which influence coefficients of the elastic operator are kept.
+
+    tangential: ux from qx and uy from qy; in_plane_coupling: ux from qy and uy from qx as well;
+    normal_tangential_coupling: ux, uy from p and, if there is shear, uz from qx, qy.
+    """
+
+    tangential: bool
+    in_plane_coupling: bool
+    normal_tangential_coupling: bool
 
 
 @dataclass(frozen=True)

@@ -16,21 +16,23 @@ from fretsolve.system.arrays import DoubleArray
 
 @dataclass(frozen=True)
 class HertzContact:
-    """Circular Hertz contact: load P, contact radius a, peak pressure p0, approach delta_z."""
+    """Hertz contact, circular or elliptic: load P, semi-axes along x and y, peak pressure p0, approach delta_z."""
 
     load: float
-    contact_radius: float
+    semi_axes: tuple[float, float]
     max_pressure: float
     delta_z: float
 
     @property
-    def semi_axes(self) -> tuple[float, float]:
-        """The radius twice, as an ellipse has it."""
-        return self.contact_radius, self.contact_radius
+    def contact_radius(self) -> float:
+        """Radius a of a circle, of an ellipse that of a circle of the same area."""
+        a, b = self.semi_axes
+        return a if a == b else math.sqrt(a * b)
 
-    def pressure(self, r: DoubleArray) -> DoubleArray:
-        """Return p0 sqrt(1 - r^2/a^2) at distances `r` from the centre; 0 outside."""
-        return self.max_pressure * _semicircle(r, self.contact_radius)
+    def pressure(self, x: DoubleArray, y: DoubleArray | float = 0.0) -> DoubleArray:
+        """Return the pressure at points `x`, `y` (of shapes that broadcast) along the principal axes; 0 outside."""
+        a, b = self.semi_axes
+        return self.max_pressure * np.sqrt(np.maximum(1.0 - np.square(np.hypot(x / a, y / b)), 0.0))
 
 
 def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
@@ -40,7 +42,7 @@ def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzCon
     """
     _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     a = math.cbrt(0.75 * load * radius / contact_modulus)
-    return HertzContact(load, a, 1.5 * load / (math.pi * a**2), a**2 / radius)
+    return HertzContact(load, (a, a), 1.5 * load / (math.pi * a**2), a**2 / radius)
 
 
 def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
@@ -48,30 +50,10 @@ def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> He
     _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
     a = math.sqrt(radius * delta_z)
     load = 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
-    return HertzContact(load, a, 2.0 * contact_modulus * a / (math.pi * radius), delta_z)
+    return HertzContact(load, (a, a), 2.0 * contact_modulus * a / (math.pi * radius), delta_z)
 
 
-@dataclass(frozen=True)
-class EllipticContact:
-    """Elliptic Hertz contact: load P, semi-axes along x and y, peak pressure p0, approach delta_z."""
-
-    load: float
-    semi_axis_x: float
-    semi_axis_y: float
-    max_pressure: float
-    delta_z: float
-
-    @property
-    def semi_axes(self) -> tuple[float, float]:
-        """Those along x and y."""
-        return self.semi_axis_x, self.semi_axis_y
-
-    def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Return the pressure at points `x`, `y` (of shapes that broadcast) along the principal axes; 0 outside."""
-        return self.max_pressure * _semicircle(np.hypot(x / self.semi_axis_x, y / self.semi_axis_y), 1.0)
-
-
-def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> EllipticContact:
+def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> HertzContact:
     """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
 
     With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
@@ -96,8 +78,7 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
     b = ratio * a
     p0 = 1.5 * load / (math.pi * a * b)
     delta_z = p0 * b / contact_modulus * ellipkm1(ratio**2)
-    axis_x, axis_y = (a, b) if radius_x >= radius_y else (b, a)
-    return EllipticContact(load, axis_x, axis_y, p0, float(delta_z))
+    return HertzContact(load, (a, b) if radius_x >= radius_y else (b, a), p0, float(delta_z))
 
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
@@ -170,11 +151,6 @@ def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeCo
 def _slope(angle: float) -> float:
     _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
     return math.tan(angle)
-
-
-def _semicircle(r: DoubleArray, radius: float) -> DoubleArray:
-    """Return sqrt(1 - r^2/radius^2), 0 outside."""
-    return np.asarray(np.sqrt(np.maximum(1.0 - np.square(r / radius), 0.0)))
 
 
 def _require(condition: bool, message: str) -> None:

@@ -71,7 +71,7 @@ class CattaneoMindlin:
         a, c = self.hertz.contact_radius, self.stick_radius
         shear = math.copysign(self.friction, self.shear_force) * self.hertz.pressure(r)
         if c > 0.0:
-            inner = replace(self.hertz, contact_radius=c, max_pressure=c / a * self.hertz.max_pressure)
+            inner = replace(self.hertz, semi_axes=(c, c), max_pressure=c / a * self.hertz.max_pressure)
             shear -= math.copysign(self.friction, self.shear_force) * inner.pressure(r)
         return shear
 

@@ -27,7 +27,6 @@ from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import (
-    EllipticContact,
     FlatPunch,
     HertzContact,
     boussinesq_punch,
@@ -61,7 +60,7 @@ class HertzForm:
     radii: of curvature along the semi-axes (mm); angle: from x to the first semi-axis; modulus: E* (MPa).
     """
 
-    contact: HertzContact | EllipticContact
+    contact: HertzContact
     radii: tuple[float, float]
     angle: float
     modulus: float
@@ -69,7 +68,7 @@ class HertzForm:
     @property
     def circle(self) -> HertzContact | None:
         """The contact where it is circular."""
-        return self.contact if isinstance(self.contact, HertzContact) else None
+        return self.contact if self.contact.semi_axes[0] == self.contact.semi_axes[1] else None
 
     @property
     def size_over_radius(self) -> float:
@@ -84,8 +83,6 @@ class HertzForm:
 
     def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
         """Return the pressure (MPa) at points `x`, `y` (mm) about the centre; 0 outside."""
-        if isinstance(self.contact, HertzContact):
-            return self.contact.pressure(np.hypot(x, y))
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         return self.contact.pressure(cosine * x + sine * y, cosine * y - sine * x)
 
@@ -201,7 +198,7 @@ class ClosedForms:
             if form is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
                 continue
             found = {"delta_z": form.contact.delta_z, "max_pressure": form.contact.max_pressure}
-            found |= _circle("contact", math.sqrt(math.prod(form.contact.semi_axes)))
+            found |= _circle("contact", form.contact.contact_radius)
             yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
             shear = self.tangential(stage)
             if shear is None or not 0.0 < shear.largest <= shear.limit:

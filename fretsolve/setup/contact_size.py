@@ -13,8 +13,8 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.height_map import load_height_map
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
+from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.model.terms import Terms
 from fretsolve.reference.hertz import hertz_sphere, hertz_sphere_at, love_cone, love_cone_at
 from fretsolve.setup.closed_forms import hertz_form
 from fretsolve.system.arrays import BoolArray, DoubleArray

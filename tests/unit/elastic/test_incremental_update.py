@@ -8,7 +8,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 
 SHAPE = (48, 40)
 OPERATOR = ElasticOperator(

@@ -9,7 +9,7 @@ from fretsolve.elastic import convolution
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)
 FULL, TANGENTIAL, NONE, NORMAL = (

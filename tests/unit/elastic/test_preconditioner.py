@@ -7,7 +7,7 @@ from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=0.0)
 

@@ -7,7 +7,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 

@@ -7,7 +7,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
-from fretsolve.model.terms import Terms
+from fretsolve.model.required_terms import Terms
 from fretsolve.solvers.rigid_modes import TangentialModes
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
