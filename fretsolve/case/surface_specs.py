@@ -21,7 +21,7 @@ from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, 
 from .dimensions import ANGLE, LENGTH
 from .quantities import InUnits, refused, shown
 
-_HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 
 
 class _SurfaceModel(CaseModel):
@@ -136,7 +136,7 @@ class HeightsSurface(_SurfaceModel):
 
     @model_validator(mode="after")
     def _dataset_named(self) -> Self:
-        if self.dataset is None and self.file.suffix.lower() in _HDF5_SUFFIXES:
+        if self.dataset is None and self.file.suffix.lower() in HDF5_SUFFIXES:
             raise refused(
                 f"dataset is missing; the name of one in the HDF5 file {self.file.name!r} is needed"
             )

@@ -24,13 +24,10 @@ from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.case.surface_specs import HeightsSurface
+from fretsolve.case.surface_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-Pair = tuple[float, float]
-
-HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
@@ -61,10 +58,10 @@ class HeightMap:
     """Separation `values` (mx, my) in mm, NaN in holes, at points `spacing` (mm) apart about the origin."""
 
     values: DoubleArray
-    spacing: Pair
+    spacing: tuple[float, float]
 
     @property
-    def span(self) -> Pair:
+    def span(self) -> tuple[float, float]:
         """Distances between the outermost points (mm)."""
         mx, my = self.values.shape
         return (mx - 1) * self.spacing[0], (my - 1) * self.spacing[1]
@@ -161,7 +158,7 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
     if values.ndim != 2 or min(values.shape) < 2:
         shape = " x ".join(map(str, values.shape)) or "scalar"
         raise CaseError(f"{file.name!r} holds a {shape} array; at least 2 x 2 heights are needed", key)
-    if not (np.issubdtype(values.dtype, np.floating) or np.issubdtype(values.dtype, np.integer)):
+    if values.dtype.kind not in "iuf":
         raise CaseError(f"{file.name!r} holds values of type {values.dtype}; real numbers are needed", key)
     checked = values.astype(np.float64)
     finite = np.isfinite(checked)
@@ -171,7 +168,7 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
     return checked
 
 
-def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> Pair:
+def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[float, float]:
     """Return the spacing (mm) of the case, or else that of the file."""
     if source.spacing is not None:
         return source.spacing

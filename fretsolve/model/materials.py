@@ -7,17 +7,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
-
-class ElasticBody(Protocol):
-    """A body with Young's modulus (MPa) and Poisson's ratio."""
-
-    @property
-    def young_modulus(self) -> float: ...
-
-    @property
-    def poisson_ratio(self) -> float: ...
+from fretsolve.case.models import ElasticBody
 
 
 @dataclass(frozen=True)

@@ -31,15 +31,16 @@ COMPILER_BYTES = 60e6
 BUFFER_BYTES = 10e6
 """Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
 
-CELL_BYTES: dict[Part, float] = {
-    "normal problem": 115.0,
-    "tangential problem": 110.0,
-    "ux from qy, uy from qx": 20.0,
-    "between pressure and shear": 110.0,
-    "slip and work": 75.0,
+CELL_COSTS: dict[Part, tuple[float, float]] = {
+    "normal problem": (115.0, 0.033e-6),
+    "tangential problem": (110.0, 0.03e-6),
+    "ux from qy, uy from qx": (20.0, 0.0),
+    "between pressure and shear": (110.0, 0.033e-6),
+    "slip and work": (75.0, 0.0),
 }
 """Bytes per cell of each part of the model: influence coefficients, padded spectra, work arrays of the solvers, the
-states before and after an increment, buffers of the result file."""
+states before and after an increment, buffers of the result file. Seconds per cell and application of the elastic
+operator, with everything around it."""
 
 SMALL_GRID = 1.8
 """Memory per cell on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, over that on larger."""
@@ -51,13 +52,6 @@ APPLICATIONS, COUPLED_APPLICATIONS = 20, 10
 """Applications of the elastic operator per increment: in the tangential problem, and in the normal problem where the
 normal load changes; where the pressure follows the shear, in the normal problem and of the coefficients between both.
 """
-
-APPLICATION_SECONDS: dict[Part, float] = {
-    "normal problem": 0.033e-6,
-    "tangential problem": 0.03e-6,
-    "between pressure and shear": 0.033e-6,
-}
-"""Seconds per application and cell, with everything around it."""
 
 CALL_SECONDS = 0.4e-3
 """Seconds per application that do not depend on the number of cells."""
@@ -131,7 +125,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     seconds = _seconds(setup, applications, compiled)
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
     shares = {
-        decision.part: Share(cell_factor * CELL_BYTES[decision.part] * cells, seconds.get(decision.part, 0.0))
+        decision.part: Share(cell_factor * CELL_COSTS[decision.part][0] * cells, seconds.get(decision.part, 0.0))
         for decision in setup.model.decisions
         if decision.kept
     }
@@ -174,7 +168,7 @@ def _seconds(setup: ProblemSetup, applications: dict[Part, int], compiled: bool)
     cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
     seconds = {
-        part: (APPLICATION_SECONDS[part] * effort + CALL_SECONDS) * count for part, count in applications.items()
+        part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()
     }
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     if setup.model.terms.in_plane_coupling:
@@ -251,6 +245,6 @@ def rounded_bytes(size: float) -> str:
 
 def _in_units(value: float, units: tuple[tuple[str, float], ...], least: float = 1.0) -> str:
     """Write a value with two digits, in the first of `units` of which it has at least `least`, or in the last one."""
-    unit, factor = next((unit for unit in units if value >= least * unit[1]), units[-1])
+    unit, factor = next((scale for scale in units if value >= least * scale[1]), units[-1])
     amount = value / factor
     return f"{amount:.2g} {unit}" if amount < 10.0 else f"{amount:.0f} {unit}"
