@@ -29,8 +29,9 @@ from marked import data_file, write_csv
 
 import fretsolve
 from fretsolve.case.models import Case
+from fretsolve.case.quantities import percent
 from fretsolve.result.state import State
-from fretsolve.setup.accuracy import QUANTITIES, Verdict, percent, scales, verdict
+from fretsolve.setup.accuracy import QUANTITIES, Verdict, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 

@@ -189,6 +189,11 @@ def shown(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:117]}..."
 
 
+def percent(share: float, digits: int = 2) -> str:
+    """Write a share in per cent, such as ``2.5 %``."""
+    return f"{100.0 * share:.{digits}g} %"
+
+
 @dataclass(frozen=True)
 class InUnits:
     """Annotation of a float of a model: read by `to_internal`, checked against bounds in internal units.

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator
 
 from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.quantities import percent
 from fretsolve.model.required_terms import Model
-from fretsolve.setup.accuracy import percent
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup
 

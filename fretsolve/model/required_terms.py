@@ -7,6 +7,7 @@ from typing import Literal
 
 from fretsolve.case.load_components import TANGENTIAL
 from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.quantities import percent
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.reference.tangential import spence_stick_ratio
 
@@ -184,7 +185,7 @@ def _warnings(
         found.append(
             f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"
             f" and friction {friction:g} a sphere under P alone sticks on"
-            f" {100.0 * spence_stick_ratio(friction, beta):.3g} % of the contact radius (Spence), here on all of it;"
+            f" {percent(spence_stick_ratio(friction, beta), 3)} of the contact radius (Spence), here on all of it;"
             " coupling: auto keeps it"
         )
     if asked == "none" and moved and material.B:
@@ -192,6 +193,6 @@ def _warnings(
         if {"Mz", "phi_z"} & set(moved):
             # A torque then meets A + 3B/4 instead of A + B: the mean of A + B (sin^4 + cos^4) over the directions.
             share = 0.25 * material.B / material.torsional
-            error = f": under torsion the ratio phi_z/Mz is {100.0 * share:.2g} % too small"
+            error = f": under torsion the ratio phi_z/Mz is {percent(share)} too small"
         found.append(f"coupling: none leaves out ux from qy and uy from qx{error}; coupling: auto keeps them")
     return tuple(found)

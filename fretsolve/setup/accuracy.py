@@ -16,6 +16,7 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
+from fretsolve.case.quantities import percent
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
@@ -165,11 +166,6 @@ class Verdict:
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}"
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {SCALES.get(self.quantity, LARGEST)}"
-
-
-def percent(share: float) -> str:
-    """Write a share in per cent, with two digits."""
-    return f"{100.0 * share:.2g} %"
 
 
 def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:

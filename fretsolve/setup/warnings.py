@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from itertools import product
 from typing import TYPE_CHECKING
 
+from fretsolve.case.quantities import percent
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.reference.tangential import full_slip_torque
-from fretsolve.setup.accuracy import percent, points_needed
+from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
 from fretsolve.setup.problem_setup import ProblemSetup
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from fretsolve.case.quantities import percent
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Target, canvas
 from fretsolve.plots.labels import line_colors
@@ -202,7 +203,7 @@ def _legend(study: Assessment, marking: Marking) -> list[list[Line2D]]:
     lines = [
         Line2D([], [], label="none is cheaper and as accurate", marker="o", markerfacecolor="white", **FRONT),
         Line2D([], [], label="time of the finest run", **FINEST),
-        Line2D([], [], label=" and ".join(f"{100.0 * target:g} %" for target in TARGETS), **TARGET),
+        Line2D([], [], label=" and ".join(percent(target) for target in TARGETS), **TARGET),
     ]
     return [*keys[:MARKED_KEYS], lines]
 

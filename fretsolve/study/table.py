@@ -11,7 +11,7 @@ from rich.text import Text
 
 from fretsolve.study.assessment import Assessment, Row
 from fretsolve.study.variation import Variation
-from fretsolve.study.wording import percent, two_digits
+from fretsolve.study.wording import two_digits
 
 GAP = 2
 """Blanks between two columns."""
@@ -74,7 +74,7 @@ def _errors(study: Assessment) -> Iterator[_Column]:
 def _cell(study: Assessment, row: Row, error: float) -> str:
     if row.outcome.failure:
         return "failed"
-    return study.standard if row.is_reference else percent(error)
+    return study.standard if row.is_reference else two_digits(100.0 * error)
 
 
 def _table(study: Assessment, columns: Sequence[_Column]) -> Table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from fretsolve.case.quantities import percent
 from fretsolve.study.assessment import Assessment, Row
 from fretsolve.study.variation import words
 
@@ -26,11 +27,6 @@ def two_digits(value: float) -> str:
     if not math.isfinite(value):
         return "-"
     return f"{value:.0f}" if value >= 9.95 or value == 0.0 else f"{value:#.2g}"
-
-
-def percent(error: float) -> str:
-    """Write an error in per cent."""
-    return two_digits(100.0 * error)
 
 
 def notes(study: Assessment) -> Iterator[str]:
@@ -59,7 +55,7 @@ def advice(study: Assessment) -> Iterator[str]:
     targets: dict[str, list[str]] = {}
     for target in TARGETS if any(row.compared for row in study.rows) and not study.problem_keys else ():
         for sentence in _advice_for(study, target):
-            targets.setdefault(sentence, []).append(f"{100.0 * target:g} %")
+            targets.setdefault(sentence, []).append(percent(target))
     for sentence, met in targets.items():
         yield f"for {' and '.join(met)}{sentence}"
 
@@ -76,7 +72,7 @@ def _advice_for(study: Assessment, target: float) -> Iterator[str]:
     relieved = _cheapest(study, target, others) if others else None
     if relieved is not None and (chosen is None or MUCH_CHEAPER * relieved.outcome.seconds <= chosen.outcome.seconds):
         missed = [name for name in study.names if not _meets(study, relieved, target, [name])]
-        errors = " and ".join(f"{name} ({percent(study.error_of(relieved, name))} %)" for name in missed)
+        errors = " and ".join(f"{name} ({two_digits(100.0 * study.error_of(relieved, name))} %)" for name in missed)
         yield f" in all but {errors}: {_praise(study, relieved, others)}"
 
 
@@ -88,12 +84,14 @@ def _cheapest(study: Assessment, target: float, names: Sequence[str]) -> Row | N
 
 def _meets(study: Assessment, row: Row, target: float, names: Sequence[str]) -> bool:
     """Return whether the errors, as they are shown, are no larger than the target."""
-    return all(float(percent(study.error_of(row, name))) <= 100.0 * target for name in names)
+    return all(float(two_digits(100.0 * study.error_of(row, name))) <= 100.0 * target for name in names)
 
 
 def _praise(study: Assessment, row: Row, names: Sequence[str]) -> str:
     worst_first = sorted(names, key=lambda name: -study.error_of(row, name))
-    errors = ", ".join(f"{name} within {percent(study.error_of(row, name))} %" for name in worst_first[:MOST_NAMED])
+    errors = ", ".join(
+        f"{name} within {two_digits(100.0 * study.error_of(row, name))} %" for name in worst_first[:MOST_NAMED]
+    )
     more = ", the rest closer" if len(worst_first) > MOST_NAMED else ""
     return f"{words(row.outcome.trial.settings)}: {errors}{more}; {_saving(study, row)}"
 
