@@ -1,7 +1,7 @@
 """Pick the settings that an accuracy asks for, and judge by the error bars of a run whether it is met.
 
 The settings follow from measured laws (docs/accuracy.md), not from the case's own errors, which the error bars give.
-All errors are at the ends of stages, in parts of a scale of their kind (`scales`).
+All errors are at the ends of stages, relative to the scale of their quantity (`scales`).
 """
 
 from __future__ import annotations

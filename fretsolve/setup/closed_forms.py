@@ -1,7 +1,6 @@
 """Find every closed form that holds for a case: Hertz, Boussinesq, Love, Cattaneo and Mindlin, Lubkin, Spence.
 
-`validate`, the warnings, studies, the automatic size and the plots all ask here. The formulas are in
-`fretsolve.reference`; no solver is needed.
+`validate`, the warnings, studies, the automatic size and the plots use them. The formulas are in `fretsolve.reference`.
 """
 
 from __future__ import annotations
@@ -13,16 +12,9 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import (
-    ConeSurface,
-    CylinderSurface,
-    EllipsoidSurface,
-    PunchSurface,
-    SphereSurface,
-    Surface,
-)
+from fretsolve.case.surface_specs import Surface
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
@@ -93,9 +85,9 @@ def hertz_form(case: Case, compliances: Compliances, load: Load) -> HertzForm | 
     Only the surface and the load count: it is upright and without shear.
     """
     surface, modulus = case.surface[0], compliances.contact_modulus
-    if isinstance(surface, SphereSurface):
+    if surface.kind == "sphere":
         radii, angle = (surface.radius, surface.radius), 0.0
-    elif isinstance(surface, EllipsoidSurface):
+    elif surface.kind == "ellipsoid":
         radii, angle = (surface.radius_x, surface.radius_y), surface.angle
     else:
         return None
@@ -139,7 +131,7 @@ class ClosedForms:
     def punch(self) -> FlatPunch | None:
         """Boussinesq's flat round punch where it is pressed hardest, sharp and never tilted."""
         surface = self._only_surface
-        if not isinstance(surface, PunchSurface) or surface.radius is None or surface.edge_radius:
+        if surface is None or surface.kind != "punch" or surface.radius is None or surface.edge_radius:
             return None
         solve = partial(boussinesq_punch, radius=surface.radius, contact_modulus=self.model.compliances.contact_modulus)
         stiffness = 1.0 / solve(1.0).delta_z
@@ -154,14 +146,14 @@ class ClosedForms:
         if self.largest is not None:
             return 2.0 * min(self.largest.contact.semi_axes)
         surface, modulus = self._only_surface, self.model.compliances.contact_modulus
-        if isinstance(surface, PunchSurface):
-            return 2.0 * (surface.radius or surface.half_width or 0.0)
         load = max(load.get("P", 0.0) for load in self.loads)
-        if load <= 0.0:
+        if surface is None or (load <= 0.0 and surface.kind != "punch"):
             return None
-        if isinstance(surface, ConeSurface):
+        if surface.kind == "punch":
+            return 2.0 * (surface.radius or surface.half_width or 0.0)
+        if surface.kind == "cone":
             return 2.0 * love_cone(load, surface.angle, modulus).contact_radius
-        if isinstance(surface, CylinderSurface) and surface.crown_radius is None and surface.radius > 0.0:
+        if surface.kind == "cylinder" and surface.crown_radius is None and surface.radius > 0.0:
             return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, modulus)
         return None
 
@@ -213,9 +205,8 @@ class ClosedForms:
     @property
     def why_not_mindlin(self) -> str:
         """Why Cattaneo and Mindlin are not exact, where Poisson's ratio is the only reason; else empty."""
-        moved = {name for load in self.loads for name, value in load.items() if value}
         directions_interact = self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
-        if not directions_interact or not moved & {"Qx", "Qy", "delta_x", "delta_y"}:
+        if not directions_interact or not {"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved):
             return ""
         return (
             "with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which Cattaneo and"
@@ -230,7 +221,7 @@ class ClosedForms:
         """
         if not self.model.has_shear:
             return None
-        if any(load.get(name) for load in self.loads for name in TANGENTIAL):
+        if self.model.moved:
             shear = self.tangential(len(self.loads) - 1)
             if shear is None or shear.largest >= shear.limit:
                 return None
@@ -254,9 +245,9 @@ def _is_tilted(load: Load) -> bool:
 
 def _path(loads: Sequence[Load], force: str) -> list[float]:
     """Return a tangential force at the end of each stage; infinite where its motion is imposed, 0 while it is held."""
-    path: list[float] = []
+    motion, path = dict(PAIRS)[force], list[float]()
     for load in loads:
-        held = load.get(dict(PAIRS)[force]) == 0.0 and not any(path)
+        held = load.get(motion) == 0.0 and not any(path)
         path.append(load.get(force, 0.0 if held else math.inf))
     return path
 

@@ -42,9 +42,8 @@ def automatic_size(case: Case, compliances: Compliances, loads: Sequence[LoadCon
     concave = concave_sphere(case)
     if concave is not None:
         raise concave
-    surface = case.surface[0]
     upright = not any(load.values[1] or load.values[2] for load in loads)
-    if surface.kind == "sphere" and surface.center == case.grid.center and upright:
+    if case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center and upright:
         pressed = ({"P" if load.forced[0] else "delta_z": load.values[0]} for load in loads)
         forms = [hertz_form(case, compliances, load) for load in pressed]
         if any(forms):
