@@ -120,7 +120,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
             content = _read_text(file, source.unit)
         else:
             known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
-            raise CaseError(f"{file.name!r} is of no known kind; one of {known} is needed", (*key, "file"))
+            raise CaseError(f"{file.name!r} has an unknown ending; one of {known} is needed", (*key, "file"))
     except (OSError, EOFError, TypeError, ValueError, BadZipFile) as error:
         reason = (isinstance(error, OSError) and error.strerror) or " ".join(str(error).split())
         raise FileError(f"the height map cannot be read: {reason}", file) from error
@@ -147,8 +147,8 @@ def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
         return
     if not math.isclose(stated, source.unit, rel_tol=1e-9):
         raise CaseError(
-            f"the heights in {source.file.name!r} are in {units}, the case takes them as in units of"
-            f" {source.unit:g} mm; unit: {units} would be right",
+            f"the heights in {source.file.name!r} are in {units}, but the case gives their unit as {source.unit:g} mm;"
+            f" unit: {units} would be right",
             key,
         )
 
