@@ -11,7 +11,7 @@ from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.increment.coupled_step import CoupledStep
+from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
@@ -87,8 +87,20 @@ class StaggeredIteration:
 
         `work` is changed in place. Raises SlidingError, ContactLostError or NotConvergedError.
         """
-        step = self._coupled_step(increment, start, work)
-        if work.coupled_step and step.solve(work, target):
+        self._least_slip = start.least_slip(self.level.grid, self._tolerance)
+        problem = None
+        if self.model.has_shear and not self._is_far(increment.tangential):
+            friction, precision = self.model.friction, self.level.operator.dtype
+            problem = coupled_problem(
+                self._undeformed, friction, increment, start, work, self._least_slip, precision
+            )
+
+        def solved_together() -> bool:
+            return problem is not None and solve_coupled(
+                self.level, problem, start, work, target, self.max_iterations
+            )
+
+        if work.coupled_step and solved_together():
             return
         self._begin(work, target)
         while True:
@@ -110,7 +122,7 @@ class StaggeredIteration:
                 )
                 self._accept_shear(found, start, work)
                 if not found.converged:
-                    if step.solve(work, target):
+                    if solved_together():
                         return
                     raise NotConvergedError(self._why_not_solved(found, tolerance, control))
             # ST7, ST1: the separation at the new shear
@@ -119,17 +131,10 @@ class StaggeredIteration:
             if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
             enough = work.staggered_iterations == ENOUGH_ITERATIONS
-            if enough and step.solve(work, target):
+            if enough and solved_together():
                 return
             if work.staggered_iterations >= MOST_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
-
-    def _coupled_step(self, increment: Increment, start: InitialState, work: WorkingState) -> CoupledStep:
-        """Return the step for this increment that is tried where the iteration does not converge."""
-        self._least_slip = start.least_slip(self.level.grid, self._tolerance)
-        possible = self.model.has_shear and not self._is_far(increment.tangential)
-        problem = self._undeformed, self.model.friction, increment, start, work, self._least_slip
-        return CoupledStep(self.level, *problem, self.max_iterations, possible)
 
     def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
