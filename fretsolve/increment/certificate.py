@@ -113,7 +113,7 @@ class Examiner:
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
         """Return in words which rounding keeps gap or slip above the tolerance; empty where it is not rounding."""
         certificate = evidence.certificate
-        farthest = self._farthest
+        farthest = self.normal.farthest
         if certificate.gap > self.tolerance:
             contact = solution.pressure > 0.0
             error = certificate.gap * self.normal.gap_scale(solution.uz, contact, solution.rigid[:3])
@@ -147,12 +147,7 @@ class Examiner:
 
     def _least_slip(self, solution: Solution) -> float:
         """Return the least length (mm) that slips are measured against."""
-        return least_slip(_elastic(solution), solution.rigid, self._farthest, self.tolerance)
-
-    @property
-    def _farthest(self) -> float:
-        """Largest coordinate of a cell (mm)."""
-        return max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
+        return least_slip(_elastic(solution), solution.rigid, self.normal.farthest, self.tolerance)
 
     def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
         """Return the slip (mm) that weights the directions of slips; largest: of all slips (mm)."""

@@ -52,7 +52,7 @@ class _Modes:
     """Cells of a grid, their middle and moments."""
 
     def __init__(self, grid: Grid):
-        self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
+        self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
