@@ -3,10 +3,10 @@
 The unknowns are, in each cell in contact, the change dp of the pressure and a change of the shear: dq where the cell
 sticks, its part y across the shear where it slips. There dq = y + mu n dp with n = q/|q|.
 
-    T [K (dp, dq) + S y - M r] = right,    resultants of (dp, dq) = missing   (T13 of docs/theory.md)
+    T [K (dp, dq) + S y - N m] = right,    N' (dp, dq) = missing   (T13 of docs/theory.md)
 
-K is the block operator, S = lam/(mu p) the stiffness of the slip law, T the part across n, M the rigid motions of
-imposed resultants and r their amplitudes. GMRES solves the equations, preconditioned by (T7).
+K is the block operator, S = lam/b the stiffness of the slip law, T the part across n, N the rigid motions of
+imposed resultants and m their amplitudes. GMRES solves the equations, preconditioned by (T7).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class CoupledEquations:
     """The equations at fixed zones, with lengths over the operator's unit, for the n cells in contact.
 
     cells: their places in a flattened field, (n,); normal: (2, n), 0 where a cell sticks; drag: friction coefficient
-    where it slips, 0 elsewhere, (n,); stiffness: S over the unit, (n,); motions: M, (m, 3, n), their first component
+    where it slips, 0 elsewhere, (n,); stiffness: S over the unit, (n,); motions: N, (m, 3, n), their first component
     for the gap. arrays: to work in, for pressure and uz (nx, ny) and displacement (2, nx, ny), as is `workspace`.
     """
 

@@ -1,4 +1,4 @@
-"""The normal contact problem: find pressure and normal rigid displacements at a given shear [2.2].
+"""The normal contact problem: find pressure and normal rigid displacements at a given shear.
 
     gap = separation + A p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
 
@@ -108,7 +108,7 @@ class NormalSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             if stalled:  # the zone cycles: from now on only the deepest cells join
                 caution, since_halved = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
-            # N5: CG reduces the gap on the fixed zone
+            # N5: CG reduces the gap on the fixed zone (T10); the zone is widened below if only the loads are missed
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
                 reduction = max(REDUCTION, 0.3 * tolerance / residual)

@@ -1,4 +1,4 @@
-"""The tangential contact problem: find shear, stick and slip at a given pressure [2.3].
+"""The tangential contact problem: find shear, stick and slip at a given pressure.
 
     s = e + rigid motion,   |q| <= b,   s = 0 where |q| < b,   q = b s/|s| where s != 0.
 
@@ -105,7 +105,7 @@ class TangentialSolver:
             )
             if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
-            # TG5: CG reduces the residual of the Newton equation at fixed zones [28]
+            # TG5: CG reduces the residual of the Newton equation (T11) at fixed zones
             correction = largest if residual > tolerance else 0.0
             if correction:
                 self._prepare_cg(control, largest)
