@@ -113,7 +113,7 @@ class PaddedConvolution:
         self._row_parts = _parts(self._pairs, size * my)
         self._column_parts = _parts(self.columns, size * mx)
         # Each thread has blocks of its own.
-        self._row_blocks = [self._block(_longest(self._row_parts), my) for _ in threads.members(self._row_parts)]
+        self._row_blocks = [self._block(self._row_parts[0].stop, my) for _ in threads.members(self._row_parts)]
         self._column_blocks: list[list[_Block]] = [[] for _ in threads.members(self._column_parts)]
 
     def apply(
@@ -210,7 +210,7 @@ class PaddedConvolution:
         """Make `count` blocks of columns for each thread, if they are not there yet."""
         for blocks in self._column_blocks:
             while len(blocks) < count:
-                blocks.append(self._block(_longest(self._column_parts), self.padded[0]))
+                blocks.append(self._block(self._column_parts[0].stop, self.padded[0]))
 
 
 def _multiply(
@@ -237,11 +237,6 @@ def _parts(lines: int, bytes_per_line: int) -> list[slice]:
     """Cut `lines` into blocks of about equal size near `CACHE_BYTES`."""
     share = -(-lines // max(1, round(lines * bytes_per_line / CACHE_BYTES)))
     return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
-
-
-def _longest(parts: Sequence[slice]) -> int:
-    longest: int = parts[0].stop - parts[0].start
-    return longest
 
 
 def _transform_half(values: FloatArray, odd: bool, axis: int) -> None:

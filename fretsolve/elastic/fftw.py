@@ -7,24 +7,13 @@ count as absent while pyFFTW is imported.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 
-
-@contextmanager
-def _without(module: str) -> Iterator[None]:
-    """Let `module` count as absent, unless it is already imported."""
-    hidden = module not in sys.modules
-    if hidden:
-        sys.modules[module] = None  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        if hidden:
-            del sys.modules[module]
-
-
-with _without("dask"), _without("scipy.fftpack"):
+_hidden = [name for name in ("dask", "scipy.fftpack") if name not in sys.modules]
+sys.modules.update(dict.fromkeys(_hidden))  # type: ignore[arg-type]
+try:
     import pyfftw
+finally:
+    for _name in _hidden:
+        del sys.modules[_name]
 
 __all__ = ["pyfftw"]

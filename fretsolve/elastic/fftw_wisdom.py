@@ -20,7 +20,7 @@ def planner_effort(padded: tuple[int, int]) -> str:
 
 
 _measured_plans = 0  # like FFTW's wisdom, this and the next line belong to the process
-_known_file: tuple[str, int, int, int] | None = None
+_known: bytes | None = None
 
 
 def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
@@ -40,46 +40,34 @@ def measured_plans() -> int:
 
 def wisdom_file() -> Path:
     """Return the wisdom's file, in ``$FRETSOLVE_CACHE`` or in fretsolve's part of the user's cache folder."""
-    folder = os.environ.get("FRETSOLVE_CACHE")
+    folder: str | Path | None = os.environ.get("FRETSOLVE_CACHE")
     if folder is None:
-        cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        folder = str(Path(cache) / "fretsolve")
+        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fretsolve"
     return Path(folder) / f"fftw-wisdom-{pyfftw.__version__}"
 
 
 def load_wisdom() -> bool:
     """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
-    global _known_file
-    try:
-        path = wisdom_file()
-        found = _state_of(path)
-        if found == _known_file:
-            return True
-        parts = path.read_bytes().split(b"\0")
-    except (OSError, RuntimeError):
-        return False
-    loaded = len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])
-    _known_file = found if loaded else None
-    return loaded
+    global _known
+    before, _known = _known, None
+    with contextlib.suppress(OSError, RuntimeError):
+        content = wisdom_file().read_bytes()
+        parts = content.split(b"\0")
+        if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
+            _known = content
+    return _known is not None
 
 
 def save_wisdom() -> None:
     """Save what FFTW knows and what other processes have saved meanwhile. A cache that cannot be written is ignored."""
-    global _known_file
+    global _known
     load_wisdom()
+    content = b"\0".join(pyfftw.export_wisdom())
+    if content == _known:
+        return
     with contextlib.suppress(OSError, RuntimeError):
         path = wisdom_file()
         path.parent.mkdir(parents=True, exist_ok=True)
-        content = b"\0".join(pyfftw.export_wisdom())
-        if path.exists() and path.read_bytes() == content:
-            return
         with atomic_files.new_file(path, durable=False) as file:
             file.write(content)
-            written = _state_of(file.path)
-        _known_file = (str(path), *written[1:])
-
-
-def _state_of(path: Path) -> tuple[str, int, int, int]:
-    """Return what changes when the file is written again."""
-    status = path.stat()
-    return str(path), status.st_ino, status.st_mtime_ns, status.st_size
+        _known = content

@@ -52,7 +52,7 @@ class Preconditioner:
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
-        self._one_component(self._normal, displacement[0], traction[0])
+        self._separately((self._normal,), displacement, traction)
 
     def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
@@ -61,15 +61,15 @@ class Preconditioner:
             kernels = ((along_x, mixed), (mixed, along_y))
             self._convolution.apply(kernels, (*displacement,), (*traction,), self._row_spectra)
         else:
-            self._one_component(along_x, displacement[0], traction[0])
-            self._one_component(along_y, displacement[1], traction[1])
+            self._separately((along_x, along_y), displacement, traction)
 
-    def _one_component(self, inverse: KernelSpectrum, displacement: FloatArray, traction: FloatArray) -> None:
-        """Compute one component by itself, without a transform if the displacement is 0."""
-        if displacement.any():
-            self._convolution.apply(((inverse,),), (displacement,), (traction,), self._row_spectra)
-        else:
-            traction[:] = 0.0
+    def _separately(self, kernels: tuple[KernelSpectrum, ...], fields: FloatArray, tractions: FloatArray) -> None:
+        """Compute each component by itself, without a transform where the field is 0."""
+        for kernel, field, traction in zip(kernels, fields, tractions, strict=True):
+            if field.any():
+                self._convolution.apply(((kernel,),), (field,), (traction,), self._row_spectra)
+            else:
+                traction[:] = 0.0
 
     @cached_property
     def _normal(self) -> KernelSpectrum:

@@ -66,29 +66,22 @@ def region_around(contact: BoolArray, free: int = FREE_CELLS) -> ActiveRegion:
 
     It depends on its arguments alone, so that a resumed run has the same regions.
     """
-    shape = contact.shape
-    whole = ActiveRegion((0, shape[0]), (0, shape[1]))
+    whole = ActiveRegion((0, contact.shape[0]), (0, contact.shape[1]))
     if not contact.any():
         return whole
-    wanted = ActiveRegion(_widened(_extent(contact, 0), shape[0], free), _widened(_extent(contact, 1), shape[1], free))
+    wanted = ActiveRegion(_span(contact, 0, free), _span(contact, 1, free))
     return whole if wanted.count > WORTH_HAVING * whole.count else wanted
 
 
-def _extent(contact: BoolArray, axis: int) -> Span:
-    """Return the first index along `axis` with contact, and the one after the last; (0, 0) without contact."""
-    indices = np.flatnonzero(contact.any(axis=1 - axis))
-    return (int(indices[0]), int(indices[-1]) + 1) if indices.size else (0, 0)
-
-
-def _widened(extent: Span, points: int, free: int) -> Span:
-    """Return `extent` with free cells, widened to the next size and to the length that its padding allows."""
-    wanted = extent[1] - extent[0] + 2 * free
+def _span(contact: BoolArray, axis: int, free: int) -> Span:
+    """Return a span along `axis` around `contact` with free cells, widened to the next size that its padding allows."""
+    points, indices = contact.shape[axis], np.flatnonzero(contact.any(axis=1 - axis))
+    first, last = int(indices[0]), int(indices[-1])
     size = LEAST_SIZE
-    while size < wanted:
+    while size < last - first + 1 + 2 * free:
         size = math.ceil(STEP * size)
     size = (padded_length(size) + 1) // 2
     if size >= points:
         return 0, points
-    start = (extent[0] + extent[1] - size) // 2
-    start = min(max(0, start), points - size)
+    start = min(max(0, (first + last + 1 - size) // 2), points - size)
     return start, start + size

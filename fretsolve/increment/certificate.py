@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
+from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
 from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
@@ -59,16 +60,15 @@ class Examiner:
         self,
         separation: FloatArray,
         friction: float,
-        normal: NormalModes,
-        tangential: TangentialModes,
+        grid: Grid,
         tolerance: float,
         may_slip: bool = True,
         precision: type[np.floating] = np.float64,
     ):
         self.separation, self.friction, self.may_slip = separation, friction, may_slip
         self.tolerance, self.precision = tolerance, precision
-        self.normal, self.tangential = normal, tangential
-        self.reach = max(float(np.ptp(normal.x)), float(np.ptp(normal.y))) / 2.0
+        self.normal, self.tangential, self.grid = NormalModes(grid), TangentialModes(grid), grid
+        self.reach = max(float(np.ptp(grid.x)), float(np.ptp(grid.y))) / 2.0
 
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
@@ -84,12 +84,16 @@ class Examiner:
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
         of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
         resultants = np.concatenate([of_pressure, of_shear])
-        stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK) if self.may_slip else (0.0, 0.0)
+        stick = across = bound = 0.0
+        if self.may_slip:
+            stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
+            excess = float(np.max(np.hypot(solution.shear[0], solution.shear[1]) - friction_limit))
+            bound = float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
-            bound=_bound_residual(solution.shear, friction_limit) if self.may_slip else 0.0,
+            bound=bound,
             load=self._load_residual(solution, resultants, friction_limit, normal, tangential),
         )
         return Evidence(gap, slip, zone, resultants, certificate)
@@ -113,10 +117,12 @@ class Examiner:
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
         """Return in words which rounding keeps gap or slip above the tolerance; empty where it is not rounding."""
         certificate = evidence.certificate
-        farthest = self._farthest
+        farthest = self.grid.farthest
         if certificate.gap > self.tolerance:
             contact = solution.pressure > 0.0
-            error = certificate.gap * self.normal.gap_scale(solution.uz, contact, solution.rigid[:3])
+            gap = np.empty_like(self.separation)
+            errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
+            error = certificate.gap * errors.gap_scale
             lengths = {
                 "heights": float(np.max(np.abs(self.separation), where=contact, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
@@ -147,19 +153,14 @@ class Examiner:
 
     def _least_slip(self, solution: Solution) -> float:
         """Return the least length (mm) that slips are measured against."""
-        return least_slip(_elastic(solution), solution.rigid, self._farthest, self.tolerance)
-
-    @property
-    def _farthest(self) -> float:
-        """Largest coordinate of a cell (mm)."""
-        return max(float(np.abs(self.normal.x).max()), float(np.abs(self.normal.y).max()))
+        return least_slip(_elastic(solution), solution.rigid, self.grid.farthest, self.tolerance)
 
     def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
         """Return the slip (mm) that weights the directions of slips; largest: of all slips (mm)."""
         return max(largest, LEAST_SLIP * motion, self._least_slip(solution))
 
     def _slip(self, solution: Solution, contact: BoolArray) -> FloatArray:
-        """Return the slip increment of the cells in contact, 0 elsewhere [2.1]."""
+        """Return the slip increment of the cells in contact, 0 elsewhere (T2)."""
         slip = np.empty_like(solution.shear)
         self.tangential.displacement(solution.motion[3:], slip)
         slip += solution.previous_displacement
@@ -197,19 +198,13 @@ class Examiner:
         side), or of an imposed displacement over the largest rigid displacement (rotations: likewise)."""
         reach = max(self.reach, TINY)
         arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
-        carried = float(friction_limit.sum(dtype=np.float64)) * self.normal.cell_area
+        carried = float(friction_limit.sum(dtype=np.float64)) * self.grid.cell_area
         farthest = float(np.abs(solution.rigid * arms).max())
         forced = np.array([*normal.forced, *tangential.forced])
         error = np.abs(np.where(forced, resultants, solution.rigid) - (*normal.values, *tangential.values))
         scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)
         with np.errstate(over="ignore"):  # infinite where nothing carries a load
             return float(np.max(error / np.maximum(scale, TINY)))
-
-
-def _bound_residual(shear: FloatArray, friction_limit: FloatArray) -> float:
-    """Return the largest excess of |shear| over the friction limit, over its largest value."""
-    excess = float(np.max(np.hypot(shear[0], shear[1]) - friction_limit))
-    return float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
 
 
 def _elastic(solution: Solution) -> float:

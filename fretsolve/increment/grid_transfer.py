@@ -22,15 +22,12 @@ class GridTransfer:
     def __init__(self, grid: Grid):
         self.fine = grid
         self.factors = tuple(2 if count >= 2 * FEWEST_POINTS else 1 for count in grid.shape)
-        self.coarse = self._coarse_grid() if 2 in self.factors else None
-
-    def _coarse_grid(self) -> Grid:
-        """Return a grid whose cells cover those of `fine`, from the same corner on."""
-        fine, (fx, fy) = self.fine, self.factors
-        nx, ny = -(-fine.nx // fx), -(-fine.ny // fy)
-        shift_x = 0.5 * (nx * fx - fine.nx) * fine.dx
-        shift_y = 0.5 * (ny * fy - fine.ny) * fine.dy
-        return Grid(nx, ny, fx * fine.dx, fy * fine.dy, fine.x0 + shift_x, fine.y0 + shift_y)
+        self.coarse: Grid | None = None
+        if 2 in self.factors:  # cells that cover those of `fine`, from the same corner on
+            fx, fy = self.factors
+            nx, ny = -(-grid.nx // fx), -(-grid.ny // fy)
+            x0, y0 = grid.x0 + 0.5 * (nx * fx - grid.nx) * grid.dx, grid.y0 + 0.5 * (ny * fy - grid.ny) * grid.dy
+            self.coarse = Grid(nx, ny, fx * grid.dx, fy * grid.dy, x0, y0)
 
     def restrict(self, field: FloatArray) -> FloatArray:
         """Return means over the coarse cells, ``(..., nx, ny)``, with zeros beyond the fine grid."""

@@ -20,7 +20,6 @@ from fretsolve.model.grid import LARGE_GRID, Grid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 MARGIN = 0.3
@@ -66,9 +65,7 @@ class IncrementSolver:
         self.tolerance, self.max_iterations, self._precision = tolerance, max_iterations, precision
         self._threads, self._row_spectra = ThreadTeam(threads), RowSpectra()
         self.level = GridLevel(grid, model, self._threads, self._row_spectra, precision)
-        self._examiner = Examiner(
-            separation, model.friction, NormalModes(grid), TangentialModes(grid), tolerance, model.may_slip, precision
-        )
+        self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision)
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID

@@ -9,9 +9,9 @@ import numpy as np
 
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, slips
+from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.increment.coupled_step import CoupledStep
+from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
@@ -21,7 +21,6 @@ from fretsolve.model.required_terms import Model
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
-from fretsolve.solvers.rigid_modes import TangentialModes
 from fretsolve.solvers.tangential import SlipScales
 from fretsolve.system.arrays import FloatArray
 
@@ -73,7 +72,6 @@ class StaggeredIteration:
         self._undeformed = separation
         self._coupled = model.terms.normal_tangential_coupling and model.has_shear
         self._separation = np.array(separation) if self._coupled else separation
-        self._tangential_modes = TangentialModes(level.grid)
         self._acceleration: AndersonAcceleration | None = None
         self._first = True
         shape = level.grid.shape
@@ -87,8 +85,19 @@ class StaggeredIteration:
 
         `work` is changed in place. Raises SlidingError, ContactLostError or NotConvergedError.
         """
-        step = self._coupled_step(increment, start, work)
-        if work.coupled_step and step.solve(work, target):
+        self._least_slip = least_slip(
+            start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
+        )
+        problem = None
+        if self.model.has_shear and not self._is_far(increment.tangential):
+            friction, precision = self.model.friction, self.level.operator.dtype
+            problem = coupled_problem(self._undeformed, friction, increment, start, work, self._least_slip, precision)
+
+        def solved_together() -> bool:
+            most = self.max_iterations
+            return problem is not None and solve_coupled(self.level, problem, start, work, target, most)
+
+        if work.coupled_step and solved_together():
             return
         self._begin(work, target)
         while True:
@@ -108,9 +117,11 @@ class StaggeredIteration:
                     self._elastic_slip, control, self._friction_limit, work.shear, tolerance, self.max_iterations,
                     scales,
                 )
-                self._accept_shear(found, start, work)
+                self._last_slip_scale = found.scale
+                work.iterations_tangential += found.iterations
+                work.rigid[3:] = start.rigid[3:] + found.rigid
                 if not found.converged:
-                    if step.solve(work, target):
+                    if solved_together():
                         return
                     raise NotConvergedError(self._why_not_solved(found, tolerance, control))
             # ST7, ST1: the separation at the new shear
@@ -119,17 +130,10 @@ class StaggeredIteration:
             if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
             enough = work.staggered_iterations == ENOUGH_ITERATIONS
-            if enough and step.solve(work, target):
+            if enough and solved_together():
                 return
             if work.staggered_iterations >= MOST_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
-
-    def _coupled_step(self, increment: Increment, start: InitialState, work: WorkingState) -> CoupledStep:
-        """Return the step for this increment that is tried where the iteration does not converge."""
-        self._least_slip = start.least_slip(self.level.grid, self._tolerance)
-        possible = self.model.has_shear and not self._is_far(increment.tangential)
-        problem = self._undeformed, self.model.friction, increment, start, work, self._least_slip
-        return CoupledStep(self.level, *problem, self.max_iterations, possible)
 
     def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
@@ -223,7 +227,7 @@ class StaggeredIteration:
 
         Returns what is imposed, as increments, the tolerance to solve to, and the scales of slips.
         """
-        # ST4
+        # ST4: friction limit, and what it can carry
         np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
         control = self._carried(increment, start, work)
         reach = max(self.level.grid.size) / 2
@@ -233,7 +237,7 @@ class StaggeredIteration:
         if self._coupled:
             disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
             tolerance = max(tolerance, min(SHEAR_TOLERANCE_SHARE * disturbed, FIRST_TOLERANCE))
-        # ST5
+        # ST5: elastic slip at the new pressure; in the first iteration an estimate from coarser grids
         if self._first:
             self._start_elastic_slip(start, work)
         elif self._coupled:
@@ -249,7 +253,7 @@ class StaggeredIteration:
         """
         imposed = increment.tangential
         control = imposed.relative_to(start.rigid[3:])
-        factor = load_factor(self._friction_limit, control, self._tangential_modes)
+        factor = load_factor(self._friction_limit, control, self.level.tangential.modes)
         if factor > 1.0 + at_the_limit(self.level.operator.dtype):
             return control
         settled = not self._coupled or work.change < SETTLED
@@ -282,12 +286,6 @@ class StaggeredIteration:
         from_pressure, allowed = ElasticOperator.tangential_from_pressure, self._kept_tolerance * self._last_slip_scale
         add_displacement(self.level.operator, from_pressure, self._elastic_slip, change, workspace, allowed, -1.0)
 
-    def _accept_shear(self, found: SolverResult, start: InitialState, work: WorkingState) -> None:
-        """Take over the result of the tangential problem."""
-        self._last_slip_scale = found.scale
-        work.iterations_tangential += found.iterations
-        work.rigid[3:] = start.rigid[3:] + found.rigid
-
     def _why_not_solved(self, found: SolverResult, tolerance: float, control: LoadControl) -> str:
         """Return why the tangential problem is given up."""
         if self._is_far(control):
@@ -297,7 +295,7 @@ class StaggeredIteration:
             )
         if found.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
-        spare = load_factor(self._friction_limit, control, self._tangential_modes) - 1.0
+        spare = load_factor(self._friction_limit, control, self.level.tangential.modes) - 1.0
         if spare < NEXT_TO_THE_LIMIT:
             return (
                 f"the tangential problem is not solved: the loads are within {spare:.1g} of the limit load at which all"

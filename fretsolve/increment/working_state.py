@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.rounding import least_slip
-from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import FloatArray, Vector
 
@@ -35,11 +33,6 @@ class InitialState:
     def largest_displacement(self) -> float:
         """Largest tangential elastic displacement (mm)."""
         return float(np.abs(self.displacement).max())
-
-    def least_slip(self, grid: Grid, tolerance: float) -> float:
-        """Return the least length (mm) that slips are measured against, the same as in the certificate."""
-        return least_slip(self.largest_displacement, self.rigid, grid.farthest, tolerance)
-
 
 @dataclass
 class WorkingState:

@@ -3,15 +3,13 @@
 The unknowns are, in each cell in contact, the change dp of the pressure and a change of the shear: dq where the cell
 sticks, its part y across the shear where it slips. There dq = y + mu n dp with n = q/|q|.
 
-    T [K (dp, dq) + S y - M r] = right,    resultants of (dp, dq) = missing   (T13 of docs/theory.md)
+    T [K (dp, dq) + S y - N m] = right,    N' (dp, dq) = missing   (T13 of docs/theory.md)
 
-K is the block operator, S = lam/(mu p) the stiffness of the slip law, T the part across n, M the rigid motions of
-imposed resultants and r their amplitudes. GMRES solves the equations, preconditioned by (T7).
+K is the block operator, S = lam/b the stiffness of the slip law, T the part across n, N the rigid motions of
+imposed resultants and m their amplitudes. GMRES solves the equations, preconditioned by (T7).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,26 +24,12 @@ DEPENDENT = 1e-10
 """Singular value, over the largest, at which a combination of the rigid motions counts as none."""
 
 
-@dataclass(frozen=True)
-class FixedZones:
-    """What a step keeps fixed, in the n cells in contact.
+class CoupledEquations:
+    """The equations at fixed zones, with lengths over the operator's unit, for the n cells in contact.
 
     cells: their places in a flattened field, (n,); normal: (2, n), 0 where a cell sticks; drag: friction coefficient
-    where it slips, 0 elsewhere, (n,); stiffness: S over the operator's unit, (n,); motions: M, (m, 3, n), their
-    first component for the gap.
-    """
-
-    cells: IndexArray
-    normal: FloatArray
-    drag: FloatArray
-    stiffness: FloatArray
-    motions: FloatArray
-
-
-class CoupledEquations:
-    """The equations at `zones`, with lengths over the operator's unit.
-
-    They are worked out in `workspace` and in arrays for the pressure and uz (nx, ny) and the displacement (2, nx, ny).
+    where it slips, 0 elsewhere, (n,); stiffness: S over the unit, (n,); motions: N, (m, 3, n), their first component
+    for the gap. arrays: to work in, for pressure and uz (nx, ny) and displacement (2, nx, ny), as is `workspace`.
     """
 
     def __init__(
@@ -53,20 +37,25 @@ class CoupledEquations:
         operator: ElasticOperator,
         workspace: Workspace,
         arrays: tuple[FloatArray, FloatArray, FloatArray],
-        zones: FixedZones,
+        cells: IndexArray,
+        normal: FloatArray,
+        drag: FloatArray,
+        stiffness: FloatArray,
+        motions: FloatArray,
     ):
-        self._operator, self._zones = operator, zones
+        self._operator, self._cells, self._normal, self._drag = operator, cells, normal, drag
+        self._stiffness, self._loads = stiffness, motions
         self._pressure, self._uz, self._displacement = arrays
         self._shear, self._two = workspace.double, workspace.image
         self._one = workspace.first_component().direction
         for field in (self._pressure, self._shear, self._one, self._two):
             field.fill(0.0)
-        self._weight = 1.0 / (1.0 + zones.stiffness)
+        self._weight = 1.0 / (1.0 + stiffness)
         # the preconditioned motions and their resultants: the small system of the amplitudes
-        self._motions = zones.motions.copy()
+        self._motions = motions.copy()
         for motion in self._motions:
             self._keep_across(motion)
-        self._answers = np.array([self._invert(motion) for motion in self._motions]).reshape(zones.motions.shape)
+        self._answers = np.array([self._invert(motion) for motion in self._motions]).reshape(motions.shape)
         resultants = np.array([self._resultants(answer) for answer in self._answers])
         self._schur = np.linalg.pinv(resultants.T, rcond=DEPENDENT) if resultants.size else resultants
 
@@ -93,19 +82,18 @@ class CoupledEquations:
 
     def _keep_across(self, field: FloatArray) -> None:
         """Apply T to the last two components, in place."""
-        normal = self._zones.normal
-        field[1:] -= (field[1] * normal[0] + field[2] * normal[1]) * normal
+        field[1:] -= (field[1] * self._normal[0] + field[2] * self._normal[1]) * self._normal
 
     def _tractions(self, unknown: FloatArray) -> FloatArray:
         """Return (dp, dq) of the unknown (dp, y)."""
-        change, zones = unknown.copy(), self._zones
+        change = unknown.copy()
         self._keep_across(change)
-        change[1:] += zones.drag * unknown[0] * zones.normal
+        change[1:] += self._drag * unknown[0] * self._normal
         return change
 
     def _resultants(self, unknown: FloatArray) -> FloatArray:
         """Return the resultants (m,) of the unknown."""
-        return np.tensordot(self._zones.motions, self._tractions(unknown), axes=2)
+        return np.tensordot(self._loads, self._tractions(unknown), axes=2)
 
     def _apply(self, unknown: FloatArray, amplitudes: FloatArray) -> FloatArray:
         """Return the left-hand side of the equations."""
@@ -113,7 +101,7 @@ class CoupledEquations:
         self._operator.all(self._pressure, self._shear, self._uz, self._displacement)
         image = self._collect((self._uz, *self._displacement))
         image /= self._operator.unit
-        image[1:] += unknown[1:] * self._zones.stiffness
+        image[1:] += unknown[1:] * self._stiffness
         self._keep_across(image)
         for amplitude, motion in zip(amplitudes, self._motions, strict=True):
             image -= motion * amplitude
@@ -151,8 +139,8 @@ class CoupledEquations:
     def _spread(self, values: FloatArray, fields: tuple[FloatArray, ...]) -> None:
         """Write values (3, n) of the cells in contact into planes."""
         for value, field in zip(values, fields, strict=True):
-            field.reshape(-1)[self._zones.cells] = value
+            field.reshape(-1)[self._cells] = value
 
     def _collect(self, fields: tuple[FloatArray, ...]) -> FloatArray:
         """Return the values (3, n) of the cells in contact of planes, in double precision."""
-        return np.array([field.reshape(-1)[self._zones.cells] for field in fields], dtype=np.float64)
+        return np.array([field.reshape(-1)[self._cells] for field in fields], dtype=np.float64)

@@ -17,7 +17,7 @@ from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.coupled_equations import CoupledEquations, FixedZones
+from fretsolve.solvers.coupled_equations import CoupledEquations
 from fretsolve.solvers.normal import grown
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
@@ -240,14 +240,11 @@ class CoupledNewton:
 
     def _slip_residual(self, problem: CoupledProblem, work: CoupledState) -> float:
         """Return the largest error of the slip over its scale, as in `tangential`."""
-        contact = self._contact
         moved = np.abs(np.concatenate([work.rigid[:3] - problem.before, work.rigid[3:]])) * self._arms
         motion = max(problem.motion, float(moved.max()), TINY)
-        distance = np.hypot(self._slip[0], self._slip[1])
-        largest = max(float(np.max(distance, where=contact, initial=0.0)), LEAST_SLIP * motion, problem.least_slip)
-        across = self._slip - self._forward * work.direction
-        in_stick = float(np.max(distance, where=contact & ~work.slipping, initial=0.0))
-        in_slip = float(np.max(np.hypot(across[0], across[1]), where=work.slipping, initial=0.0))
+        slip = self._slip * self._contact
+        largest, in_slip, in_stick = friction.violation(slip, work.direction, work.slipping)
+        largest = max(largest, LEAST_SLIP * motion, problem.least_slip)
         return float(np.maximum(in_stick / motion, in_slip / largest))
 
     def _unbalance(self, problem: CoupledProblem, work: CoupledState, missing: Vector) -> float:
@@ -279,15 +276,12 @@ class CoupledNewton:
         if not contact.any():
             return False
         forced = np.flatnonzero(_forced(problem))
-        zones = self._zones(problem, work, forced)
-        right = np.empty((3, zones.cells.size))
-        right[0], right[1:] = -self._gap[contact], self._slip[:, contact]
-        right[1:] -= np.einsum("kn,kn->n", right[1:], zones.normal) * zones.normal
+        right, normal = np.array([-self._gap[contact], *self._slip[:, contact]]), work.direction[:, contact]
+        right[1:] -= np.einsum("kn,kn->n", right[1:], normal) * normal
         right /= unit
         wanted = (missing / self._arms)[forced] / self._normal.cell_area
         try:
-            arrays = self._scratch, self._uz, self._moved
-            equations = CoupledEquations(self.operator, self._workspace, arrays, zones)
+            equations = self._equations(problem, work, forced)
             change, amplitudes, iterations = equations.solve(right, wanted, reduction, most)
         except np.linalg.LinAlgError:  # numbers that overflow, from zones that cannot carry the load
             return False
@@ -303,8 +297,8 @@ class CoupledNewton:
         work.shear *= contact
         return True
 
-    def _zones(self, problem: CoupledProblem, work: CoupledState, forced: IndexArray) -> FixedZones:
-        """Return what a step keeps fixed, with the motions of the `forced` modes."""
+    def _equations(self, problem: CoupledProblem, work: CoupledState, forced: IndexArray) -> CoupledEquations:
+        """Return the linear equations at the present zones, with the motions of the `forced` modes."""
         contact, unit = self._contact, self.operator.unit
         slipping, friction_limit = work.slipping[contact], problem.friction * work.pressure[contact]
         stiffness = np.full(friction_limit.shape, STIFFEST)
@@ -315,8 +309,11 @@ class CoupledNewton:
         motions = np.zeros((6, 3, friction_limit.size))
         motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
-        cells = np.flatnonzero(contact)
-        return FixedZones(cells, work.direction[:, contact], problem.friction * slipping, stiffness, motions[forced])
+        normal, drag = work.direction[:, contact], problem.friction * slipping
+        arrays, cells = (self._scratch, self._uz, self._moved), np.flatnonzero(contact)
+        return CoupledEquations(
+            self.operator, self._workspace, arrays, cells, normal, drag, stiffness, motions[forced]
+        )
 
 
 def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:

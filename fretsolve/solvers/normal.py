@@ -1,4 +1,4 @@
-"""The normal contact problem: find pressure and normal rigid displacements at a given shear [2.2].
+"""The normal contact problem: find pressure and normal rigid displacements at a given shear.
 
     gap = separation + A p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
 
@@ -88,7 +88,12 @@ class NormalSolver:
         least, since_halved = np.inf, 0
         last_tolerance = tolerance if last_tolerance is None else last_tolerance
         # N1: the contact zone and the displacement of the estimate
-        self._start(separation, control, pressure, gap_scale, last_tolerance)
+        np.copyto(self._gap, pressure)
+        self._start_zone(separation, control, pressure)
+        if gap_scale:
+            self._update_displacement(pressure, last_tolerance * gap_scale)
+        else:
+            self.operator.normal(pressure, self._uz)
         while True:
             # N2, N3: rigid displacements [25], then the gap; cells that penetrate join the zone
             rigid = self._rigid_displacement(separation, control, rigid)
@@ -103,7 +108,7 @@ class NormalSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             if stalled:  # the zone cycles: from now on only the deepest cells join
                 caution, since_halved = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
-            # N5: CG reduces the gap on the fixed zone
+            # N5: CG reduces the gap on the fixed zone (T10); the zone is widened below if only the loads are missed
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
                 reduction = max(REDUCTION, 0.3 * tolerance / residual)
@@ -113,17 +118,6 @@ class NormalSolver:
             self._correct(control, pressure, errors.largest if residual > tolerance else 0.0)
             self._update_displacement(pressure, last_tolerance * scale)
             rounds += 1
-
-    def _start(
-        self, separation: FloatArray, control: LoadControl, pressure: FloatArray, gap_scale: float, tolerance: float
-    ) -> None:
-        """Find contact zone and displacement of the estimate; without `gap_scale` no earlier displacement is reused."""
-        np.copyto(self._gap, pressure)
-        self._start_zone(separation, control, pressure)
-        if gap_scale:
-            self._update_displacement(pressure, tolerance * gap_scale)
-        else:
-            self.operator.normal(pressure, self._uz[0])
 
     def _update_displacement(self, pressure: FloatArray, allowed: float) -> None:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
@@ -223,13 +217,11 @@ class NormalSolver:
         """Give CG the zone, the gap over its `largest` value (mm), and the rigid motions of imposed forces."""
         np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
-        tilts = self._tilts_about_the_contact() if control.forced[0] else np.eye(3)
+        tilts = np.eye(3)
+        if control.forced[0]:  # about the contact's middle: beside P the same set, but not nearly dependent
+            middle_x, middle_y = self.modes.middle(self._contact)
+            tilts[1:, 0] = -middle_y, -middle_x
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
-
-    def _tilts_about_the_contact(self) -> FloatArray:
-        """Return the modes with tilts about the contact's middle: beside P the same set, but not nearly dependent."""
-        middle_x, middle_y = self.modes.middle(self._contact)
-        return np.array([[1.0, 0.0, 0.0], [-middle_y, 1.0, 0.0], [-middle_x, 0.0, 1.0]])
 
     def _correct(self, control: LoadControl, pressure: FloatArray, largest: float) -> None:
         """Add the solution of CG, whose residual was over `largest` (mm), and change the zone; 0: the gap needs no
@@ -280,11 +272,10 @@ class NormalSolver:
 
     def _widen(self, control: LoadControl, pressure: FloatArray) -> None:
         """If the cells in contact cannot balance the load, let those beside them join, up to where it acts."""
-        beyond = any(True for _ in self._loaded_sides(control, self._contact))
-        if not beyond and not is_singular(self._gram, control.forced_index):
+        if not any(self._loaded_sides(control, self._contact)) and not is_singular(self._gram, control.forced_index):
             return
         wider = grown(self._contact)
-        while not wider.all() and any(True for _ in self._loaded_sides(control, wider & ~self._no_material)):
+        while not wider.all() and any(self._loaded_sides(control, wider & ~self._no_material)):
             wider = grown(wider)
         fresh = wider & ~self._contact & ~self._no_material
         pressure[fresh] = float(np.mean(pressure, where=self._contact))

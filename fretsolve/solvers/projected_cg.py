@@ -73,63 +73,40 @@ class ProjectedCG:
 
         elastic: the operator B; inverse: its preconditioner F. Returns the number of iterations, at least one.
         """
-        # CG1: r = T r - N m with N' W r = 0, x = d = 0
-        first = self._project_residual()
-        target = max(reduction * first, floor)
-        previous, iteration = 1.0, 0
-        if first < NOTHING_LEFT * float(np.finfo(self.solution.dtype).eps):
+        # the symbols of docs/theory.md; z and w share an array
+        x, r, d, z = self.solution, self.residual, self._direction, self._image
+        n, zone, weight, c, moments = self.normal, self.zone, self.weight, self._constraints, self._moments
+        w = z
+        # CG1: r = T r - c m with c' W r = 0, x = d = 0
+        x[:] = 0.0
+        d[:] = 0.0
+        cg.restrict(r, n, zone)
+        cg.weigh_moments(r, weight, c, moments)
+        first = cg.remove(r, c, self._amplitudes())
+        if first < NOTHING_LEFT * float(np.finfo(x.dtype).eps):
             return 1
+        target, rho_before, iteration = max(reduction * first, floor), 1.0, 0
         while iteration < limit:
             # CG2: z = M r, rho = r.z
-            current = self._precondition(inverse)
-            if not current > 0.0:
+            np.multiply(r, weight, out=z)
+            inverse(z, z)
+            rho = cg.finish_search(z, r, weight, n, c, moments)
+            if not rho > 0.0:
                 break
-            # CG3: d = z - W N m + (rho / previous rho) d, with N' d = 0
-            cg.turn(
-                self._direction, self._image, self.weight, self._constraints, self._amplitudes(), current / previous
-            )
-            previous = current
+            # CG3: d = z - W c m + (rho / rho before) d, with c' d = 0
+            cg.turn(d, z, weight, c, self._amplitudes(), rho / rho_before)
+            rho_before = rho
             # CG4: w = T (B + S) d, kappa = d.w
-            elastic(self._direction, self._image)
-            curvature = self._finish_image()
-            if not curvature > 0.0:
+            elastic(d, w)
+            kappa = cg.finish_image(w, d, self.stiffness, n, zone, weight, c, moments)
+            if not kappa > 0.0:
                 break
-            # CG5, CG6: x = x + alpha d, r = r - alpha (w - N m) with alpha = rho / kappa, until r is small enough
+            # CG5, CG6: x = x + alpha d, r = r - alpha (w - c m) with alpha = rho / kappa, until r is small enough
             iteration += 1
-            if self._step(current / curvature) <= target:
+            if cg.advance(x, r, d, w, c, self._amplitudes(), rho / kappa) <= target:
                 break
         return max(iteration, 1)
-
-    def _project_residual(self) -> float:
-        """Make the residual tangential and orthogonal to the constraints; return its largest length."""
-        self.solution[:] = 0.0
-        self._direction[:] = 0.0
-        cg.restrict(self.residual, self.normal, self.zone)
-        cg.weigh_moments(self.residual, self.weight, self._constraints, self._moments)
-        return cg.remove(self.residual, self._constraints, self._amplitudes())
 
     def _amplitudes(self) -> DoubleArray:
         """Return the amplitudes m of the constraints' motions from the moments found last."""
         return self._inverse_gram @ self._moments if len(self._moments) else self._moments
-
-    def _precondition(self, inverse: Apply) -> float:
-        """Write the preconditioned residual into the image; return its product with the residual."""
-        np.multiply(self.residual, self.weight, out=self._image)
-        inverse(self._image, self._image)
-        return cg.finish_search(
-            self._image, self.residual, self.weight, self.normal, self._constraints, self._moments
-        )
-
-    def _finish_image(self) -> float:
-        """Turn B d in the image into T (B + S) d; return its product with d."""
-        stiffness, normal, moments = self.stiffness, self.normal, self._moments
-        return cg.finish_image(
-            self._image, self._direction, stiffness, normal, self.zone, self.weight, self._constraints, moments
-        )
-
-    def _step(self, length: float) -> float:
-        """Step along the direction, with the residual kept orthogonal to the constraints; return its largest length."""
-        constraints, amplitudes = self._constraints, self._amplitudes()
-        return cg.advance(
-            self.solution, self.residual, self._direction, self._image, constraints, amplitudes, length
-        )

@@ -1,8 +1,8 @@
 """Rigid-body modes on a grid, their resultants, and the small equations for their amplitudes.
 
 Normal: the rigid displacement is ``delta_z + phi_x y + phi_y x``; resultants P, Mx = sum y p, My = sum x p.
-Tangential: ``(delta_x - phi_z y, delta_y + phi_z x)``; resultants Qx, Qy, Mz = sum (x qy - y qx). [2.1]
-Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z).
+Tangential: ``(delta_x - phi_z y, delta_y + phi_z x)``; resultants Qx, Qy, Mz = sum (x qy - y qx), as in (T1) to (T3)
+of docs/theory.md. Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class _Modes:
     """Cells of a grid, their middle and moments."""
 
     def __init__(self, grid: Grid):
-        self.x, self.y, self.cell_area = grid.x, grid.y, grid.cell_area
+        self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
@@ -103,15 +103,12 @@ class NormalModes(_Modes):
         """Add to the pressure (nx, ny) itself times a rigid displacement, but let none become negative."""
         kernels.stretch(pressure, rigid, self.x, self.y)
 
-    def gap_scale(self, uz: FloatArray, contact: BoolArray, rigid: Vector) -> float:
-        """Return the length (mm) that gaps are measured against: the largest normal displacement in the contact.
+    def _gap_scale(self, highest: float, contact: BoolArray, rigid: Vector) -> float:
+        """Return the length (mm) that gaps are measured against: `highest`, the largest normal displacement in contact.
 
         For Hertz's contact it is delta_z, but it does not grow with an offset or a tilt of the surfaces. Without
         contact it is `OPEN` of the rigid displacement, so that only rounding passes.
         """
-        return self._gap_scale(float(np.max(uz, where=contact, initial=0.0)), contact, rigid)
-
-    def _gap_scale(self, highest: float, contact: BoolArray, rigid: Vector) -> float:
         if highest > 0.0 or contact.any():
             return max(highest, TINY)
         dz, tilt_x, tilt_y = np.abs(rigid)

@@ -1,4 +1,4 @@
-"""The tangential contact problem: find shear, stick and slip at a given pressure [2.3].
+"""The tangential contact problem: find shear, stick and slip at a given pressure.
 
     s = e + rigid motion,   |q| <= b,   s = 0 where |q| < b,   q = b s/|s| where s != 0.
 
@@ -98,14 +98,14 @@ class TangentialSolver:
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
-            excess = self._excess(friction_limit, shear)
+            excess = friction.excess(shear, friction_limit) / (float(friction_limit.max()) or TINY)
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
             solved = (residual <= tolerance or largest <= rounding) and (
                 max(self._unbalance(control, friction_limit, shear), excess) <= tolerance
             )
             if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
-            # TG5: CG reduces the residual of the Newton equation at fixed zones [28]
+            # TG5: CG reduces the residual of the Newton equation (T11) at fixed zones
             correction = largest if residual > tolerance else 0.0
             if correction:
                 self._prepare_cg(control, largest)
@@ -205,10 +205,9 @@ class TangentialSolver:
 
     def _rounding(self, elastic_slip: FloatArray, rigid: Vector, scales: SlipScales) -> float:
         """Return the rounding error of slips (mm)."""
-        farthest = max(float(np.abs(self.modes.x).max()), float(np.abs(self.modes.y).max()))
         dx, dy, turn = np.abs(rigid)
         elastic = rounding_of(self.operator.dtype) * float(np.abs(elastic_slip).max())
-        return max(elastic, ROUNDING * float(max(scales.displacement, dx, dy, turn * farthest)))
+        return max(elastic, ROUNDING * float(max(scales.displacement, dx, dy, turn * self.modes.farthest)))
 
     def _violation(self, rigid: Vector, scales: SlipScales) -> tuple[float, float, float]:
         """Return the violation of the slip law, the largest slip (mm) in it, and the smaller one of its scales (mm).
@@ -230,23 +229,16 @@ class TangentialSolver:
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         return float(np.max((error / (capacity * np.array([1.0, 1.0, self._reach])))[control.forced_index]))
 
-    def _excess(self, friction_limit: FloatArray, shear: FloatArray) -> float:
-        """Return the largest excess of |shear| over the friction limit, over its largest value."""
-        return friction.excess(shear, friction_limit) / (float(friction_limit.max()) or TINY)
-
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG the tangential slip over its `largest` value (mm), the directions of the shear, and the rigid motions
         of the imposed forces."""
         friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
-        motions = self._turn_about_the_contact(control)
-        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
-
-    def _turn_about_the_contact(self, control: LoadControl) -> FloatArray:
-        """Return the modes with the turn about the contact's middle, as far as imposed forces allow the same set."""
+        # the modes with the turn about the contact's middle, as far as imposed forces allow the same set
         x, y = self.modes.middle(self._contact)
         turn = [y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0]
-        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
+        motions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
+        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the weighted rigid pattern, tangential in the slip zone, that restores the imposed resultants [45]."""

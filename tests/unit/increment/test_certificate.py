@@ -13,7 +13,6 @@ from fretsolve.increment.certificate import Examiner, Solution
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -34,7 +33,7 @@ def solved():
     grid, model = setup.grid, setup.model
     before, after = solve(**PARTS)[-2:]
     operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms)
-    examiner = Examiner(setup.separation(), FRICTION, NormalModes(grid), TangentialModes(grid), 1e-9)
+    examiner = Examiner(setup.separation(), FRICTION, grid, 1e-9)
     rigid, start = (np.array([getattr(state.summary, name) for name in RIGID]) for state in (after, before))
     fields = after.fields
     solution = Solution(
@@ -219,7 +218,7 @@ def test_a_value_that_is_no_number_is_refused(solved, field):
 def test_tension_is_refused(solved):
     """Also where the glued surfaces have no gap and friction does not notice."""
     operator, examiner, solution = solved
-    frictionless = Examiner(examiner.separation, 0.0, examiner.normal, examiner.tangential, 1e-9)
+    frictionless = Examiner(examiner.separation, 0.0, examiner.grid, 1e-9)
     pressure = solution.pressure.copy()
     pressure[0, 0] = -0.01 * pressure.max()
     glued = replace(displaced(operator, replace(solution, pressure=pressure)), shear=0.0 * solution.shear)
