@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots import KINDS
+from fretsolve.plots.kinds import KINDS, MOVING, STILL, PictureKind, Selection
 from fretsolve.result import Result, open_result
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.optional import how_to_install
-
-if TYPE_CHECKING:  # matplotlib may be missing
-    from fretsolve.plots.kinds import PictureKind, Selection
 
 DEFAULT_KIND = "loop"
 
@@ -39,10 +35,8 @@ class PlotOrder:
 def plot_result(order: PlotOrder) -> int:
     """Write the pictures, print their names, and return the exit code. Raises CaseError, FileError."""
     require_matplotlib()
-    from fretsolve.plots.kinds import Selection, kind_of
-
     selection = Selection(order.steps, order.at, order.fields)
-    kinds = [kind_of(name) for name in (KINDS if order.every_kind else order.kinds or (DEFAULT_KIND,))]
+    kinds = [KINDS[name] for name in (KINDS if order.every_kind else order.kinds or (DEFAULT_KIND,))]
     _require_used(selection, kinds)
     with open_result(order.result) as result:
         if order.every_kind:
@@ -71,7 +65,7 @@ def _require_used(selection: Selection, kinds: Sequence[PictureKind]) -> None:
     """Raise CaseError for an option that none of the kinds uses."""
     given = {"--step": selection.steps, "--at": selection.at, "--field": selection.fields}
     for option, value in given.items():
-        if value and not any(option in kind.options for kind in kinds):
+        if value and not any(option in kind.options.values() for kind in kinds):
             names = " and ".join(kind.name for kind in kinds)
             raise CaseError(f"{option} has no effect on {names}; leave it out")
 
@@ -98,8 +92,6 @@ def require_format(path: Path, what: str, formats: Sequence[str]) -> None:
 
 def picture_format(path: Path) -> str:
     """Return the format of a still picture by its name. Raises CaseError if the name has none."""
-    from fretsolve.plots.kinds import STILL
-
     require_format(path, "a picture", STILL)
     return _format(path)
 
@@ -110,26 +102,23 @@ def _format(path: Path) -> str:
 
 def _write_page(result: Result, kinds: Sequence[PictureKind], selection: Selection, folder: Path) -> None:
     """Write all pictures and ``index.html`` to `folder`. Raises CaseError, FileError."""
-    from fretsolve.plots.kinds import MOVING, STILL, PageEntry, html_page
+    from fretsolve.plots.report_page import html_page
 
     if _format(folder) in (*STILL, *MOVING, "html"):
         raise CaseError("--all writes many files; the name of a folder is needed", (), folder)
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
     make_folder(folder)
-    entries = []
+    pictures, left_out = {}, {}
     for kind in kinds:
-        file_format = kind.formats[0]
         try:
-            entries.append(PageEntry(kind, file_format, kind.content(result, selection, file_format)))
+            pictures[kind.name] = kind.content(result, selection, kind.formats[0])
         except PictureError as error:
-            entries.append(PageEntry(kind, reason=str(error)))
-    for entry in entries:
-        if entry.reason:
-            print(f"left out: {entry.kind.name}: {entry.reason}")
+            left_out[kind.name] = str(error)
+            print(f"left out: {kind.name}: {error}")
         else:
-            write_picture(folder / f"{entry.kind.name}.{entry.file_format}", entry.content)
-    write_picture(folder / "index.html", html_page(result, entries).encode())
+            write_picture(folder / f"{kind.name}.{kind.formats[0]}", pictures[kind.name])
+    write_picture(folder / "index.html", html_page(result, pictures, left_out).encode())
 
 
 def write_picture(path: Path, content: bytes) -> None:

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter, FuncAnimation
+from matplotlib.animation import FuncAnimation
 
-from fretsolve.errors import PictureError
 from fretsolve.plots import maps
-from fretsolve.plots.canvas import own_style, without_glyph_warnings
+from fretsolve.plots.canvas import own_style, title_of
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import Snapshot, chosen_step, view_box
 from fretsolve.result import Result
@@ -45,7 +44,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     contact = np.zeros((len(result.x), len(result.y)), bool)
     for snapshot in (Snapshot(result, step) for step in steps):
         contact |= snapshot.contact
-        largest = [max(size, maps.largest_of(snapshot, name)) for size, name in zip(largest, names, strict=True)]
+        largest = [max(size, snapshot.magnitude(name).max()) for size, name in zip(largest, names, strict=True)]
     scales = [maps.scale_of(result, name, size) for name, size in zip(names, largest, strict=True)]
     last, box = Snapshot(result, steps[-1]), view_box(result, contact)
     with own_style():
@@ -53,8 +52,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
             for axes, scale in zip(drawn.axes, scales, strict=False):
                 maps.draw_panel(drawn, axes, last, scale, box)
         # Lay the figure out once, so that the panels do not move from frame to frame.
-        with without_glyph_warnings():
-            drawn.figure.draw_without_rendering()
+        drawn.figure.draw_without_rendering()
         drawn.figure.set_layout_engine(None)
 
     def show(step: int) -> tuple[()]:
@@ -64,7 +62,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
             for artist in (*axes.images, *axes.collections):
                 artist.remove()
             maps.draw_field(axes, snapshot, scale, box)
-        drawn.heading(result, step_text(result, step))
+        drawn.heading(title_of(result), step_text(result, step))
         return ()
 
     interval = 1000.0 / min(max(round(len(steps) / SECONDS), SLOWEST), FASTEST)
@@ -73,15 +71,9 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     )
 
 
-def require_writer(file_format: str) -> None:
-    """Raise PictureError for mp4 without ffmpeg."""
-    if file_format == "mp4" and not FFMpegWriter.isAvailable():
-        raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
-
-
 def saved_film(film: FuncAnimation, file_format: str) -> bytes:
     """Return an animation as the content of a gif or mp4 file."""
-    with tempfile.TemporaryDirectory() as folder, own_style(), without_glyph_warnings():
+    with tempfile.TemporaryDirectory() as folder, own_style():
         target = Path(folder) / f"film.{file_format}"
         film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=DPI)
         return target.read_bytes()

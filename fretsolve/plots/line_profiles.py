@@ -13,20 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import Target, canvas
-from fretsolve.plots.labels import CLOSED_FORM, marks, readable, short_number
+from fretsolve.plots.canvas import Target, canvas, title_of
+from fretsolve.plots.labels import CLOSED_FORM, marks, short_number
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
 from fretsolve.plots.maps import NAMES
-from fretsolve.plots.reference import Curve, hertz_pressure, shear_form
-from fretsolve.plots.snapshot import (
-    VECTORS,
-    Snapshot,
-    chosen_step,
-    component,
-    middle,
-    present_fields,
-    view_box,
-)
+from fretsolve.plots.reference import hertz_pressure, shear_form
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_step, field_unit, middle, present_fields, view_box
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -36,11 +28,13 @@ LEAST_COMPONENT = 0.02
 """A component is drawn if it reaches this part of the field's largest length."""
 
 CURVE_POINTS = 400
+CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form}
 
-COMPONENTS: tuple[dict[str, Any], ...] = ({"linewidth": 1.4}, {"linewidth": 0.8, "markersize": 3.0})
+COMPONENTS: dict[str, dict[str, Any]] = {
+    "x component: open markers": {"linewidth": 1.4},
+    "y component: thin, filled markers": {"linewidth": 0.8, "markersize": 3.0},
+}
 """Options that tell the components x and y of one increment apart, in one panel."""
-
-_COMPONENT_KEY = ("x component: open markers", "y component: thin, filled markers")
 
 
 @dataclass(frozen=True)
@@ -93,16 +87,20 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = present_fields(snapshots, FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
-    with canvas(ax, len(names), 2, PANEL) as drawn:
+    with canvas(ax, 2 * len(names), PANEL, columns=2) as drawn:
         handles: dict[str, Line2D] = {}
-        most_components = 0
+        most_components = 0  # in one panel
         for axes, (name, line) in zip(drawn.axes, itertools.product(names, lines), strict=False):
             found, components = _draw_panel(axes, line, name, snapshots)
             for handle in found:
                 handles.setdefault(str(handle.get_label()), handle)
             most_components = max(most_components, components)
-        drawn.heading(result)
-        drawn.legend([*handles.values(), *(_component_key() if most_components > 1 else [])], columns=2)
+        drawn.heading(title_of(result))
+        key = [
+            Line2D([], [], color="0.3", marker="o", markerfacecolor=face, label=label, **options)
+            for (label, options), face in zip(COMPONENTS.items(), ("white", "0.3"), strict=True)
+        ]
+        drawn.legend([*handles.values(), *(key if most_components > 1 else [])], columns=2)
     return drawn.figure
 
 
@@ -121,7 +119,7 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     limits = box.x if line.axis == 0 else box.y
     inside = (line.along >= limits[0]) & (line.along <= limits[1])
     largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
-    unit = readable(result.units(component(name)), largest)
+    unit = field_unit(result, name, largest)
     found: list[Line2D] = []
     forms: list[Line2D] = []
     components: set[int] = set()
@@ -133,35 +131,19 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
         components |= set(shown)
         label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
         for k in shown:
-            options = mark.options(int(inside.sum())) | COMPONENTS[k]
+            options = mark.options(int(inside.sum())) | list(COMPONENTS.values())[k]
             if k:
                 options["markerfacecolor"] = mark.color
             found += axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
         # closed form, once if those of several increments are the same
-        curve = _closed_form(snapshot, name) if shown else None
+        form = CLOSED_FORMS.get(name)
+        curve = form(result, snapshot.step) if form is not None and shown else None
         if curve is not None:
             exact = np.atleast_2d(curve.at(*line.points(points))) * unit.factor
             for k in shown:
                 if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
-    axes.set_xlim(limits)
-    axes.set_xlabel(f"{'xy'[line.axis]} (mm)")
-    axes.set_ylabel(" ".join([NAMES[name], *of_vector, f"({unit.text})"]))
-    axes.set_title(line.text)
+    ylabel = " ".join([NAMES[name], *of_vector, f"({unit.text})"])
+    axes.set(xlim=limits, xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
     return [*found, *forms], len(components)
-
-
-def _closed_form(snapshot: Snapshot, name: str) -> Curve | None:
-    if name == "pressure":
-        return hertz_pressure(snapshot.result, snapshot.step)
-    return shear_form(snapshot.result, snapshot.step) if name == "shear" else None
-
-
-def _component_key() -> list[Line2D]:
-    """Return lines that show how the components of a vector differ."""
-    shades = ({"markerfacecolor": "white"}, {"markerfacecolor": "0.3"})
-    return [
-        Line2D([], [], color="0.3", marker="o", label=label, **(options | shade))
-        for label, options, shade in zip(_COMPONENT_KEY, COMPONENTS, shades, strict=True)
-    ]
