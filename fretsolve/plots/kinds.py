@@ -56,8 +56,8 @@ class PictureKind(NamedTuple):
         """Return the content of a file of the picture. Raises PictureError."""
         from matplotlib.animation import FFMpegWriter
 
-        from fretsolve.plots.animate import saved_film
         from fretsolve.plots.canvas import rendered
+        from fretsolve.plots.maps import saved_film
 
         if file_format == "mp4" and not FFMpegWriter.isAvailable():
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
@@ -82,7 +82,7 @@ _ALL = (
     ),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
-    PictureKind("animate", "animate:animation", "Fields over the load path.", _FIELDS, MOVING),
+    PictureKind("animate", "maps:animation", "Fields over the load path.", _FIELDS, MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}
 """The kinds of pictures, by their names on the command line."""

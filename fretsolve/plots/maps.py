@@ -1,15 +1,18 @@
-"""Draw fields over the contact plane, with the outlines of the contact and of the stick zone."""
+"""Draw fields over the contact plane with the outlines of contact and stick zone, for one increment or as a film."""
 
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
@@ -21,7 +24,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names
-from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width, title_of
+from fretsolve.plots.canvas import Canvas, Target, canvas, own_style, panel_width, title_of
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import (
     VECTORS,
@@ -40,7 +43,7 @@ from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
-"""The panels by default."""
+"""The panels by default; an animation has the first two."""
 
 NAMES = {
     "pressure": "pressure",
@@ -67,6 +70,13 @@ ARROWS = 17
 
 LEAST_ARROW = 0.03
 """Vectors shorter than this part of the longest have no arrow."""
+
+MOST_FRAMES = 60
+SECONDS = 10.0
+SLOWEST, FASTEST = 2, 12
+"""Frames of an animation per second: as many as make `SECONDS`, within these limits."""
+
+FILM_DPI = 100
 
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 """Open, stick, slip: they differ in luminance as well."""
@@ -99,6 +109,57 @@ def contact_map(
         for axes, name in zip(drawn.axes, names, strict=False):
             draw_panel(drawn, axes, snapshot, scale_of(result, name, snapshot.magnitude(name).max()), box)
     return drawn.figure
+
+
+def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAnimation:
+    """Draw fields over the increments with fields, in at most 60 frames; ``.save`` or ``.to_jshtml`` shows them.
+
+    fields: names of the case file; by default pressure and shear. All frames have the same colours and limits. Raises
+    PictureError.
+    """
+    chosen_step(result, None)
+    steps = result.steps
+    if len(steps) > MOST_FRAMES:
+        steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, MOST_FRAMES).round().astype(int))
+    names = chosen_fields([Snapshot(result, step) for step in steps], fields, FIELDS[:2])
+    # Find the limits. The fields of one increment are held at a time.
+    largest = [0.0] * len(names)
+    contact = np.zeros((len(result.x), len(result.y)), bool)
+    for snapshot in (Snapshot(result, step) for step in steps):
+        contact |= snapshot.contact
+        largest = [max(size, snapshot.magnitude(name).max()) for size, name in zip(largest, names, strict=True)]
+    scales = [scale_of(result, name, size) for name, size in zip(names, largest, strict=True)]
+    last, box = Snapshot(result, steps[-1]), view_box(result, contact)
+    with own_style():
+        with map_canvas(None, last, len(names), box) as drawn:
+            for axes, scale in zip(drawn.axes, scales, strict=False):
+                draw_panel(drawn, axes, last, scale, box)
+        # Lay the figure out once, so that the panels do not move from frame to frame.
+        drawn.figure.draw_without_rendering()
+        drawn.figure.set_layout_engine(None)
+
+    def show(step: int) -> tuple[()]:
+        """Draw one frame."""
+        snapshot = Snapshot(result, step)
+        for axes, scale in zip(drawn.axes, scales, strict=False):
+            for artist in (*axes.images, *axes.collections):
+                artist.remove()
+            draw_field(axes, snapshot, scale, box)
+        drawn.heading(title_of(result), step_text(result, step))
+        return ()
+
+    interval = 1000.0 / min(max(round(len(steps) / SECONDS), SLOWEST), FASTEST)
+    return FuncAnimation(
+        drawn.figure, show, frames=steps, interval=interval, init_func=lambda: (), cache_frame_data=False
+    )
+
+
+def saved_film(film: FuncAnimation, file_format: str) -> bytes:
+    """Return an animation as the content of a gif or mp4 file."""
+    with tempfile.TemporaryDirectory() as folder, own_style():
+        target = Path(folder) / f"film.{file_format}"
+        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=FILM_DPI)
+        return target.read_bytes()
 
 
 @contextmanager
