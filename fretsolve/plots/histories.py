@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
@@ -95,9 +94,8 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
     if not np.any(result.history["max_shear"]) and not np.any(result.history["stick_radius"]):
         raise PictureError("nothing sticks or slips without friction and shear traction")
     moved = moved_pairs(result)
-    pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")] or [
-        pair for pair in moved if pair.force == "P"
-    ]
+    pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
+    pairs = pairs or [pair for pair in moved if pair.force == "P"]
     with canvas(ax, len(pairs), STICK_PANEL) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_stick_ratio(drawn, axes, result, pair)
@@ -129,26 +127,25 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     x_unit, y_unit = unit_of(result, pair.motion), unit_of(result, pair.force)
     x, y = result.history[pair.motion] * x_unit.factor, result.history[pair.force] * y_unit.factor
     found = cycles(result, pair)
-    handles = _draw_cycles(axes, found, x, y)
+    _draw_cycles(axes, found, x, y)
     closed = [cycle for cycle in found if cycle.closed]
     for cycle in closed if len(closed) <= MOST_SHADED else closed[-1:]:
         color = marks(len(found))[cycle.number].color
-        axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5)
         total = result.history["work_total"]
         label = f"{_energy(float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
-        handles.append(Patch(color=color, alpha=0.25, linewidth=0, label=label))
+        axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5, label=label)
     errors = [
         np.abs(result.history[f"{name}_error"]) * unit.factor if f"{name}_error" in result.history else None
         for name, unit in ((pair.motion, x_unit), (pair.force, y_unit))
     ]
     if any(error is not None for error in errors):
-        handles.append(axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **ERROR_BARS))
+        axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **ERROR_BARS)
     curve = hertz_curve(result) if pair.force == "P" else None
     if curve is not None:
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
-        handles += axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
+        axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
     axes.set(xlabel=axis_label(pair.motion, x_unit), ylabel=axis_label(pair.force, y_unit))
-    _tell_apart(drawn, axes, found, handles)
+    _tell_apart(drawn, axes, found)
 
 
 def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
@@ -157,27 +154,26 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair
     load, contact = result.history[name] * unit.factor, result.history["contact_radius"]
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
     found = cycles(result, pair)
-    handles = _draw_cycles(axes, found, load, ratio)
+    _draw_cycles(axes, found, load, ratio)
     form = stick_form(result, pair.force)
     if form is not None:
-        handles += axes.plot(load, form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
+        axes.plot(load, form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a (1)")
-    _tell_apart(drawn, axes, found, handles)
+    _tell_apart(drawn, axes, found)
 
 
-def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> list[Any]:
-    """Draw a line for each cycle, and return them for the legend."""
-    handles: list[Any] = []
+def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> None:
+    """Draw a line for each cycle."""
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         count = len(x[cycle.steps])
         every = marker_spacing(count, MOST_INCREMENTS)
         label = cycle.name if every == 1 or not mark.marker else f"{cycle.name}, one in {every} increments marked"
-        handles += axes.plot(x[cycle.steps], y[cycle.steps], label=label, **mark.options(count, MOST_INCREMENTS))
-    return handles
+        axes.plot(x[cycle.steps], y[cycle.steps], label=label, **mark.options(count, MOST_INCREMENTS))
 
 
-def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle], handles: Sequence[Any]) -> None:
+def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
     """Add a legend below the panel, as curves may fill it, and a colour bar for many cycles."""
+    handles, _ = axes.get_legend_handles_labels()
     if len(found) > MOST_NAMED:
         mapping = ScalarMappable(Normalize(0, found[-1].number), line_colors())
         bar = drawn.colorbar(axes, mapping, "cycle (0: first loading)")
