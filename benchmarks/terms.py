@@ -285,7 +285,7 @@ def draw(points: int, file: Path) -> None:
     from fretsolve.plots.canvas import canvas, rendered
 
     marks = {"I": ("o", "#0072B2"), "II": ("s", "#E69F00"), "III": ("^", "#009E73")}
-    with canvas(None, 1, 3, (3.7, 3.1)) as drawn:
+    with canvas(None, 3, (3.7, 3.1)) as drawn:
         first, second, third = drawn.axes
         handles: list[Any] = []
         for mode, (marker, color) in marks.items():

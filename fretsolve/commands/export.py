@@ -48,11 +48,11 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
 def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) -> Sequence[str]:
     """Write the file with the libraries of its format alone, and return warnings."""
     if file_format == "csv":
-        from fretsolve.export.csv_table import write_csv
+        from fretsolve.export.tables import write_csv
 
         write_csv(result, out)
     elif file_format == "npz":
-        from fretsolve.export.npz import write_npz
+        from fretsolve.export.tables import write_npz
 
         write_npz(result, steps, out)
     elif file_format == "xdmf":

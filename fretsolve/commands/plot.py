@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fretsolve.errors import CaseError, PictureError
+from fretsolve.plots.kinds import KINDS, MOVING, STILL, PictureKind, Selection
 from fretsolve.result import Result, open_result
 from fretsolve.system.files import make_folder, require_ending, writing
 from fretsolve.system.optional import how_to_install
-
-if TYPE_CHECKING:  # matplotlib may be missing
-    from fretsolve.plots.kinds import PictureKind, Selection
 
 DEFAULT_KIND = "loop"
 
 
 def plot_result(
     out: Path,
-    kinds: Sequence[str],
+    kinds: Iterable[str],
     target: str | None,
     steps: tuple[int, ...],
     at: tuple[float, float] | None,
@@ -32,10 +29,8 @@ def plot_result(
     target: a file or a folder; every_kind: write a page that shows them as well. The rest is for the pictures.
     """
     require_matplotlib()
-    from fretsolve.plots.kinds import Selection, kind_of
-
     selection = Selection(steps, at, fields)
-    chosen = [kind_of(name) for name in kinds or (DEFAULT_KIND,)]
+    chosen = [KINDS[name] for name in (KINDS if every_kind else kinds or (DEFAULT_KIND,))]
     _require_used(selection, chosen)
     with open_result(out) as result:
         if every_kind:
@@ -64,7 +59,7 @@ def _require_used(selection: Selection, kinds: Sequence[PictureKind]) -> None:
     """Raise CaseError for an option that none of the kinds uses."""
     given = {"--step": selection.steps, "--at": selection.at, "--field": selection.fields}
     for option, value in given.items():
-        if value and not any(option in kind.options for kind in kinds):
+        if value and not any(option in kind.options.values() for kind in kinds):
             names = " and ".join(kind.name for kind in kinds)
             raise CaseError(f"{option} has no effect on {names}; leave it out")
 
@@ -83,8 +78,6 @@ def _targets(target: str | None, kinds: Sequence[PictureKind], result: Path) -> 
 
 def picture_format(path: Path) -> str:
     """Return the format of a still picture by its name. Raises CaseError if the name has none."""
-    from fretsolve.plots.kinds import STILL
-
     require_ending(path, "a picture", *(f".{name}" for name in STILL))
     return _format(path)
 
@@ -95,24 +88,23 @@ def _format(path: Path) -> str:
 
 def _write_page(result: Result, kinds: Sequence[PictureKind], selection: Selection, folder: Path) -> None:
     """Write all pictures and ``index.html`` to `folder`. Raises CaseError, FileError."""
-    from fretsolve.plots.kinds import MOVING, STILL, PageEntry, html_page
+    from fretsolve.plots.report_page import html_page
 
     if _format(folder) in (*STILL, *MOVING, "html"):
         raise CaseError("--all writes many files; the name of a folder is needed", (), folder)
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
     make_folder(folder)
-    entries = []
+    pictures, left_out = {}, {}
     for kind in kinds:
-        file_format = kind.formats[0]
         try:
-            entries.append(PageEntry(kind, file_format, kind.content(result, selection, file_format)))
+            pictures[kind.name] = kind.content(result, selection, kind.formats[0])
         except PictureError as error:
-            entries.append(PageEntry(kind, reason=str(error)))
+            left_out[kind.name] = str(error)
             print(f"left out: {kind.name}: {error}")
         else:
-            write_picture(folder / f"{kind.name}.{file_format}", entries[-1].content)
-    write_picture(folder / "index.html", html_page(result, entries).encode())
+            write_picture(folder / f"{kind.name}.{kind.formats[0]}", pictures[kind.name])
+    write_picture(folder / "index.html", html_page(result, pictures, left_out).encode())
 
 
 def write_picture(path: Path, content: bytes) -> None:

@@ -73,9 +73,8 @@ class Surfaces:
         delta_x, delta_y, delta_z, phi_x, phi_y, phi_z = (
             float(result.history[name][step]) for name in ("delta_x", "delta_y", "delta_z", "phi_x", "phi_y", "phi_z")
         )
-        rigid = np.zeros((3, *shape))
-        rigid[0], rigid[1] = delta_x - phi_z * y, delta_y + phi_z * x
-        rigid[2] = -(delta_z + phi_x * y + phi_y * x)
+        rigid = np.empty((3, *shape))
+        rigid[0], rigid[1], rigid[2] = delta_x - phi_z * y, delta_y + phi_z * x, -(delta_z + phi_x * y + phi_y * x)
         elastic_1, elastic_2 = (_elastic(operator, pressure, shear) for operator in self._operators)
         elastic_1[:2] *= -1.0  # the operator's shear traction acts on body 2
         elastic_2[2] *= -1.0
@@ -111,6 +110,5 @@ def _displaced(name: str, result: Result, height: DoubleArray, displacement: Dou
     points = np.empty_like(displacement)
     points[0], points[1], points[2] = result.x[:, None], result.y[None, :], height
     points += displacement
-    highest = float(points[2].max(where=material, initial=-np.inf)) if material.any() else 0.0
-    points[2][~material] = highest
+    points[2][~material] = points[2].max(where=material, initial=-np.inf) if material.any() else 0.0
     return BodySurface(name, points, displacement, material)

@@ -20,6 +20,11 @@ _COLUMNS = (
 )
 
 
+def stored_names(result: Result) -> list[str]:
+    """Return the stored fields by their names in the case file, of vectors without the component."""
+    return list(dict.fromkeys(name.removesuffix("_x").removesuffix("_y") for name in result.fields))
+
+
 def stored_step(result: Result, step: int) -> int:
     """Return increment `step`, a negative one counted from the end. Raises ValueError if its fields are not stored."""
     found = step + result.increments if step < 0 else step

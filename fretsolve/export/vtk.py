@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.export.deformed_surfaces import BodySurface, FlatError, Surfaces
+from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
@@ -56,7 +57,7 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
 def _point_data(result: Result, step: int) -> dict[str, NDArray[Any]]:
     """Return the fields of an increment, ``(nx, ny)``, shear and slip as vectors ``(3, nx, ny)``."""
     found: dict[str, NDArray[Any]] = {}
-    for name in dict.fromkeys(name.removesuffix("_x").removesuffix("_y") for name in result.fields):
+    for name in stored_names(result):
         values = result.field(name, step)
         found[name] = np.concatenate([values, np.zeros_like(values[:1])]) if values.ndim == 3 else values
     return found

@@ -9,12 +9,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 import h5py
 import numpy as np
 
+from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
@@ -51,8 +51,7 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
 
 def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> None:
     shape = len(result.x), len(result.y)
-    names = {name.removesuffix("_x").removesuffix("_y") for name in result.fields}
-    for quantity in stored_fields(names, is_single(result.effective_case)):
+    for quantity in stored_fields(stored_names(result), is_single(result.effective_case)):
         dataset = create_field(group, quantity, len(steps), shape)
         for index, step in enumerate(steps):
             dataset[index] = result.field(quantity.name, step)
@@ -61,32 +60,20 @@ def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> Non
 def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:
     """Return the lines of the text. stored: the increments whose fields `source` holds, in its order."""
     shape = f"{len(result.x)} {len(result.y)}"
-    yield '<?xml version="1.0"?>'
-    yield '<Xdmf Version="2.0">'
-    yield "<Domain>"
+    yield '<?xml version="1.0"?>\n<Xdmf Version="2.0">\n<Domain>'
     yield '<Grid Name="increments" GridType="Collection" CollectionType="Temporal">'
     for step in steps:
-        yield f'<Grid Name="increment {step}" GridType="Uniform">'
-        yield f'<Time Value="{step}"/>'
-        yield f'<Topology TopologyType="3DSMesh" Dimensions="1 {shape}"/>'
-        yield '<Geometry GeometryType="XYZ">'
+        yield f'<Grid Name="increment {step}" GridType="Uniform">\n<Time Value="{step}"/>'
+        yield f'<Topology TopologyType="3DSMesh" Dimensions="1 {shape}"/>\n<Geometry GeometryType="XYZ">'
         yield f'<DataItem Dimensions="1 {shape} 3" {_TYPES["float64"]} Format="HDF">{escape(points)}:/points</DataItem>'
         yield "</Geometry>"
+        # each field is a slab of the dataset that holds those of all increments
+        slab = f"{stored.index(step)} 0 0 1 1 1 1 {shape}"
         for name in result.fields:
-            yield from _attribute(name, result.field_type(name), stored.index(step), len(stored), shape, source)
+            whole = f'Dimensions="{len(stored)} {shape}" {_TYPES[result.field_type(name).name]} Format="HDF"'
+            yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
+            yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
+            yield f'<DataItem Dimensions="3 3" Format="XML">{slab}</DataItem>'
+            yield f"<DataItem {whole}>{escape(source)}:/fields/{name}</DataItem>\n</DataItem>\n</Attribute>"
         yield "</Grid>"
-    yield "</Grid>"
-    yield "</Domain>"
-    yield "</Xdmf>"
-    yield ""
-
-
-def _attribute(name: str, dtype: np.dtype[Any], index: int, count: int, shape: str, source: str) -> Iterator[str]:
-    """Return one field of one increment: a slab of the dataset that holds those of all."""
-    kind = _TYPES[dtype.name]
-    yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
-    yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
-    yield f'<DataItem Dimensions="3 3" Format="XML">{index} 0 0 1 1 1 1 {shape}</DataItem>'
-    yield f'<DataItem Dimensions="{count} {shape}" {kind} Format="HDF">{escape(source)}:/fields/{name}</DataItem>'
-    yield "</DataItem>"
-    yield "</Attribute>"
+    yield "</Grid>\n</Domain>\n</Xdmf>\n"

@@ -8,30 +8,17 @@ picture, a `PictureError` says why. The kind `map` of the command line is `conta
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 from fretsolve.errors import PictureError
+from fretsolve.plots.kinds import KINDS
 
-KINDS = ("loop", "profiles", "map", "streamlines", "slip-angle", "stick-history", "convergence", "animate")
-"""The kinds of pictures, by their names on the command line."""
-
-# No module is called as a function is, which it would hide once it is imported.
-_MODULES = {
-    "loop": "histories",
-    "profiles": "line_profiles",
-    "contact_map": "maps",
-    "streamlines": "directions",
-    "slip_angle": "directions",
-    "stick_history": "histories",
-    "convergence": "histories",
-    "animation": "animate",
-}
-__all__ = ["KINDS", "PictureError", *_MODULES]
+_KIND_OF = {kind.drawn_by.partition(":")[2]: kind for kind in KINDS.values()}
+__all__ = ["KINDS", "PictureError", *_KIND_OF]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public function on first use, so that the command line knows `KINDS` without matplotlib."""
-    if name in _MODULES:
-        return getattr(importlib.import_module(f"fretsolve.plots.{_MODULES[name]}"), name)
+    if name in _KIND_OF:
+        return _KIND_OF[name].draw
     raise AttributeError(f"module 'fretsolve.plots' has no attribute {name!r}")

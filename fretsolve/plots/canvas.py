@@ -41,6 +41,7 @@ STYLE: dict[Any, Any] = {
 }
 
 DPI = 150
+MOST_COLUMNS = 3
 MARGINS = 0.5
 """Height (inches) of heading and legend."""
 
@@ -73,17 +74,12 @@ class Canvas:
     axes: Sequence[Axes]
     own: bool
 
-    def heading(self, result: Result, detail: str = "") -> None:
-        """Write the case's title and a line below it on a new figure."""
+    def heading(self, title: str, detail: str = "") -> None:
+        """Write a title and a line below it on a new figure."""
         if self.own:
             width = int(TITLE_LETTERS * self.figure.get_figwidth())
-            lines = textwrap.wrap(title(result), width, max_lines=MOST_TITLE_LINES, placeholder=" ...")
+            lines = textwrap.wrap(title, width, max_lines=MOST_TITLE_LINES, placeholder=" ...")
             self.figure.suptitle("\n".join([*lines, *textwrap.wrap(detail, width)]), parse_math=False)
-
-    def hide_rest(self, used: int) -> None:
-        """Hide the panels of a new figure after the first `used` ones."""
-        for axes in self.axes[used:] if self.own else ():
-            axes.set_axis_off()
 
     def colorbar(self, axes: Axes, colors: ScalarMappable, label: str, extend: str = "neither") -> Colorbar:
         """Add a colour bar beside a panel whose limits are set, as high as the panel is in the end."""
@@ -93,36 +89,32 @@ class Canvas:
 
     def legend(self, handles: Sequence[Any], columns: int) -> None:
         """Add a legend below all panels of a new figure, or on the first of the user's axes."""
-        if not handles:
-            return
-        if self.own:
+        if handles and self.own:
             self.figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
-        else:
+        elif handles:
             self.axes[0].legend(handles=handles)
 
 
 @contextmanager
 def own_style() -> Iterator[None]:
-    """Use matplotlib's defaults with `STYLE` inside the block, whatever the user has set."""
-    with matplotlib.rc_context():
+    """Use matplotlib's defaults with `STYLE` inside the block, whatever the user has set.
+
+    Letters that the font lacks, as of titles in other scripts, cause no warning.
+    """
+    with matplotlib.rc_context(), warnings.catch_warnings():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
-        yield
-
-
-@contextmanager
-def without_glyph_warnings() -> Iterator[None]:
-    """Ignore warnings of letters that the font lacks, as of titles in other scripts."""
-    with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)
         yield
 
 
 @contextmanager
-def canvas(target: Target, rows: int, columns: int, size: tuple[float, float], **options: Any) -> Iterator[Canvas]:
-    """Make a canvas of `rows` x `columns` panels of `size` (inches each), or one of the axes given.
+def canvas(
+    target: Target, count: int, size: tuple[float, float], columns: int = MOST_COLUMNS, *, sharex: bool = False
+) -> Iterator[Canvas]:
+    """Make a canvas of `count` panels of `size` (inches each) in at most `columns`, or one of the axes given.
 
-    options: for `Figure.subplots`, such as `sharex`. Raises PictureError for axes that belong to no figure.
+    Raises PictureError for axes that belong to no figure.
     """
     if target is not None:
         axes = [target] if isinstance(target, Axes) else list(target)
@@ -130,11 +122,15 @@ def canvas(target: Target, rows: int, columns: int, size: tuple[float, float], *
             raise PictureError("no axes given to draw on")
         yield Canvas(_figure_of(axes[0]), axes, own=False)
         return
+    columns = min(columns, count)
+    rows = -(-count // columns)
     with own_style():
         width = max(columns * size[0], NARROWEST)
         picture = Picture(figsize=(width, rows * size[1] + MARGINS), layout="constrained")
-        grid = picture.subplots(rows, columns, squeeze=False, **options)
-        yield Canvas(picture, list(grid.flat), own=True)
+        panels = picture.subplots(rows, columns, squeeze=False, sharex=sharex).ravel()
+        for unused in panels[count:]:
+            unused.remove()
+        yield Canvas(picture, list(panels[:count]), own=True)
 
 
 def panel_width(axes: Axes) -> float:
@@ -154,17 +150,20 @@ def _figure_of(axes: Axes) -> Figure:
     return figure
 
 
-def title(result: Result) -> str:
-    """Return the case's title, or the file's name, in one line, with the status of a result that is not complete."""
-    text = " ".join(str(result.effective_case.get("title") or result.path.name).split())
-    printable = "".join(character if character.isprintable() else "?" for character in text)
+def one_line(text: str) -> str:
+    """Return a title in one line, with ? for what cannot be printed."""
+    return "".join(character if character.isprintable() else "?" for character in " ".join(text.split()))
+
+
+def title_of(result: Result) -> str:
+    """Return the case's title, or the file's name, with the status of a result that is not complete."""
     status = "" if result.status == "complete" else f"{result.status} with {result.increments} increments: "
-    return status + printable
+    return status + one_line(str(result.effective_case.get("title") or result.path.name))
 
 
 def rendered(figure: Figure, file_format: str) -> bytes:
     """Return the picture as the content of a PNG, PDF or SVG file."""
     buffer = io.BytesIO()
-    with own_style(), without_glyph_warnings():
+    with own_style():
         figure.savefig(buffer, format=file_format, dpi=DPI, metadata=WITHOUT_DATE[file_format], facecolor="white")
     return buffer.getvalue()

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from fretsolve.errors import PictureError
+from fretsolve.export.selection import stored_names
 from fretsolve.plots import maps
 from fretsolve.plots.canvas import Canvas, Target
 from fretsolve.plots.labels import line_colors
-from fretsolve.plots.snapshot import (
-    VECTORS,
-    Snapshot,
-    ViewBox,
-    chosen_step,
-    has_field,
-    present_fields,
-    view_box,
-)
+from fretsolve.plots.snapshot import VECTORS, Snapshot, ViewBox, chosen_step, present_fields, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import DoubleArray
@@ -45,17 +35,6 @@ LARGER = (1.35, 1.25)
 """Width and height of the map of angles, over those of other maps."""
 
 
-@dataclass(frozen=True)
-class SlipAngle:
-    """degrees: (nx, ny) from the direction of the load to that of the slip, NaN where nothing slips.
-
-    reference: what the angle is measured from, in words.
-    """
-
-    degrees: DoubleArray
-    reference: str
-
-
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
     """Draw lines along the shear traction and along the slip at an increment, by default the last with fields.
 
@@ -66,7 +45,7 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
     if min(len(result.x), len(result.y)) < 2:
         raise PictureError("lines need two cells or more along x and along y")
     if not snapshot.field(names[0]).any():
-        stored = [name for name in VECTORS if has_field(result, name)]
+        stored = [name for name in VECTORS if name in stored_names(result)]
         raise PictureError(f"{' and '.join(stored)} are 0 everywhere in increment {snapshot.step}")
     box = view_box(result, snapshot.contact)
     with maps.map_canvas(ax, snapshot, len(names), box) as drawn:
@@ -83,15 +62,30 @@ def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) ->
     Raises PictureError if nothing slips or no tangential load changes.
     """
     snapshot = Snapshot(result, chosen_step(result, step))
-    found = angle_of(snapshot)
-    box = view_box(result, snapshot.contact)
+    degrees, reference = angle_of(snapshot)
+    slipping = np.isfinite(degrees)
+    sizes = np.sort(np.abs(degrees[slipping]))
+    limit = max(float(sizes[int((1.0 - WORST_SHARE) * (len(sizes) - 1))]), LEAST_LIMIT)
+    box, contact = view_box(result, snapshot.contact), snapshot.contact
     with maps.map_canvas(ax, snapshot, 1, box, LARGER) as drawn:
-        _draw_angle(drawn, drawn.axes[0], snapshot, found, box)
+        axes = drawn.axes[0]
+        maps.draw_cells(axes, result, contact, ~contact, Normalize(0.0, 1.0), ListedColormap(["0.85"]))
+        colors = matplotlib.colormaps["RdBu_r"]
+        image = maps.draw_cells(axes, result, degrees, ~slipping, Normalize(-limit, limit), colors)
+        maps.draw_arrows(axes, result, np.where(slipping, snapshot.field("shear"), 0.0), box)
+        maps.draw_outlines(axes, snapshot)
+        title = f"slip against {reference}:\nat most {sizes[-1]:.3g}°, on average {sizes.mean():.3g}°"
+        maps.draw_frame(axes, box, title)
+        extend = "both" if sizes[-1] > limit else "neither"
+        drawn.colorbar(axes, image, "angle, counter-clockwise (°)", extend)
     return drawn.figure
 
 
-def angle_of(snapshot: Snapshot) -> SlipAngle:
-    """Return the angle of the slip in an increment. Raises PictureError."""
+def angle_of(snapshot: Snapshot) -> tuple[DoubleArray, str]:
+    """Return the angle (degrees) from the load to the slip, ``(nx, ny)``, NaN where nothing slips, and which load.
+
+    Raises PictureError.
+    """
     slipping, shear = snapshot.field("zone") == Zone.SLIP, snapshot.field("shear")
     slipping &= snapshot.magnitude("shear") > 0.0
     if not slipping.any():
@@ -99,7 +93,7 @@ def angle_of(snapshot: Snapshot) -> SlipAngle:
     load, reference = _load_direction(snapshot.result, snapshot.step)
     across = load[0] * shear[1] - load[1] * shear[0]
     along = load[0] * shear[0] + load[1] * shear[1]
-    return SlipAngle(np.where(slipping, np.degrees(np.arctan2(across, along)), np.nan), reference)
+    return np.where(slipping, np.degrees(np.arctan2(across, along)), np.nan), reference
 
 
 def _load_direction(result: Result, step: int) -> tuple[DoubleArray, str]:
@@ -125,40 +119,23 @@ def _load_direction(result: Result, step: int) -> tuple[DoubleArray, str]:
 def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: ViewBox) -> None:
     result, length = snapshot.result, snapshot.magnitude(name)
     scale = maps.scale_of(result, name, float(length.max()))
-    colors, norm = line_colors(), Normalize(0.0, scale.norm.vmax)
     i, j = maps.cells_inside(result, box)
     nothing = length <= NOTHING * length.max()
     u, v = (np.ma.masked_where(nothing, values)[np.ix_(i, j)].T for values in snapshot.field(name))
     # streamplot asks for coordinates that are evenly spaced to the last bit
     x, y = (np.linspace(centres[0], centres[-1], len(centres)) for centres in (result.x[i], result.y[j]))
-    axes.streamplot(
+    lines = axes.streamplot(
         x,
         y,
         u,
         v,
         color=(length * scale.factor)[np.ix_(i, j)].T,
-        cmap=colors,
-        norm=norm,
+        cmap=line_colors(),
+        norm=Normalize(0.0, scale.norm.vmax),
         density=DENSITY,
         linewidth=1.0,
         arrowsize=0.8,
-    )
+    ).lines
     maps.draw_outlines(axes, snapshot)
-    maps.draw_frame(axes, box)
-    axes.set_title(maps.NAMES[name])
-    drawn.colorbar(axes, ScalarMappable(norm, colors), scale.label)
-
-
-def _draw_angle(drawn: Canvas, axes: Axes, snapshot: Snapshot, found: SlipAngle, box: ViewBox) -> None:
-    result, slipping = snapshot.result, np.isfinite(found.degrees)
-    sizes = np.sort(np.abs(found.degrees[slipping]))
-    limit = max(float(sizes[int((1.0 - WORST_SHARE) * (len(sizes) - 1))]), LEAST_LIMIT)
-    norm, colors = Normalize(-limit, limit), matplotlib.colormaps["RdBu_r"]
-    maps.draw_cells(axes, result, snapshot.contact, ~snapshot.contact, Normalize(0.0, 1.0), ListedColormap(["0.85"]))
-    maps.draw_cells(axes, result, found.degrees, ~slipping, norm, colors)
-    maps.draw_arrows(axes, result, np.where(slipping, snapshot.field("shear"), 0.0), box)
-    maps.draw_outlines(axes, snapshot)
-    maps.draw_frame(axes, box)
-    axes.set_title(f"slip against {found.reference}:\nat most {sizes[-1]:.3g}°, on average {sizes.mean():.3g}°")
-    extend = "both" if sizes[-1] > limit else "neither"
-    drawn.colorbar(axes, ScalarMappable(norm, colors), "angle, counter-clockwise (°)", extend)
+    maps.draw_frame(axes, box, maps.NAMES[name])
+    drawn.colorbar(axes, lines, scale.label)

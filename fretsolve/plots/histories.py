@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,22 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stage_ends
-from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
     MOST_INCREMENTS,
     MOST_NAMED,
-    Unit,
     axis_label,
     line_colors,
+    marker_spacing,
     marks,
     readable,
-    spacing,
     unit_of,
 )
 from fretsolve.plots.load_history import LoadCycle, MovedPair, cycles, moved_pairs
@@ -36,7 +34,6 @@ from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
 LOOP_PANEL, STICK_PANEL, CONVERGENCE_PANEL = (4.6, 3.9), (4.9, 3.6), (8.0, 2.7)
-MOST_COLUMNS = 3
 MOST_SHADED = 2
 """Closed cycles that are all shaded; of more only the last one is."""
 
@@ -79,13 +76,11 @@ def loop(result: Result, ax: Target = None) -> Figure:
     if not moved:
         raise PictureError("no load component is more than round-off")
     pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2] or moved[:1]
-    columns = min(len(pairs), MOST_COLUMNS)
-    with canvas(ax, -(-len(pairs) // columns), columns, LOOP_PANEL) as drawn:
+    with canvas(ax, len(pairs), LOOP_PANEL) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
-        drawn.hide_rest(len(pairs))
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
-        drawn.heading(result, f"total dissipated energy: {_energy(energy, error)}")
+        drawn.heading(title_of(result), f"total dissipated energy: {_energy(energy, error)}")
     return drawn.figure
 
 
@@ -99,13 +94,12 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
     if not np.any(result.history["max_shear"]) and not np.any(result.history["stick_radius"]):
         raise PictureError("nothing sticks or slips without friction and shear traction")
     moved = moved_pairs(result)
-    pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")] or [
-        pair for pair in moved if pair.force == "P"
-    ]
-    with canvas(ax, 1, len(pairs), STICK_PANEL) as drawn:
+    pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
+    pairs = pairs or [pair for pair in moved if pair.force == "P"]
+    with canvas(ax, len(pairs), STICK_PANEL) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_stick_ratio(drawn, axes, result, pair)
-        drawn.heading(result)
+        drawn.heading(title_of(result))
     return drawn.figure
 
 
@@ -115,7 +109,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    with canvas(ax, 2, 1, CONVERGENCE_PANEL, sharex=True) as drawn:
+    with canvas(ax, 2, CONVERGENCE_PANEL, columns=1, sharex=True) as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
@@ -125,7 +119,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
             axes.set_xlim(-0.5, result.increments - 0.5)
             axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
         drawn.axes[-1].set_xlabel("increment (vertical lines: ends of stages)")
-        drawn.heading(result)
+        drawn.heading(title_of(result))
     return drawn.figure
 
 
@@ -133,22 +127,25 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     x_unit, y_unit = unit_of(result, pair.motion), unit_of(result, pair.force)
     x, y = result.history[pair.motion] * x_unit.factor, result.history[pair.force] * y_unit.factor
     found = cycles(result, pair)
-    handles = _draw_cycles(axes, found, x, y)
+    _draw_cycles(axes, found, x, y)
     closed = [cycle for cycle in found if cycle.closed]
     for cycle in closed if len(closed) <= MOST_SHADED else closed[-1:]:
         color = marks(len(found))[cycle.number].color
-        axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5)
         total = result.history["work_total"]
         label = f"{_energy(float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
-        handles.append(Patch(color=color, alpha=0.25, linewidth=0, label=label))
-    handles += _draw_errors(axes, result, pair, x_unit, y_unit)
+        axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5, label=label)
+    errors = [
+        np.abs(result.history[f"{name}_error"]) * unit.factor if f"{name}_error" in result.history else None
+        for name, unit in ((pair.motion, x_unit), (pair.force, y_unit))
+    ]
+    if any(error is not None for error in errors):
+        axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **ERROR_BARS)
     curve = hertz_curve(result) if pair.force == "P" else None
     if curve is not None:
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
-        handles += axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
-    axes.set_xlabel(axis_label(pair.motion, x_unit))
-    axes.set_ylabel(axis_label(pair.force, y_unit))
-    _tell_apart(drawn, axes, found, handles)
+        axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
+    axes.set(xlabel=axis_label(pair.motion, x_unit), ylabel=axis_label(pair.force, y_unit))
+    _tell_apart(drawn, axes, found)
 
 
 def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
@@ -157,34 +154,30 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair
     load, contact = result.history[name] * unit.factor, result.history["contact_radius"]
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
     found = cycles(result, pair)
-    handles = _draw_cycles(axes, found, load, ratio)
+    _draw_cycles(axes, found, load, ratio)
     form = stick_form(result, pair.force)
     if form is not None:
-        handles += axes.plot(load, form.values, label=f"{form.name} (closed form)", **CLOSED_FORM)
-    axes.set_ylim(-0.03, 1.05)
-    axes.set_xlabel(axis_label(name, unit))
-    axes.set_ylabel("stick radius over contact radius, c/a (1)")
-    _tell_apart(drawn, axes, found, handles)
+        axes.plot(load, form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
+    axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a (1)")
+    _tell_apart(drawn, axes, found)
 
 
-def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> list[Any]:
-    """Draw a line for each cycle, and return them for the legend."""
-    handles: list[Any] = []
+def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> None:
+    """Draw a line for each cycle."""
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         count = len(x[cycle.steps])
-        every = spacing(count, MOST_INCREMENTS)
+        every = marker_spacing(count, MOST_INCREMENTS)
         label = cycle.name if every == 1 or not mark.marker else f"{cycle.name}, one in {every} increments marked"
-        handles += axes.plot(x[cycle.steps], y[cycle.steps], label=label, **mark.options(count, MOST_INCREMENTS))
-    return handles
+        axes.plot(x[cycle.steps], y[cycle.steps], label=label, **mark.options(count, MOST_INCREMENTS))
 
 
-def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle], handles: Sequence[Any]) -> None:
+def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
     """Add a legend below the panel, as curves may fill it, and a colour bar for many cycles."""
+    handles, _ = axes.get_legend_handles_labels()
     if len(found) > MOST_NAMED:
         mapping = ScalarMappable(Normalize(0, found[-1].number), line_colors())
         bar = drawn.colorbar(axes, mapping, "cycle (0: first loading)")
-        bar.locator = MaxNLocator(integer=True)
-        bar.update_ticks()
+        bar.set_ticks(MaxNLocator(integer=True))
         handles = [handle for handle in handles if not str(handle.get_label()).startswith("cycle")]
     if len(handles) > 1:
         axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
@@ -200,34 +193,23 @@ def _energy(energy: float, error: float = 0.0) -> str:
     return f"{energy * unit.factor:.{decimals}f} ± {uncertain:.{decimals}f} {unit.text}"
 
 
-def _draw_errors(axes: Axes, result: Result, pair: MovedPair, x_unit: Unit, y_unit: Unit) -> list[Any]:
-    """Draw error bars for the columns that have errors, and return them for the legend."""
-    columns = {"x": (pair.motion, x_unit.factor), "y": (pair.force, y_unit.factor)}
-    errors: dict[str, Any] = {
-        f"{axis}err": np.abs(result.history[f"{name}_error"]) * factor
-        for axis, (name, factor) in columns.items()
-        if f"{name}_error" in result.history
-    }
-    x, y = (result.history[name] * factor for name, factor in columns.values())
-    return [axes.errorbar(x, y, **errors, **ERROR_BARS)] if errors else []
-
-
 def _draw_counts(axes: Axes, result: Result) -> None:
-    for (name, label), mark in zip(COUNTS.items(), marks(len(COUNTS)), strict=True):
-        options = mark.options(result.increments) | {"linewidth": 1.1}
-        axes.plot(result.history["step"], result.history[name], label=label, **options)
-    axes.set_ylim(bottom=0)
+    _draw_columns(axes, result, COUNTS)
+    axes.set(ylim=(0, None), ylabel="count per increment (1)")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    axes.set_ylabel("count per increment (1)")
 
 
 def _draw_residuals(axes: Axes, result: Result) -> None:
-    axes.set_yscale("log")
     tolerance = float(result.effective_case.get("solver", {}).get("tolerance", np.nan))
     least = FLOOR * tolerance if np.isfinite(tolerance) else np.finfo(float).eps
-    for (name, label), mark in zip(RESIDUALS.items(), marks(len(RESIDUALS)), strict=True):
-        options = mark.options(result.increments) | {"linewidth": 1.1}
-        axes.plot(result.history["step"], np.maximum(result.history[name], least), label=label, **options)
+    _draw_columns(axes, result, RESIDUALS, least)
     if np.isfinite(tolerance):
         axes.axhline(tolerance, color="black", linestyle="--", linewidth=1.2, label=f"tolerance {tolerance:g}")
-    axes.set_ylabel(f"residual (1; slip: rad),\nbelow {least:.0e}: drawn there")
+    axes.set(yscale="log", ylabel=f"residual (1; slip: rad),\nbelow {least:.0e}: drawn there")
+
+
+def _draw_columns(axes: Axes, result: Result, labels: Mapping[str, str], least: float = 0.0) -> None:
+    """Draw columns of the history over the increments; values below `least` there."""
+    for (name, label), mark in zip(labels.items(), marks(len(labels)), strict=True):
+        options = mark.options(result.increments) | {"linewidth": 1.1}
+        axes.plot(result.history["step"], np.maximum(result.history[name], least), label=label, **options)

@@ -1,43 +1,24 @@
-"""List the kinds of pictures for the command line, and put all of a result on one HTML page."""
+"""List the kinds of pictures, without matplotlib, and make their files."""
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from html import escape
-
-from matplotlib.animation import FuncAnimation
-from matplotlib.figure import Figure
+import pkgutil
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fretsolve.errors import PictureError
-from fretsolve.export.text_report import print_report
-from fretsolve.plots import KINDS
-from fretsolve.plots.animate import animation, require_writer, saved_film
-from fretsolve.plots.canvas import rendered, title
-from fretsolve.plots.directions import slip_angle, streamlines
-from fretsolve.plots.histories import convergence, loop, stick_history
-from fretsolve.plots.line_profiles import profiles
-from fretsolve.plots.maps import contact_map
-from fretsolve.result import Result
 
-STILL = ("png", "pdf", "svg")
-MOVING = ("gif", "mp4")
+if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alone
+    from fretsolve.result import Result
+
+STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 """File formats; the first one is the default."""
 
-OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field"}
-"""Option of the command line by the parameter of a function."""
-
-STYLE = (
-    "body{font-family:sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#222}"
-    "img{max-width:100%;height:auto}figure{margin:2rem 0}figcaption{color:#555}"
-    "pre{overflow-x:auto;background:#f6f6f6;padding:1rem;font-size:.8rem;line-height:1.25}"
-)
+_STEP, _FIELDS = {"step": "--step"}, {"fields": "--field"}
 
 
-@dataclass(frozen=True)
-class Selection:
+class Selection(NamedTuple):
     """What to draw of a result. at: a point in mm. Empty or None: the default of the kind."""
 
     steps: tuple[int, ...] = ()
@@ -52,76 +33,56 @@ class Selection:
         return self.steps[0] if self.steps else None
 
 
-@dataclass(frozen=True)
-class PictureKind:
-    """A kind of pictures. caption: what it shows; parameters: those of `draw` that the command line sets."""
+class PictureKind(NamedTuple):
+    """A kind of pictures.
+
+    drawn_by: module and function; a function may not be called as a module, which would hide it. caption: what it
+    shows. options: parameters of the function, with the options of the command line that set them.
+    """
 
     name: str
+    drawn_by: str
     caption: str
-    draw: Callable[..., Figure | FuncAnimation]
-    parameters: tuple[str, ...] = ()
+    options: Mapping[str, str] = MappingProxyType({})
     formats: tuple[str, ...] = STILL
 
     @property
-    def options(self) -> list[str]:
-        """Options of the command line that have an effect."""
-        return [OPTIONS[name] for name in self.parameters]
+    def draw(self) -> Callable[..., Any]:
+        """The function, which returns a `Figure`, or a `FuncAnimation` for moving pictures."""
+        found: Callable[..., Any] = pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")
+        return found
 
     def content(self, result: Result, selection: Selection, file_format: str) -> bytes:
         """Return the content of a file of the picture. Raises PictureError."""
-        require_writer(file_format)
-        picture = self.draw(result, **{name: getattr(selection, name) for name in self.parameters})
-        return rendered(picture, file_format) if isinstance(picture, Figure) else saved_film(picture, file_format)
+        from matplotlib.animation import FFMpegWriter
 
+        from fretsolve.plots.canvas import rendered
+        from fretsolve.plots.maps import saved_film
 
-@dataclass(frozen=True)
-class PageEntry:
-    """A kind on the page: its picture in `file_format`, or the reason why it is left out."""
-
-    kind: PictureKind
-    file_format: str = ""
-    content: bytes = b""
-    reason: str = ""
+        if file_format == "mp4" and not FFMpegWriter.isAvailable():
+            raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
+        picture = self.draw(result, **{name: getattr(selection, name) for name in self.options})
+        return saved_film(picture, file_format) if file_format in MOVING else rendered(picture, file_format)
 
 
 _ALL = (
-    PictureKind("loop", "Force over displacement; the shaded area is the energy dissipated in a cycle.", loop),
     PictureKind(
-        "profiles", "Pressure, shear traction and slip along two lines through the contact.", profiles, ("steps", "at")
+        "loop", "histories:loop", "Force over displacement; the shaded area is the energy dissipated in a cycle."
     ),
-    PictureKind("map", "Fields over the contact; arrows show directions.", contact_map, ("step", "fields")),
-    PictureKind("streamlines", "Lines along the shear traction and along the slip.", streamlines, ("step",)),
-    PictureKind("slip-angle", "Angle from the direction of the load to that of the slip.", slip_angle, ("step",)),
-    PictureKind("stick-history", "Stick radius over contact radius, over the load.", stick_history),
-    PictureKind("convergence", "Iterations and residuals of each increment.", convergence),
-    PictureKind("animate", "Fields over the load path.", animation, ("fields",), MOVING),
+    PictureKind(
+        "profiles",
+        "line_profiles:profiles",
+        "Pressure, shear traction and slip along two lines through the contact.",
+        {"steps": "--step", "at": "--at"},
+    ),
+    PictureKind("map", "maps:contact_map", "Fields over the contact; arrows show directions.", _STEP | _FIELDS),
+    PictureKind("streamlines", "directions:streamlines", "Lines along the shear traction and along the slip.", _STEP),
+    PictureKind(
+        "slip-angle", "directions:slip_angle", "Angle from the direction of the load to that of the slip.", _STEP
+    ),
+    PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
+    PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
+    PictureKind("animate", "maps:animation", "Fields over the load path.", _FIELDS, MOVING),
 )
-
-
-def kind_of(name: str) -> PictureKind:
-    """Return the kind called `name`, one of `KINDS`."""
-    return _ALL[KINDS.index(name)]
-
-
-def html_page(result: Result, entries: Sequence[PageEntry]) -> str:
-    """Return a page that needs no other file: table, pictures, what is left out and why, and the case."""
-    table = io.StringIO()
-    print_report(result, file=table)
-    name = escape(title(result))
-    left_out = [f"<li>{escape(entry.kind.name)}: {escape(entry.reason)}</li>" for entry in entries if entry.reason]
-    parts = [
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{name}</title>',
-        f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>",
-        f"<pre>{escape(table.getvalue())}</pre>",
-        *(_figure(entry) for entry in entries if not entry.reason),
-        *(["<h2>Left out</h2>\n<ul>", *left_out, "</ul>"] if left_out else []),
-        f"<h2>Case</h2>\n<pre>{escape(result.case_yaml)}</pre>\n</body>\n</html>\n",
-    ]
-    return "\n".join(parts)
-
-
-def _figure(entry: PageEntry) -> str:
-    name, caption = escape(entry.kind.name), escape(entry.kind.caption)
-    data = base64.b64encode(entry.content).decode()
-    image = f'<img src="data:image/{entry.file_format};base64,{data}" alt="{name}: {caption}">'
-    return f'<figure id="{name}">\n<h2>{name}</h2>\n{image}\n<figcaption>{caption}</figcaption>\n</figure>'
+KINDS = {kind.name: kind for kind in _ALL}
+"""The kinds of pictures, by their names on the command line."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -30,15 +30,15 @@ LEAST = 0.1
 
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
-_LIGHTEST, _SHADES = 0.8, 256
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}
 _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
 _UNITS = {
-    "mm": (("mm", 1.0), ("µm", 1e3), ("nm", 1e6)),
-    "mJ": (("mJ", 1.0), ("µJ", 1e3), ("nJ", 1e6)),
-    "mJ/mm^2": (("mJ/mm²", 1.0), ("µJ/mm²", 1e3), ("nJ/mm²", 1e6)),
-    "rad": (("rad", 1.0), ("mrad", 1e3), ("µrad", 1e6)),
+    "mm": ("mm", "µm", "nm"),
+    "mJ": ("mJ", "µJ", "nJ"),
+    "mJ/mm^2": ("mJ/mm²", "µJ/mm²", "nJ/mm²"),
+    "rad": ("rad", "mrad", "µrad"),
 }
+"""Units of the result, each with those that are 1000 and 1e6 times smaller."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Mark:
 
     def options(self, points: int, most: int = MOST_MARKERS) -> dict[str, Any]:
         """Return the options of `Axes.plot` for a line of `points` points, with about `most` markers."""
-        every = spacing(points, most)
+        every = marker_spacing(points, most)
         return {
             "color": self.color,
             "linestyle": self.linestyle,
@@ -65,34 +65,25 @@ class Mark:
         }
 
 
-def spacing(points: int, most: int) -> int:
+def marker_spacing(points: int, most: int) -> int:
     """Return the number of points from one marker to the next on a line of `points` points."""
     return max(1, -(-points // most))
 
 
 def line_colors() -> Colormap:
     """Return viridis from dark to light, also in grey, without the end that fades on white."""
-    shades = matplotlib.colormaps["viridis"](_LIGHTEST * np.arange(_SHADES) / (_SHADES - 1))
-    return ListedColormap(shades, "fretsolve lines")
+    return ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.0, 0.8, 256)), "fretsolve lines")
 
 
 def marks(count: int) -> list[Mark]:
     """Return the marks of `count` lines in an order; more than `MOST_NAMED` differ in colour alone."""
-    colors = line_colors()
-    named = count <= MOST_NAMED
-    return [
-        Mark(
-            colors(index / max(count - 1, 1)),
-            _DASHES[index] if named else "-",
-            _MARKERS[index] if named else "",
-            index,
-        )
-        for index in range(count)
-    ]
+    colors = [tuple(color) for color in line_colors()(np.arange(count) / max(count - 1, 1))]
+    if count > MOST_NAMED:
+        return [Mark(color, "-", "", index) for index, color in enumerate(colors)]
+    return [Mark(color, _DASHES[index], _MARKERS[index], index) for index, color in enumerate(colors)]
 
 
-@dataclass(frozen=True)
-class Unit:
+class Unit(NamedTuple):
     """A unit as printed, and the factor that converts to it from the result's own."""
 
     text: str
@@ -101,13 +92,12 @@ class Unit:
 
 def readable(unit: str, values: ArrayLike) -> Unit:
     """Return the unit in which the largest of `values`, given in `unit`, has few zeros."""
-    choices = _UNITS.get(unit)
-    if choices is None:
+    if unit not in _UNITS:
         return Unit(unit.replace("N mm", "N·mm").replace("^2", "²"), 1.0)
     sizes = np.abs(np.asarray(values, dtype=float))
     largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
-    fitting = [Unit(*choice) for choice in choices if largest * choice[1] >= LEAST]
-    return fitting[0] if fitting else Unit(*choices[-1 if largest else 0])
+    chosen = next((k for k in range(3) if largest * 1e3**k >= LEAST), 2 if largest else 0)
+    return Unit(_UNITS[unit][chosen], 1e3**chosen)
 
 
 def unit_of(result: Result, name: str) -> Unit:

@@ -13,20 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import Target, canvas
-from fretsolve.plots.labels import CLOSED_FORM, marks, readable, short_number
+from fretsolve.plots.canvas import Target, canvas, title_of
+from fretsolve.plots.labels import CLOSED_FORM, marks, short_number
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
 from fretsolve.plots.maps import NAMES
-from fretsolve.plots.reference import Curve, hertz_pressure, shear_form
-from fretsolve.plots.snapshot import (
-    VECTORS,
-    Snapshot,
-    chosen_step,
-    component,
-    middle,
-    present_fields,
-    view_box,
-)
+from fretsolve.plots.reference import hertz_pressure, shear_form
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_step, field_unit, middle, present_fields, view_box
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -36,11 +28,13 @@ LEAST_COMPONENT = 0.02
 """A component is drawn if it reaches this part of the field's largest length."""
 
 CURVE_POINTS = 400
+CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form}
 
-COMPONENTS: tuple[dict[str, Any], ...] = ({"linewidth": 1.4}, {"linewidth": 0.8, "markersize": 3.0})
+COMPONENTS: dict[str, dict[str, Any]] = {
+    "x component: open markers": {"linewidth": 1.4},
+    "y component: thin, filled markers": {"linewidth": 0.8, "markersize": 3.0},
+}
 """Options that tell the components x and y of one increment apart, in one panel."""
-
-_COMPONENT_KEY = ("x component: open markers", "y component: thin, filled markers")
 
 
 @dataclass(frozen=True)
@@ -69,11 +63,6 @@ class ProfileLine:
         axis, part = -1 - self.axis, row - low
         return np.asarray((1.0 - part) * values.take(low, axis) + part * values.take(high, axis))
 
-    def points(self, along: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-        """Return x and y of positions on the line."""
-        other = np.full_like(along, self.at)
-        return (along, other) if self.axis == 0 else (other, along)
-
 
 def profiles(
     result: Result,
@@ -93,16 +82,19 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = present_fields(snapshots, FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
-    with canvas(ax, len(names), 2, PANEL) as drawn:
-        handles: dict[str, Line2D] = {}
-        most_components = 0
-        for axes, (name, line) in zip(drawn.axes, itertools.product(names, lines), strict=False):
-            found, components = _draw_panel(axes, line, name, snapshots)
-            for handle in found:
-                handles.setdefault(str(handle.get_label()), handle)
-            most_components = max(most_components, components)
-        drawn.heading(result)
-        drawn.legend([*handles.values(), *(_component_key() if most_components > 1 else [])], columns=2)
+    with canvas(ax, 2 * len(names), PANEL, columns=2) as drawn:
+        panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
+        components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
+        drawn.heading(title_of(result))
+        # each label once, closed forms last
+        labelled = [pair for axes in drawn.axes for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+        handles = {label: handle for handle, label in reversed(labelled)}
+        labels = sorted(dict.fromkeys(label for _, label in labelled), key=lambda label: "closed form" in label)
+        key = [
+            Line2D([], [], color="0.3", marker="o", markerfacecolor=face, label=label, **options)
+            for (label, options), face in zip(COMPONENTS.items(), ("white", "0.3"), strict=True)
+        ]
+        drawn.legend([*map(handles.get, labels), *(key if max(components) > 1 else [])], columns=2)
     return drawn.figure
 
 
@@ -114,18 +106,17 @@ def _lines(result: Result, at: tuple[float, float]) -> tuple[ProfileLine, Profil
     return ProfileLine(0, at[1], result.x, result.y), ProfileLine(1, at[0], result.y, result.x)
 
 
-def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]) -> tuple[list[Line2D], int]:
-    """Draw one field along one line at several increments; return its lines and the number of its components."""
+def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]) -> int:
+    """Draw one field along one line at several increments; return the number of its components."""
     result = snapshots[0].result
     box = view_box(result, np.logical_or.reduce([snapshot.contact for snapshot in snapshots]))
     limits = box.x if line.axis == 0 else box.y
     inside = (line.along >= limits[0]) & (line.along <= limits[1])
     largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
-    unit = readable(result.units(component(name)), largest)
-    found: list[Line2D] = []
+    unit = field_unit(result, name, largest)
     forms: list[Line2D] = []
     components: set[int] = set()
-    points = np.linspace(*limits, CURVE_POINTS)
+    points, across = np.linspace(*limits, CURVE_POINTS), np.full(CURVE_POINTS, line.at)
     for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
         # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
@@ -133,35 +124,18 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
         components |= set(shown)
         label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
         for k in shown:
-            options = mark.options(int(inside.sum())) | COMPONENTS[k]
+            options = mark.options(int(inside.sum())) | list(COMPONENTS.values())[k]
             if k:
                 options["markerfacecolor"] = mark.color
-            found += axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
+            axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
         # closed form, once if those of several increments are the same
-        curve = _closed_form(snapshot, name) if shown else None
+        curve = CLOSED_FORMS[name](result, snapshot.step) if name in CLOSED_FORMS and shown else None
         if curve is not None:
-            exact = np.atleast_2d(curve.at(*line.points(points))) * unit.factor
+            exact = np.atleast_2d(curve.at(*((points, across) if line.axis == 0 else (across, points)))) * unit.factor
             for k in shown:
                 if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
-    axes.set_xlim(limits)
-    axes.set_xlabel(f"{'xy'[line.axis]} (mm)")
-    axes.set_ylabel(" ".join([NAMES[name], *of_vector, f"({unit.text})"]))
-    axes.set_title(line.text)
-    return [*found, *forms], len(components)
-
-
-def _closed_form(snapshot: Snapshot, name: str) -> Curve | None:
-    if name == "pressure":
-        return hertz_pressure(snapshot.result, snapshot.step)
-    return shear_form(snapshot.result, snapshot.step) if name == "shear" else None
-
-
-def _component_key() -> list[Line2D]:
-    """Return lines that show how the components of a vector differ."""
-    shades = ({"markerfacecolor": "white"}, {"markerfacecolor": "0.3"})
-    return [
-        Line2D([], [], color="0.3", marker="o", label=label, **(options | shade))
-        for label, options, shade in zip(_COMPONENT_KEY, COMPONENTS, shades, strict=True)
-    ]
+    ylabel = " ".join([NAMES[name], *of_vector, f"({unit.text})"])
+    axes.set(xlim=limits, xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
+    return len(components)

@@ -82,7 +82,9 @@ def cycles(result: Result, pair: MovedPair) -> list[LoadCycle]:
     found = [LoadCycle(0, turns[0], turns[1], closed=False)]
     for number, start in enumerate(range(1, len(turns) - 1, 2), start=1):
         points = turns[start : start + 3]
-        found.append(LoadCycle(number, points[0], points[-1], closed=_is_closed(result, pair, points)))
+        loads = result.history[pair.last_driven][points]
+        closed = len(points) == 3 and bool(abs(loads[2] - loads[0]) <= CLOSED * abs(loads[0] - loads[1]))
+        found.append(LoadCycle(number, points[0], points[-1], closed))
     return found
 
 
@@ -129,10 +131,3 @@ def _turning_points(result: Result, pair: MovedPair) -> list[int]:
             found.append(before)
         sense = now or sense
     return [*found, ends[-1]]
-
-
-def _is_closed(result: Result, pair: MovedPair, points: list[int]) -> bool:
-    if len(points) < 3:
-        return False
-    start, turn, end = (float(result.history[pair.last_driven][point]) for point in points)
-    return abs(end - start) <= CLOSED * abs(start - turn)

@@ -1,27 +1,30 @@
-"""Draw fields over the contact plane, with the outlines of the contact and of the stick zone."""
+"""Draw fields over the contact plane with the outlines of contact and stick zone, for one increment or as a film."""
 
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width
-from fretsolve.plots.labels import readable
+from fretsolve.export.selection import stored_names
+from fretsolve.plots.canvas import Canvas, Target, canvas, own_style, panel_width, title_of
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import (
     VECTORS,
@@ -29,10 +32,10 @@ from fretsolve.plots.snapshot import (
     ViewBox,
     cell_size,
     chosen_step,
-    component,
+    field_unit,
+    outer_edges,
     present_fields,
     require_field,
-    stored_names,
     view_box,
 )
 from fretsolve.result import Result
@@ -40,7 +43,7 @@ from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
-"""The panels by default."""
+"""The panels by default; an animation has the first two."""
 
 NAMES = {
     "pressure": "pressure",
@@ -68,11 +71,15 @@ ARROWS = 17
 LEAST_ARROW = 0.03
 """Vectors shorter than this part of the longest have no arrow."""
 
+MOST_FRAMES = 60
+SECONDS = 10.0
+SLOWEST, FASTEST = 2, 12
+"""Frames of an animation per second: as many as make `SECONDS`, within these limits."""
+
+FILM_DPI = 100
+
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 """Open, stick, slip: they differ in luminance as well."""
-
-CONTACT_LINE: dict[str, Any] = {"color": "black", "linewidth": 1.3, "linestyle": "-"}
-STICK_LINE: dict[str, Any] = {"color": "black", "linewidth": 1.3, "linestyle": (0, (3, 1.5))}
 
 
 @dataclass(frozen=True)
@@ -100,8 +107,59 @@ def contact_map(
     box = view_box(result, snapshot.contact)
     with map_canvas(ax, snapshot, len(names), box) as drawn:
         for axes, name in zip(drawn.axes, names, strict=False):
-            draw_panel(drawn, axes, snapshot, scale_of(result, name, largest_of(snapshot, name)), box)
+            draw_panel(drawn, axes, snapshot, scale_of(result, name, snapshot.magnitude(name).max()), box)
     return drawn.figure
+
+
+def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAnimation:
+    """Draw fields over the increments with fields, in at most 60 frames; ``.save`` or ``.to_jshtml`` shows them.
+
+    fields: names of the case file; by default pressure and shear. All frames have the same colours and limits. Raises
+    PictureError.
+    """
+    chosen_step(result, None)
+    steps = result.steps
+    if len(steps) > MOST_FRAMES:
+        steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, MOST_FRAMES).round().astype(int))
+    names = chosen_fields([Snapshot(result, step) for step in steps], fields, FIELDS[:2])
+    # Find the limits. The fields of one increment are held at a time.
+    largest = [0.0] * len(names)
+    contact = np.zeros((len(result.x), len(result.y)), bool)
+    for snapshot in (Snapshot(result, step) for step in steps):
+        contact |= snapshot.contact
+        largest = [max(size, snapshot.magnitude(name).max()) for size, name in zip(largest, names, strict=True)]
+    scales = [scale_of(result, name, size) for name, size in zip(names, largest, strict=True)]
+    last, box = Snapshot(result, steps[-1]), view_box(result, contact)
+    with own_style():
+        with map_canvas(None, last, len(names), box) as drawn:
+            for axes, scale in zip(drawn.axes, scales, strict=False):
+                draw_panel(drawn, axes, last, scale, box)
+        # Lay the figure out once, so that the panels do not move from frame to frame.
+        drawn.figure.draw_without_rendering()
+        drawn.figure.set_layout_engine(None)
+
+    def show(step: int) -> tuple[()]:
+        """Draw one frame."""
+        snapshot = Snapshot(result, step)
+        for axes, scale in zip(drawn.axes, scales, strict=False):
+            for artist in (*axes.images, *axes.collections):
+                artist.remove()
+            draw_field(axes, snapshot, scale, box)
+        drawn.heading(title_of(result), step_text(result, step))
+        return ()
+
+    interval = 1000.0 / min(max(round(len(steps) / SECONDS), SLOWEST), FASTEST)
+    return FuncAnimation(
+        drawn.figure, show, frames=steps, interval=interval, init_func=lambda: (), cache_frame_data=False
+    )
+
+
+def saved_film(film: FuncAnimation, file_format: str) -> bytes:
+    """Return an animation as the content of a gif or mp4 file."""
+    with tempfile.TemporaryDirectory() as folder, own_style():
+        target = Path(folder) / f"film.{file_format}"
+        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=FILM_DPI)
+        return target.read_bytes()
 
 
 @contextmanager
@@ -109,14 +167,18 @@ def map_canvas(
     target: Target, snapshot: Snapshot, count: int, box: ViewBox, larger: tuple[float, float] = (1.0, 1.0)
 ) -> Iterator[Canvas]:
     """Return a canvas of `count` maps with a heading and the key of the outlines; larger: factors on width, height."""
-    width, height = panel_size(box)
+    width = max(min(math.sqrt(AREA / box.aspect), WIDEST, TALLEST / box.aspect), NARROWEST)
+    width, height = width + AROUND[0], min(width * box.aspect, TALLEST) + AROUND[1]
     columns = max(1, min(count, int(PAGE_WIDTH / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
-    with canvas(target, -(-count // columns), columns, (larger[0] * width, larger[1] * height)) as drawn:
+    with canvas(target, count, (larger[0] * width, larger[1] * height), columns) as drawn:
         yield drawn
-        drawn.hide_rest(count)
-        drawn.heading(snapshot.result, step_text(snapshot.result, snapshot.step))
-        drawn.legend(_outline_key(snapshot), columns=2)
+        drawn.heading(title_of(snapshot.result), step_text(snapshot.result, snapshot.step))
+        key = [
+            Line2D([], [], color="black", linewidth=1.3, linestyle=line, label=f"edge of the {name}")
+            for name, _, line in _outlines(snapshot)
+        ]
+        drawn.legend(key, columns=2)
 
 
 def chosen_fields(snapshots: Sequence[Snapshot], asked: Sequence[str] | None, usual: Sequence[str]) -> list[str]:
@@ -124,87 +186,70 @@ def chosen_fields(snapshots: Sequence[Snapshot], asked: Sequence[str] | None, us
     result = snapshots[0].result
     for name in asked or ():
         if name not in NAMES:
-            raise PictureError(f"there is no field {name!r}; stored are {stored_names(result)}")
+            stored = ", ".join(stored_names(result)) or "none"
+            raise PictureError(f"there is no field {name!r}; stored are {stored}")
         require_field(result, name)
     return list(dict.fromkeys(asked)) if asked else present_fields(snapshots, usual)
-
-
-def panel_size(box: ViewBox) -> tuple[float, float]:
-    """Return width and height of a panel with what is around it (inches)."""
-    width = min(math.sqrt(AREA / box.aspect), WIDEST, TALLEST / box.aspect)
-    width = max(width, NARROWEST)
-    return width + AROUND[0], min(width * box.aspect, TALLEST) + AROUND[1]
 
 
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
     """Return the scale of a field from 0 to `largest`, which is in its own units."""
     if name == "zone":
         return FieldScale(name, "", 1.0, BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
-    unit = readable(result.units(component(name)), largest)
+    unit = field_unit(result, name, largest)
     norm = Normalize(0.0, (largest or 1.0) * unit.factor)
     return FieldScale(name, f"{NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
 
 
-def largest_of(snapshot: Snapshot, name: str) -> float:
-    """Return the largest finite value or length of a field."""
-    return float(_finite_magnitude(snapshot, name).max())
-
-
 def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> None:
     """Draw one field with its frame and its colour bar, in equal scales along x and y."""
-    draw_field(axes, snapshot, scale, box)
-    draw_frame(axes, box)
-    axes.set_title(NAMES[scale.name])
-    bar = drawn.colorbar(axes, ScalarMappable(scale.norm, scale.colors), scale.label)
+    image = draw_field(axes, snapshot, scale, box)
+    draw_frame(axes, box, NAMES[scale.name])
+    bar = drawn.colorbar(axes, image, scale.label)
     if scale.name == "zone":
         bar.set_ticks([zone.value for zone in Zone], labels=[zone.name.lower() for zone in Zone])
         bar.ax.minorticks_off()
 
 
-def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> None:
-    """Draw one field with arrows and outlines."""
-    values = _finite_magnitude(snapshot, scale.name) * scale.factor
+def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> AxesImage:
+    """Draw one field with arrows and outlines, and return its image."""
+    values = snapshot.magnitude(scale.name) * scale.factor
     shown = np.ones_like(values, bool) if scale.name in ("zone", "gap") else snapshot.contact | (values > 0.0)
-    draw_cells(axes, snapshot.result, values, ~shown, scale.norm, scale.colors)
+    image = draw_cells(axes, snapshot.result, values, ~shown, scale.norm, scale.colors)
     if scale.name in VECTORS:
         draw_arrows(axes, snapshot.result, snapshot.field(scale.name), box)
     draw_outlines(axes, snapshot)
+    return image
 
 
 def draw_cells(
     axes: Axes, result: Result, values: NDArray[Any], hidden: BoolArray, norm: Normalize, colors: Colormap
-) -> None:
+) -> AxesImage:
     """Draw the cells (nx, ny) in their colours, except those `hidden`."""
-    half_x, half_y = 0.5 * cell_size(result.x), 0.5 * cell_size(result.y)
-    axes.imshow(
+    return axes.imshow(
         np.ma.masked_where(hidden, values).T,
         origin="lower",
-        extent=(result.x[0] - half_x, result.x[-1] + half_x, result.y[0] - half_y, result.y[-1] + half_y),
+        extent=(*outer_edges(result.x), *outer_edges(result.y)),
         norm=norm,
         cmap=colors,
     )
 
 
-def draw_frame(axes: Axes, box: ViewBox) -> None:
-    """Set limits, labels and equal scales of a map."""
+def draw_frame(axes: Axes, box: ViewBox, title: str) -> None:
+    """Set title, limits, labels and equal scales of a map."""
     axes.grid(False)
-    axes.set_aspect("equal")
-    axes.set_xlim(box.x)
-    axes.set_ylim(box.y)
+    axes.set(aspect="equal", xlim=box.x, ylim=box.y, xlabel="x (mm)", ylabel="y (mm)", title=title)
     most_ticks = max(1, int(panel_width(axes) / TICK_SPACE))
     axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=1))
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("y (mm)")
 
 
 def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
     """Draw the edge of the contact, and that of the stick zone if it is known."""
     x, y = (_padded(centres) for centres in (snapshot.result.x, snapshot.result.y))
-    for mask, line in ((snapshot.contact, CONTACT_LINE), (snapshot.stick, STICK_LINE)):
-        if mask is not None and mask.any():
-            options: dict[str, Any] = {f"{name}s": [value] for name, value in line.items()}
-            drawn = axes.contour(x, y, np.pad(mask, 1).T.astype(float), levels=[0.5], **options)
-            drawn.set_path_effects([withStroke(linewidth=2.4, foreground="white", alpha=0.7)])
+    for _, mask, line in _outlines(snapshot):
+        cells = np.pad(mask, 1).T.astype(float)
+        drawn = axes.contour(x, y, cells, levels=[0.5], colors="black", linewidths=1.3, linestyles=[line])
+        drawn.set_path_effects([withStroke(linewidth=2.4, foreground="white", alpha=0.7)])
 
 
 def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: ViewBox) -> None:
@@ -234,28 +279,17 @@ def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: ViewBox) 
     )
 
 
-def cells_inside(result: Result, box: ViewBox) -> tuple[IndexArray, IndexArray]:
+def cells_inside(result: Result, box: ViewBox) -> list[IndexArray]:
     """Return the indices along x and along y of the cells whose centres lie in `box`."""
-    found = [
-        np.flatnonzero((centres >= low) & (centres <= high))
-        for centres, (low, high) in ((result.x, box.x), (result.y, box.y))
-    ]
-    return found[0], found[1]
+    sides = ((result.x, box.x), (result.y, box.y))
+    return [np.flatnonzero((centres >= low) & (centres <= high)) for centres, (low, high) in sides]
 
 
-def _finite_magnitude(snapshot: Snapshot, name: str) -> DoubleArray:
-    """Return the values or lengths of a field; 0 where there is no material, as the gap is infinite there."""
-    values = snapshot.magnitude(name)
-    return np.where(np.isfinite(values), values, 0.0)
-
-
-def _outline_key(snapshot: Snapshot) -> list[Line2D]:
-    lines = [("contact", snapshot.contact, CONTACT_LINE), ("stick zone", snapshot.stick, STICK_LINE)]
-    return [
-        Line2D([], [], label=f"edge of the {name}", **line)
-        for name, mask, line in lines
-        if mask is not None and mask.any()
-    ]
+def _outlines(snapshot: Snapshot) -> Iterator[tuple[str, BoolArray, Any]]:
+    """Yield name, cells and style of line of the contact and of the stick zone, unless they are empty or unknown."""
+    for name, mask, line in (("contact", snapshot.contact, "-"), ("stick zone", snapshot.stick, (0, (3, 1.5)))):
+        if mask is not None and mask.any():
+            yield name, mask, line
 
 
 def _padded(centres: DoubleArray) -> DoubleArray:

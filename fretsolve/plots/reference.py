@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,12 +12,10 @@ from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import hertz_sphere_at
 from fretsolve.reference.tangential import spence_stick_ratio
+from fretsolve.result import Result
 from fretsolve.result.stored_case import stored_case
 from fretsolve.setup.closed_forms import ClosedForms, HertzForm
 from fretsolve.system.arrays import DoubleArray
-
-if TYPE_CHECKING:
-    from fretsolve.result import Result
 
 CURVE_POINTS = 200
 
@@ -29,14 +26,6 @@ class Curve:
 
     name: str
     at: Callable[[DoubleArray, DoubleArray], DoubleArray]
-
-
-@dataclass(frozen=True)
-class StickRatio:
-    """c/a of each increment by a closed form, NaN where it does not apply."""
-
-    name: str
-    values: DoubleArray
 
 
 def hertz_pressure(result: Result, step: int) -> Curve | None:
@@ -68,8 +57,11 @@ def shear_form(result: Result, step: int) -> Curve | None:
     return None if form is None else Curve(form.source, form.shear)
 
 
-def stick_form(result: Result, force: str) -> StickRatio | None:
-    """Return c/a over the history: by Spence under P alone, else by Cattaneo and Mindlin or by Lubkin."""
+def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
+    """Return authors and c/a of each increment, NaN where it does not apply.
+
+    By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin; None if none of them applies.
+    """
     forms = _closed_forms(result)
     if forms is None or not forms.model.friction:
         return None
@@ -79,13 +71,13 @@ def stick_form(result: Result, force: str) -> StickRatio | None:
         if sheared or result.coupling != "full" or forms.largest is None or forms.largest.circle is None:
             return None
         ratio = spence_stick_ratio(forms.model.friction, forms.model.compliances.dundurs_constant)
-        return StickRatio("Spence", np.full(result.increments, ratio))
+        return "Spence", np.full(result.increments, ratio)
     found = [_shear(result, step, forms) for step in range(result.increments)]
     names = {form.source for form in found if form is not None and form.component == force}
     if not names:
         return None
     ratios = [math.nan if form is None else form.stick_radius / form.hertz.contact_radius for form in found]
-    return StickRatio(names.pop(), np.array(ratios))
+    return names.pop(), np.array(ratios)
 
 
 def _closed_forms(result: Result) -> ClosedForms | None:

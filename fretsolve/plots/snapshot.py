@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.errors import PictureError
-from fretsolve.export.selection import stored_step
+from fretsolve.export.selection import stored_names, stored_step
+from fretsolve.plots.labels import Unit, readable
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -56,23 +57,23 @@ class Snapshot:
         return self._read[name]
 
     def magnitude(self, name: str) -> DoubleArray:
-        """Return a scalar field, or the length of a vector field, ``(nx, ny)``."""
-        values = self.field(name)
-        return np.hypot(values[0], values[1]) if name in VECTORS else values
+        """Return a scalar field, or the length of a vector field, ``(nx, ny)``; 0 for an infinite gap (no material)."""
+        values = np.hypot(*self.field(name)) if name in VECTORS else self.field(name)
+        return np.where(np.isfinite(values), values, 0.0)
 
     @cached_property
     def contact(self) -> BoolArray:
         """Cells in contact, ``(nx, ny)``; none if no stored field shows them."""
-        if has_field(self.result, "zone"):
+        if "zone" in self.result.fields:
             return np.asarray(self.field("zone") != Zone.OPEN)
-        if has_field(self.result, "pressure"):
+        if "pressure" in self.result.fields:
             return np.asarray(self.field("pressure") > 0.0)
         return np.zeros((len(self.result.x), len(self.result.y)), bool)
 
     @cached_property
     def stick(self) -> BoolArray | None:
         """Cells that stick, ``(nx, ny)``; None if the zones are not stored."""
-        return self.field("zone") == Zone.STICK if has_field(self.result, "zone") else None
+        return self.field("zone") == Zone.STICK if "zone" in self.result.fields else None
 
 
 def require_increments(result: Result) -> None:
@@ -81,34 +82,25 @@ def require_increments(result: Result) -> None:
         raise PictureError(result.why_empty)
 
 
-def has_field(result: Result, name: str) -> bool:
-    """Return whether a field, by its name in the case file, is stored."""
-    return component(name) in result.fields
-
-
-def component(name: str) -> str:
-    """Return the name in the result of a field, of a vector that of its x component."""
-    return f"{name}_x" if name in VECTORS else name
-
-
-def stored_names(result: Result) -> str:
-    """Return the stored fields by their names in the case file, as words."""
-    return ", ".join(dict.fromkeys(name.removesuffix("_x").removesuffix("_y") for name in result.fields)) or "none"
+def field_unit(result: Result, name: str, largest: float) -> Unit:
+    """Return the readable unit of a field whose largest value is `largest` in the result's own unit."""
+    return readable(result.units(f"{name}_x" if name in VECTORS else name), largest)
 
 
 def require_field(result: Result, name: str) -> None:
     """Raise PictureError if the field is not stored."""
-    if not has_field(result, name):
-        stored = stored_names(result)
+    stored = stored_names(result)
+    if name not in stored:
         raise PictureError(
-            f"the field {name!r} is not stored, only {stored}; output.fields in the case file chooses them"
+            f"the field {name!r} is not stored, only {', '.join(stored) or 'none'};"
+            " output.fields in the case file chooses them"
         )
 
 
 def present_fields(snapshots: Sequence[Snapshot], names: Sequence[str]) -> list[str]:
     """Return those of `names` that are stored and not 0 everywhere, or the first stored one. Raises PictureError."""
     result = snapshots[0].result
-    stored = [name for name in names if has_field(result, name)]
+    stored = [name for name in names if name in stored_names(result)]
     if not stored:
         require_field(result, names[0])
     return [name for name in stored if any(snapshot.field(name).any() for snapshot in snapshots)] or stored[:1]
@@ -130,6 +122,12 @@ def cell_size(centres: DoubleArray) -> float:
     return float(centres[1] - centres[0]) if len(centres) > 1 else 1.0
 
 
+def outer_edges(centres: DoubleArray) -> tuple[float, float]:
+    """Return where the first cell begins and the last one ends (mm)."""
+    half = 0.5 * cell_size(centres)
+    return float(centres[0]) - half, float(centres[-1]) + half
+
+
 def middle(snapshot: Snapshot) -> tuple[float, float]:
     """Return the middle of the contact (mm), or that of the grid if it is at most a cell away or nothing touches."""
     result = snapshot.result
@@ -144,10 +142,9 @@ def view_box(result: Result, contact: BoolArray) -> ViewBox:
     """Return the contact with some space around it, within the grid; the whole grid if nothing touches."""
     sides = []
     for (low, high), centres in zip(_extent(result, contact), (result.x, result.y), strict=True):
-        cell = cell_size(centres)
-        space = max(MARGIN * (high - low), 1.5 * cell)
-        edges = float(centres[0]) - 0.5 * cell, float(centres[-1]) + 0.5 * cell
-        sides.append((max(edges[0], low - space), min(edges[1], high + space)))
+        space = max(MARGIN * (high - low), 1.5 * cell_size(centres))
+        first, last = outer_edges(centres)
+        sides.append((max(first, low - space), min(last, high + space)))
     return ViewBox(*sides)
 
 

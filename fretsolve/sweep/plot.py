@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import Canvas, Target, canvas
+from fretsolve.plots.canvas import Canvas, Target, canvas, one_line
 from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, readable
 from fretsolve.sweep.table import Table
 from fretsolve.sweep.table_files import Column
@@ -32,54 +34,39 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
 
     Raises PictureError.
     """
-    x, y = _numbers(table, over), _column(table, quantity)
+    x, y = _numbers(table, over), _found(table, quantity)
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
-    if not np.isfinite(y.values).any():
-        raise PictureError(f"no case has a value of {quantity}")
     unit = readable(y.units, y.values)
     groups = _groups(table, over)
-    with canvas(ax, 1, 1, PANEL) as sheet:
-        axes = sheet.axes[0]
+    with _panel(ax, table, x, f"{quantity} ({unit.text})") as (sheet, axes):
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
             order = rows[np.argsort(x.values[rows], kind="stable")]
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
             bars = unit.factor * errors.values[order] if errors is not None else None
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
-        _logarithmic(axes, x, None)
-        axes.set_xlabel(x.heading)
-        axes.set_ylabel(f"{quantity} ({unit.text})")
         if 1 < len(groups) <= MOST_NAMED:
             axes.legend()
-        _title(sheet, table)
-        return sheet.figure
+    return sheet.figure
 
 
 def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = None) -> Figure:
     """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
-    x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _column(table, quantity)
+    x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _found(table, quantity)
     known = np.isfinite(z.values)
-    if not known.any():
-        raise PictureError(f"no case has a value of {quantity}")
     _require_one_each(table, over)
     unit = readable(z.units, z.values)
-    with canvas(ax, 1, 1, PANEL) as sheet:
-        axes = sheet.axes[0]
+    with _panel(ax, table, x, y) as (sheet, axes):
         columns, rows = np.unique(x.values), np.unique(y.values)
-        _logarithmic(axes, x, y)
         if len(columns) * len(rows) == len(z.values) and min(len(columns), len(rows)) > 1:
             values = np.full((len(rows), len(columns)), np.nan)
             values[np.searchsorted(rows, y.values), np.searchsorted(columns, x.values)] = unit.factor * z.values
             colors: Any = axes.pcolormesh(columns, rows, values, shading="nearest", cmap=line_colors())
         else:
-            colors = axes.scatter(
-                x.values[known], y.values[known], c=unit.factor * z.values[known], cmap=line_colors(), s=30.0
-            )
+            colored = unit.factor * z.values[known]
+            colors = axes.scatter(x.values[known], y.values[known], c=colored, cmap=line_colors(), s=30.0)
         axes.plot(x.values[~known], y.values[~known], linestyle="", marker="x", color="black")
-        axes.set_xlabel(x.heading)
-        axes.set_ylabel(y.heading)
         sheet.colorbar(axes, colors, f"{quantity} ({unit.text})")
-        _title(sheet, table)
-        return sheet.figure
+    return sheet.figure
 
 
 def running_condition(table: Table, over: tuple[str, str], ax: Target = None) -> Figure:
@@ -92,20 +79,33 @@ def running_condition(table: Table, over: tuple[str, str], ax: Target = None) ->
     found = np.array([name or "no solution" if state.has_result else "" for name, state in cases])
     if not (found != "").any():
         raise PictureError("no case has a result yet")
-    with canvas(ax, 1, 1, PANEL) as sheet:
-        axes = sheet.axes[0]
-        handles = []
+    with _panel(ax, table, x, y) as (sheet, axes):
+        handles: list[Line2D] = []
         for name, look in CONDITIONS.items():
             here = found == name
             if here.any():
-                axes.plot(x.values[here], y.values[here], linestyle="", markersize=7.0, **look)
-                handles.append(Line2D([], [], linestyle="", markersize=7.0, label=name, **look))
-        _logarithmic(axes, x, y)
-        axes.set_xlabel(x.heading)
-        axes.set_ylabel(y.heading)
+                handles += axes.plot(x.values[here], y.values[here], linestyle="", markersize=7.0, label=name, **look)
         sheet.legend(handles, len(handles))
-        _title(sheet, table)
-        return sheet.figure
+    return sheet.figure
+
+
+@contextmanager
+def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tuple[Canvas, Axes]]:
+    """Make a canvas of one panel with labels, title and scales: logarithmic for values of equal ratios.
+
+    y: a label for the axis of a quantity, which stays linear.
+    """
+    with canvas(ax, 1, PANEL) as sheet:
+        axes = sheet.axes[0]
+        axes.set(xlabel=x.heading, ylabel=y if isinstance(y, str) else y.heading)
+        for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
+            values = np.unique(column.values) if isinstance(column, Column) else np.empty(0)
+            if len(values) > 2 and values[0] > 0.0:
+                ratios = values[1:] / values[:-1]
+                if np.ptp(ratios) < 1e-3 * ratios[0]:
+                    set_scale("log")
+        yield sheet, axes
+        sheet.heading(one_line(table.manifest.title))
 
 
 def _column(table: Table, name: str) -> Column:
@@ -113,6 +113,13 @@ def _column(table: Table, name: str) -> Column:
     if name not in columns:
         raise PictureError(f"{name!r} is not a column of the sweep; it has {', '.join(columns)}")
     return columns[name]
+
+
+def _found(table: Table, quantity: str) -> Column:
+    column = _column(table, quantity)
+    if not np.isfinite(column.values).any():
+        raise PictureError(f"no case has a value of {quantity}")
+    return column
 
 
 def _numbers(table: Table, name: str) -> Column:
@@ -143,21 +150,3 @@ def _require_one_each(table: Table, over: tuple[str, str]) -> None:
     places = set(zip(*(_numbers(table, name).values.tolist() for name in over), strict=True))
     if varied and len(places) < len(table.states):
         raise PictureError(f"{', '.join(varied)} varies as well, so a point has several values")
-
-
-def _logarithmic(axes: Axes, x: Column, y: Column | None) -> None:
-    """Make an axis logarithmic if its values have equal ratios."""
-    for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
-        if column is None:
-            continue
-        values = np.unique(column.values)
-        if len(values) > 2 and values[0] > 0.0:
-            ratios = values[1:] / values[:-1]
-            if np.ptp(ratios) < 1e-3 * ratios[0]:
-                set_scale("log")
-
-
-def _title(sheet: Canvas, table: Table) -> None:
-    if sheet.own:
-        text = "".join(character if character.isprintable() else "?" for character in table.manifest.title)
-        sheet.figure.suptitle(text, parse_math=False)

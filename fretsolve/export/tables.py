@@ -1,7 +1,9 @@
-"""Write all of a result as an ``.npz`` of NumPy: history, axes, fields, units and case."""
+"""Write the history as CSV, and all of a result as an ``.npz`` of NumPy."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import zipfile
 from collections.abc import Iterable, Sequence
@@ -16,6 +18,16 @@ from fretsolve.system import atomic_files
 
 COMPRESSION_LEVEL = 1
 """Most of a field is zeros outside the contact, which any level shrinks."""
+
+
+def write_csv(result: Result, path: Path) -> None:
+    """Write the history: a row per increment, units in the header, every digit of every number. Raises OSError."""
+    units = {name: result.units(name) for name in result.history}
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow([name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()])
+    writer.writerows(zip(*(column.tolist() for column in result.history.values()), strict=True))
+    atomic_files.write_text(path, text.getvalue())
 
 
 def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
