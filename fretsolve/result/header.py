@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import FileError, dotted
+from fretsolve.errors import FileError, KeyPath, dotted
 from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, is_single, stored_fields
 from fretsolve.system.arrays import DoubleArray
 
@@ -99,11 +99,13 @@ def require_same_run(file: Path, effective_case: str, inputs: str, version: str,
             " finish it with that version, or start anew with --overwrite",
             file,
         )
-    there = dict(_identity(effective_case, inputs))
-    here = dict(_identity(header.effective_case, header.inputs))
-    differing = [key for key in {**there, **here} if there.get(key, _ABSENT) != here.get(key, _ABSENT)]
-    if differing:
-        shown = [f"{dotted(key)} is {_text(there, key)} there, {_text(here, key)} now" for key in differing]
+    there, here = _identity(effective_case, inputs), _identity(header.effective_case, header.inputs)
+    shown = [
+        f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
+        for key in {**there, **here}
+        if there.get(key) != here.get(key)
+    ]
+    if shown:
         more = f" and {len(shown) - SHOWN_DIFFERENCES} more" if len(shown) > SHOWN_DIFFERENCES else ""
         raise FileError(
             f"holds a run of another case: {'; '.join(shown[:SHOWN_DIFFERENCES])}{more};"
@@ -112,17 +114,13 @@ def require_same_run(file: Path, effective_case: str, inputs: str, version: str,
         )
 
 
-_Key = tuple[str | int, ...]
-_ABSENT = object()
+def _identity(effective_case: str, inputs: str) -> dict[KeyPath, str]:
+    """Return the keys and values, as JSON, that decide what numbers a run gives."""
+    contents = {("content of", name): digest for name, digest in json.loads(inputs).items()}
+    return {key: json.dumps(value) for key, value in (*_leaves(present_case(effective_case)), *contents.items())}
 
 
-def _identity(effective_case: str, inputs: str) -> Iterator[tuple[_Key, Any]]:
-    """Yield the keys and values that decide what numbers a run gives."""
-    yield from _leaves(present_case(effective_case))
-    yield from ((("content of", name), digest) for name, digest in json.loads(inputs).items())
-
-
-def _leaves(value: Any, key: _Key = ()) -> Iterator[tuple[_Key, Any]]:
+def _leaves(value: Any, key: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     if key in WITHOUT_EFFECT:
         return
     if isinstance(value, dict) and value:
@@ -133,7 +131,3 @@ def _leaves(value: Any, key: _Key = ()) -> Iterator[tuple[_Key, Any]]:
             yield from _leaves(inner, (*key, index))
     else:
         yield key, value
-
-
-def _text(values: dict[_Key, Any], key: _Key) -> str:
-    return json.dumps(values[key]) if key in values else "absent"

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,19 +18,19 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader, present_case
-from fretsolve.result.layout import ERRORS, FORMAT_VERSION, HISTORY, RESTART, STEP, X, Y, is_single
+from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, is_single
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, open_piece, parts_folder
+from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:
     import xarray
 
+    from fretsolve.case.models import Case
+
 ATTEMPTS = 20
 """How often to look again if a run merges or finishes its parts at the same moment."""
-
-_UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
 
 
 class Columns(dict[str, NDArray[Any]]):
@@ -74,6 +75,18 @@ class Result(AbstractContextManager["Result"]):
     def effective_case(self) -> dict[str, Any]:
         return present_case(self.attributes["effective_case"])
 
+    @cached_property
+    def case(self) -> Case | None:
+        """The case with its defaults, None if this version does not understand it."""
+        from pydantic import ValidationError
+
+        from fretsolve.case.models import Case
+
+        try:
+            return Case.model_validate(self.effective_case)
+        except ValidationError:
+            return None
+
     @property
     def increments(self) -> int:
         """How many increments there are."""
@@ -88,7 +101,7 @@ class Result(AbstractContextManager["Result"]):
 
     def units(self, name: str) -> str:
         """Return the units of a column of the history, of a field or of an axis. Raises KeyError."""
-        return _UNITS[name]
+        return QUANTITIES[name].units
 
     def field_type(self, name: str) -> np.dtype[Any]:
         """Return the type of a field's values."""
@@ -225,7 +238,7 @@ def _open_file(out: Path) -> Result:
     attributes = read_attributes(out)
     piece = Piece(out)
     try:
-        history = piece.history()
+        rows = piece.rows()
         with damage_reported(out, "grid"):
             x, y = piece.file["fields/x"][:], piece.file["fields/y"][:]
     except BaseException:
@@ -233,7 +246,7 @@ def _open_file(out: Path) -> Result:
         raise
     parts = _parts_of(out)
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
-    return Result(out, attributes, Columns(history), x, y, fields, steps, parts, (parts[0], piece))
+    return Result(out, attributes, _columns(rows), x, y, fields, steps, parts, (parts[0], piece))
 
 
 def _open_parts(out: Path) -> Result:
@@ -241,19 +254,15 @@ def _open_parts(out: Path) -> Result:
     status = "running" if is_locked(folder) else "stopped"
     header = read_header(folder)
     parts = contiguous_parts(folder)
-    columns: list[dict[str, NDArray[Any]]] = []
-    steps: list[int] = []
-    for part in parts:
-        with open_piece(part.path) as piece:
-            columns.append(piece.history())
-            steps += piece.field_steps
+    rows = read_rows(header, [part.path for part in parts], [])
+    steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if not (folder / HEADER_NAME).exists():
         raise FileNotFoundError(folder)  # the run has finished, and may have begun to remove parts
-    history = Columns()
-    for quantity in (STEP, *HISTORY, *(ERRORS if header.errors else ())):
-        nothing = np.empty(0, quantity.dtype)
-        history[quantity.name] = np.concatenate([nothing, *(column[quantity.name] for column in columns)])
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # its fields are among the restart data
     fields = tuple(quantity.name for quantity in header.stored_fields)
-    return Result(out, header.attributes(status), history, header.x, header.y, fields, tuple(steps), parts)
+    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, tuple(steps), parts)
+
+
+def _columns(rows: NDArray[Any]) -> Columns:
+    return Columns({name: np.ascontiguousarray(rows[name]) for name in rows.dtype.names or ()})

@@ -17,13 +17,13 @@ from typing import Protocol
 from fretsolve import kernels
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.errors import FileError, NoSolutionError
+from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
-from fretsolve.system.files import reason_of
+from fretsolve.system.files import reported
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
 
@@ -142,7 +142,5 @@ def height_maps(case: Case) -> list[Path]:
 
 
 def _digest(file: Path) -> str:
-    try:
+    with reported("cannot be read", file):
         return hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError as error:
-        raise FileError(f"cannot be read: {reason_of(error)}", file) from error

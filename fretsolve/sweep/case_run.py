@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.result import SAME_COMMAND, HistoryWriter
 from fretsolve.result.state import Summary
+from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Saving, Stop, missing_states
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, Row
