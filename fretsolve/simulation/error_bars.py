@@ -17,7 +17,7 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
+from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
@@ -74,14 +74,15 @@ class ErrorBars:
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup = setup
-        counts = setup.load_path.counts
         self._threads = threads
-        self._coarse = CoarseRun(coarser(setup, counts), threads)
+        self._coarse = CoarseRun(coarser(setup, setup.load_path.counts), threads)
+        self._coarse_runs = [self._coarse]
         self._fewer: CoarseRun | None = None
         if setup.load_path.path_dependent:
             self._start_fewer()
         orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
         points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
+        self._coarse_share = coarse_points / points
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
@@ -103,19 +104,16 @@ class ErrorBars:
 
     def of(self, summary: Summary) -> SummaryErrors:
         """Return the error bars of the summary that follows those so far."""
-        applications, seconds = self._applications, self._seconds
+        cost_before = self._cost()
         self._add(summary)
         cells, increments = self._cells(summary), self._increments(summary.step)
         errors = np.sqrt(cells**2 + increments**2 + self._iteration(summary) ** 2)
-        return SummaryErrors(
-            **{name + ERROR_SUFFIX: float(error) for name, error in zip(ESTIMATED, errors, strict=True)},
-            coarse_runs_applications=self._applications - applications,
-            coarse_runs_wall_time=self._seconds - seconds,
-        )
+        return SummaryErrors(*errors.tolist(), *(self._cost() - cost_before).tolist())
 
     def _start_fewer(self) -> None:
         counts = fewer_increments(self._setup.load_path.counts)
         self._fewer = CoarseRun(coarser(self._setup, counts), self._threads)
+        self._coarse_runs.append(self._fewer)
 
     def _add(self, summary: Summary) -> None:
         nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
@@ -124,19 +122,10 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
-    @property
-    def _coarse_runs(self) -> list[CoarseRun]:
-        return [self._coarse, *([] if self._fewer is None else [self._fewer])]
-
-    @property
-    def _applications(self) -> float:
-        """Operator applications of the coarse runs so far, in units of one on the run's own grid."""
-        share = math.prod(self._coarse.setup.grid.shape) / math.prod(self._setup.grid.shape)
-        return share * sum(coarse.applications for coarse in self._coarse_runs)
-
-    @property
-    def _seconds(self) -> float:
-        return sum(coarse.seconds for coarse in self._coarse_runs)
+    def _cost(self) -> DoubleArray:
+        """Return operator applications of the coarse runs, in units of one on the run's own grid, and their seconds."""
+        applications = self._coarse_share * sum(coarse.applications for coarse in self._coarse_runs)
+        return np.array([applications, sum(coarse.seconds for coarse in self._coarse_runs)])
 
     def _cells(self, summary: Summary) -> DoubleArray:
         """Return the error of the discretisation."""
