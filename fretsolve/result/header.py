@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,6 @@ from fretsolve.system.arrays import DoubleArray
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
-
-ERROR_BARS, FORMER_ERROR_BARS = "error_bars", "error_estimate"
-"""The key under ``solver`` that asks for error bars, now and in effective cases of earlier versions."""
 
 SHOWN_DIFFERENCES = 3
 
@@ -86,20 +83,20 @@ def present_case(effective_case: str) -> dict[str, Any]:
     """Return an effective case from its JSON, also from that of an earlier version, with the present keys."""
     case: dict[str, Any] = json.loads(effective_case)
     solver = case.get("solver", {})
-    if FORMER_ERROR_BARS in solver:
-        solver[ERROR_BARS] = solver.pop(FORMER_ERROR_BARS)
+    if "error_estimate" in solver:
+        solver["error_bars"] = solver.pop("error_estimate")
     return case
 
 
-def require_same_run(file: Path, effective_case: str, inputs: str, version: str, header: RunHeader) -> None:
-    """Raise FileError unless the run stored in `file` gives the same numbers as that of `header`."""
-    if version != header.version:
+def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:
+    """Raise FileError unless the run stored in `file`, with these attributes, gives the same numbers as `header`'s."""
+    if (version := attributes["fretsolve_version"]) != header.version:
         raise FileError(
             f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ:"
             " finish it with that version, or start anew with --overwrite",
             file,
         )
-    there, here = _identity(effective_case, inputs), _identity(header.effective_case, header.inputs)
+    there, here = _identity(attributes), _identity(header.attributes("running"))
     shown = [
         f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}
@@ -114,10 +111,12 @@ def require_same_run(file: Path, effective_case: str, inputs: str, version: str,
         )
 
 
-def _identity(effective_case: str, inputs: str) -> dict[KeyPath, str]:
+def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:
     """Return the keys and values, as JSON, that decide what numbers a run gives."""
-    contents = {("content of", name): digest for name, digest in json.loads(inputs).items()}
-    return {key: json.dumps(value) for key, value in (*_leaves(present_case(effective_case)), *contents.items())}
+    leaves = dict(_leaves(present_case(attributes["effective_case"])))
+    digests = json.loads(attributes.get("inputs", "{}"))
+    leaves |= {("content of", name): digest for name, digest in digests.items()}
+    return {key: json.dumps(value) for key, value in leaves.items()}
 
 
 def _leaves(value: Any, key: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:

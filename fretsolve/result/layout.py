@@ -1,8 +1,8 @@
 """The datasets of a result file: names, units, meaning, and how they and their attributes are stored.
 
-Fields are stored as shuffled, gzip-compressed chunks with a checksum. Measured on nine fields of a contact
-that covers a third of a 256 x 256 grid: 35 ms and 1.9 MB an increment, against 5 ms and 5.3 MB without
-compression; lzf saves a fifth of the time but h5py alone reads it, and gzip levels above 1 gain nothing.
+Fields are stored as shuffled, gzip-compressed chunks with a checksum. Nine fields of a contact that covers a third of a
+256 x 256 grid take 35 ms and 1.9 MB an increment, without compression 5 ms and 5.3 MB. lzf saves a fifth of the time,
+but only h5py reads it; gzip levels above 1 gain nothing.
 """
 
 from __future__ import annotations
@@ -19,12 +19,7 @@ from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors, Zone
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
 
-FIELD_FILTERS: dict[str, Any] = {
-    "shuffle": True,
-    "compression": "gzip",
-    "compression_opts": 1,
-    "fletcher32": True,
-}
+FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
 CHUNK_BYTES = 2**20
 
 
@@ -77,10 +72,7 @@ ERRORS = (
 )
 """Error bars, as `HISTORY`; only in results of cases with `solver.error_bars`."""
 
-FORMER_NAMES = {
-    "coarse_runs_applications": "companion_applications",
-    "coarse_runs_wall_time": "companion_wall_time",
-}
+FORMER_NAMES = {f"coarse_runs_{cost}": f"companion_{cost}" for cost in ("applications", "wall_time")}
 """Names of columns in results of earlier versions."""
 
 FIELDS = (
@@ -96,12 +88,8 @@ FIELDS = (
 )
 
 DISPLACEMENT = (
-    FieldQuantity(
-        "displacement_x", "mm", "elastic displacement u2 - u1 along x", array="displacement", component=0
-    ),
-    FieldQuantity(
-        "displacement_y", "mm", "elastic displacement u2 - u1 along y", array="displacement", component=1
-    ),
+    FieldQuantity("displacement_x", "mm", "elastic displacement u2 - u1 along x", array="displacement", component=0),
+    FieldQuantity("displacement_y", "mm", "elastic displacement u2 - u1 along y", array="displacement", component=1),
 )
 """What a restart needs besides `FIELDS`."""
 

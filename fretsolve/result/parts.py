@@ -1,4 +1,4 @@
-"""The parts of a run that is not finished: one small file per increment, merged now and then.
+"""The files of a run: OUT, and until then its parts, one small file per increment, merged now and then.
 
 A part ``FIRST-LAST.h5`` holds the increments FIRST to LAST: the rows of the history, the fields that the case
 stores, and of the newest increment whatever else a restart needs. Parts are committed by a rename and never
@@ -16,6 +16,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from h5py import h5ds
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
@@ -25,18 +26,31 @@ from fretsolve.result.layout import (
     ERRORS,
     FORMER_NAMES,
     HISTORY,
+    QUANTITIES,
     RESTART,
     STEP,
     FieldQuantity,
+    X,
+    Y,
     chunk_shape,
     copy_chunks,
+    create_column,
     create_field,
+    set_attributes,
 )
 from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
+_REASONS = {
+    "truncated file": "the file is truncated: it was not copied or written to its end",
+    "file signature not found": "not an HDF5 file, so no result of a run",
+    "filter returned failure": "{} is damaged: the checksum does not match",
+    "checksum": "{} is damaged: the checksum does not match",
+}
+"""What parts of HDF5's messages mean."""
+
 SUMMARY_LENGTH = 1 + len(HISTORY)
 """Values of a record of the history before its error bars."""
 
@@ -86,9 +100,46 @@ def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[
         group = file.create_group("fields")
         group.create_dataset("step", data=np.array(steps, STEP.dtype))
         if steps:
-            write_fields(group, header, steps, sources, states)
-        write_restart(file, state, header.stored_fields if last in steps else ())
+            _write_fields(group, header, steps, sources, states)
+        _write_restart(file, state, header.stored_fields if last in steps else ())
     return part
+
+
+def write_result(
+    out: Path,
+    folder: Path,
+    header: RunHeader,
+    sources: Sequence[Path],
+    unsaved: Sequence[State],
+    last_state: State | None,
+    failure: tuple[str, str] | None,
+) -> None:
+    """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
+
+    unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none.
+    failure: why the run failed and the kind of failure, None if it is complete; a failed result keeps what a restart
+    needs. Raises OSError, FileError.
+    """
+    rows = read_rows(header, sources, unsaved)
+    steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
+    if last_state is not None and last_state.summary.step not in steps:
+        steps.append(last_state.summary.step)
+        unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
+    with atomic_files.new_hdf5(out, folder) as file:
+        set_attributes(file.id, header.attributes("complete" if failure is None else "failed", failure))
+        history, fields = file.create_group("history"), file.create_group("fields")
+        scale = None
+        for name in rows.dtype.names or ():  # the step first
+            column = create_column(history, QUANTITIES[name], rows[name], scale)
+            scale = scale or column
+        scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
+        for quantity, dataset in _write_fields(fields, header, steps, sources, unsaved):
+            set_attributes(dataset.id, quantity.attributes)
+            for axis, scale in enumerate(scales):
+                h5ds.attach_scale(dataset.id, scale, axis)
+        if failure is not None and last_state is not None:
+            for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
+                set_attributes(dataset.id, QUANTITIES[name].attributes)
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
@@ -110,7 +161,7 @@ def _row_type(errors: bool) -> np.dtype[Any]:
     return np.dtype([(quantity.name, quantity.dtype) for quantity in quantities])
 
 
-def write_fields(
+def _write_fields(
     group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
 ) -> list[tuple[FieldQuantity, Any]]:
     """Write the stored fields of `steps` to the HDF5 `group`: those in `sources`, then those of `states`.
@@ -131,7 +182,7 @@ def write_fields(
     return targets
 
 
-def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> Any:
+def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> Any:
     """Write the arrays of `state` that are not among the fields `stored` for it, or there in another precision.
 
     Returns their group; they are not compressed, since they do not live long.
@@ -244,10 +295,7 @@ def _reason(error: Exception, what: str) -> str:
         return "no permission to read the file"
     if isinstance(error, IsADirectoryError):
         return "a folder; the file of a result is needed"
-    if "truncated file" in message:
-        return "the file is truncated: it was not copied or written to its end"
-    if "file signature not found" in message:
-        return "not an HDF5 file, so no result of a run"
-    if "filter returned failure" in message or "checksum" in message:
-        return f"{what or 'the file'} is damaged: the checksum does not match"
+    for part, reason in _REASONS.items():
+        if part in message:
+            return reason.format(what or "the file")
     return f"cannot read {what or 'the file'}: {message}"

@@ -57,7 +57,7 @@ class Result(AbstractContextManager["Result"]):
     fields: tuple[str, ...]
     steps: tuple[int, ...]
     _parts: list[Part]
-    _open: tuple[Part, Piece] | None = None
+    _open: Piece | None = None
 
     @property
     def status(self) -> str:
@@ -122,7 +122,7 @@ class Result(AbstractContextManager["Result"]):
         wanted = self.steps[-1] if step == -1 and self.steps else step
         if wanted not in self.steps:
             stored = ", ".join(map(str, self.steps)) or "none"
-            raise KeyError(f"no fields of increment {step} in the result; stored are those of {stored}")
+            raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
         for _ in range(ATTEMPTS):
             try:
                 return self._piece(wanted).read(name, wanted)
@@ -149,7 +149,7 @@ class Result(AbstractContextManager["Result"]):
     def close(self) -> None:
         """Close the file, if one is open."""
         if self._open is not None:
-            self._open[1].close()
+            self._open.close()
             self._open = None
 
     def __exit__(self, *_: object) -> None:
@@ -159,14 +159,13 @@ class Result(AbstractContextManager["Result"]):
         return f"<Result {self.path} {self.status}, {self.increments} increments>"
 
     def _piece(self, step: int) -> Piece:
-        if self._open is not None and self._open[0].first <= step <= self._open[0].last:
-            return self._open[1]
-        self.close()
-        for part in self._parts:
-            if part.first <= step <= part.last:
-                self._open = part, Piece(part.path)
-                return self._open[1]
-        raise FileNotFoundError(self.path)
+        path = next((part.path for part in self._parts if part.first <= step <= part.last), None)
+        if path is None:
+            raise FileNotFoundError(self.path)
+        if self._open is None or self._open.path != path:
+            self.close()
+            self._open = Piece(path)
+        return self._open
 
 
 def open_result(path: str | Path) -> Result:
@@ -229,9 +228,7 @@ def _require_known_format(file: Path, format_version: int, version: str) -> None
 
 
 def _parts_of(out: Path) -> list[Part]:
-    if out.exists():
-        return [Part(out, 0, sys.maxsize)]
-    return contiguous_parts(parts_folder(out))
+    return [Part(out, 0, sys.maxsize)] if out.exists() else contiguous_parts(parts_folder(out))
 
 
 def _open_file(out: Path) -> Result:
@@ -244,9 +241,8 @@ def _open_file(out: Path) -> Result:
     except BaseException:
         piece.close()
         raise
-    parts = _parts_of(out)
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
-    return Result(out, attributes, _columns(rows), x, y, fields, steps, parts, (parts[0], piece))
+    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 
 def _open_parts(out: Path) -> Result:

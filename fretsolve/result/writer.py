@@ -14,7 +14,6 @@ from typing import Literal
 import h5py
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.result.final_file import write_result
 from fretsolve.result.header import RunHeader, require_same_run
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import (
@@ -25,6 +24,7 @@ from fretsolve.result.parts import (
     contiguous_parts,
     parts_folder,
     write_part,
+    write_result,
 )
 from fretsolve.result.reader import read_attributes, read_header
 from fretsolve.result.state import State, Summary
@@ -48,9 +48,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     beginning. summaries: of all increments so far. notes: warnings about the resume.
     """
 
-    def __init__(
-        self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME
-    ):
+    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME):
         self.out = out
         self.header = header
         self._kept = f"; the increments so far are kept, {advice}"
@@ -143,8 +141,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """Write OUT from the parts and remove them. message, kind: why the run failed. Raises FileError."""
         failure = (message, kind) if status == "failed" else None
         with reported("cannot write the result", self.out, self._kept):
-            sources = [part.path for part in self._parts]
-            write_result(self.out, self._folder, self.header, sources, self._unsaved, self.last_state, failure)
+            parts = [part.path for part in self._parts]
+            write_result(self.out, self._folder, self.header, parts, self._unsaved, self.last_state, failure)
             self._clear()
         self.stop()
 
@@ -193,30 +191,31 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         self._clear()
         self._write_header()
-        with Piece(self.out) as piece:
-            self.summaries = piece.summaries()
-            if self.summaries:
-                piece.verify()
-                self.last_state = piece.state()
-                self._parts = [write_part(self._folder, self.header, self.last_state, [self.out])]
+        self._take_up(self.out)
+        if self.last_state is not None:
+            self._parts = [write_part(self._folder, self.header, self.last_state, [self.out])]
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
         """Go on after the last increment up to which all parts are undamaged."""
-        stored = read_header(self._folder)
-        require_same_run(self._folder, stored.effective_case, stored.inputs, stored.version, self.header)
+        require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
         for part in contiguous_parts(self._folder):
             try:
-                with Piece(part.path) as piece:
-                    piece.verify()
-                    self.summaries += piece.summaries()
-                    self.last_state = piece.state()
+                self._take_up(part.path)
             except FileError as error:
                 self.notes.append(f"{error}; going on from increment {part.first}")
                 break
             self._parts.append(part)
         kept = {part.path for part in self._parts}
         atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])
+
+    def _take_up(self, path: Path) -> None:
+        """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""
+        with Piece(path) as piece:
+            piece.verify()
+            summaries = piece.summaries()
+            self.last_state = piece.state() if summaries else None
+            self.summaries += summaries
 
     def _clear(self) -> None:
         """Remove all parts, the header first: without it the rest counts as nothing."""
@@ -233,6 +232,5 @@ def _require_replaceable(out: Path) -> None:
 def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
     """Return whether nothing is left to do for the result `out`. Raises FileError if it is that of another run."""
     attributes = read_attributes(out)
-    inputs = str(attributes.get("inputs", "{}"))
-    require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)
+    require_same_run(out, attributes, header)
     return attributes["status"] == "complete" or not retry

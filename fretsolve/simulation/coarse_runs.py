@@ -46,9 +46,9 @@ class PathPoint:
 
 
 class CoarseRun:
-    """The run of a coarser problem, solved only as far as it is asked for. failure: why it stopped, if it did.
+    """The run of a coarser problem, solved only as far as its values are asked for.
 
-    applications: of the elastic operator so far, those of the coarse grid; seconds: what they took.
+    failure: why it stopped, if it did; applications, seconds: of the elastic operator on the coarse grid so far.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
@@ -58,34 +58,29 @@ class CoarseRun:
         self._states = run(setup, threads=threads)
         self._values: list[DoubleArray] = []
 
-    def values(self, step: int) -> DoubleArray | None:
-        """Return the values after the increment `step`; zeros before the first one, None after a failure."""
+    def values(self, step: int) -> DoubleArray:
+        """Return the values after the increment `step`; zeros before the first one, NaN after a failure."""
         if step < 0:
             return np.zeros(len(ESTIMATED))
+        began = time.perf_counter()
         while len(self._values) <= step and self.failure is None:
-            self._advance()
-        return self._values[step] if step < len(self._values) else None
+            try:
+                summary = next(self._states).summary
+            except NoSolutionError as error:
+                self.failure = error
+            else:
+                self._values.append(values_of(summary))
+                self.applications += summary.operator_applications
+        self.seconds += time.perf_counter() - began
+        return self._values[step] if step < len(self._values) else np.full(len(ESTIMATED), np.nan)
 
-    def values_at(self, point: PathPoint) -> DoubleArray | None:
+    def values_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point of the load path, interpolated between increments."""
         counts = self.setup.load_path.counts
         step = sum(counts[: point.stage]) + point.part * counts[point.stage] - 1.0
         low, high = math.floor(step + 1e-9), math.ceil(step - 1e-9)
         before, after = self.values(low), self.values(high)
-        if before is None or after is None:
-            return None
         return before + (step - low) * (after - before) if high > low else before
-
-    def _advance(self) -> None:
-        began = time.perf_counter()
-        try:
-            summary = next(self._states).summary
-        except NoSolutionError as error:
-            self.failure = error
-        else:
-            self._values.append(values_of(summary))
-            self.applications += summary.operator_applications
-        self.seconds += time.perf_counter() - began
 
 
 def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:

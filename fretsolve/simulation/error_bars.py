@@ -42,6 +42,8 @@ NEARLY_SLIDING = 0.15
 """Stick radius over contact radius below which increments count also if pressure and shear are not coupled: the shear
 traction turns as the last of the stick zone slips, since Poisson's ratio links the directions."""
 
+TOTAL = ESTIMATED.index("work_total")
+
 UNSEEN = 0.5
 """Radius, in units of h, of a stick zone that may exist although no cell sticks."""
 
@@ -129,10 +131,8 @@ class ErrorBars:
 
     def _cells(self, summary: Summary) -> DoubleArray:
         """Return the error of the discretisation."""
-        coarse = self._coarse.values(summary.step)
-        if coarse is None:
-            return np.full(len(ESTIMATED), np.nan)
-        found: DoubleArray = np.hypot(self._richardson * (values_of(summary) - coarse), self._floor(summary))
+        difference = values_of(summary) - self._coarse.values(summary.step)
+        found: DoubleArray = np.hypot(self._richardson * difference, self._floor(summary))
         return found
 
     def _floor(self, summary: Summary) -> DoubleArray:
@@ -142,9 +142,10 @@ class ErrorBars:
         imposed = self._imposed(summary.step)
         floor: DoubleArray = FLOOR * self._largest * ratio**FLOOR_ORDER
         for number, name in enumerate(ESTIMATED):
-            if name in FLOOR_RADII:
-                unseen = name == "stick_radius" and summary.stick_radius == 0.0 and self._setup.model.friction > 0.0
-                floor[number] = (UNSEEN if unseen else FLOOR_RADII[name]) * side
+            if name == "stick_radius" and summary.stick_radius == 0.0 and self._setup.model.friction > 0.0:
+                floor[number] = UNSEEN * side
+            elif name in FLOOR_RADII:
+                floor[number] = FLOOR_RADII[name] * side
             elif name.startswith("work"):
                 floor[number] = FLOOR_WORK * ratio**FLOOR_ORDER_WORK * getattr(summary, name)
             elif name in imposed:
@@ -159,29 +160,24 @@ class ErrorBars:
 
     def _increments(self, step: int) -> DoubleArray:
         """Return the error of the increments: 0 if their number does not matter, NaN if a coarse run has failed."""
-        after = self._path_difference(step)
-        if after is None:
-            return np.full(len(ESTIMATED), np.nan)
-        before = self._path_difference(step - 1) if step else np.zeros(len(ESTIMATED))
-        error: DoubleArray = INCREMENTS_SAFETY * np.abs(after)
-        if before is not None:
-            work, total = ESTIMATED.index("work"), ESTIMATED.index("work_total")
-            error[work] = INCREMENTS_SAFETY * abs(after[total] - before[total])
-        return error
-
-    def _path_difference(self, step: int) -> DoubleArray | None:
-        """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
         if self._fewer is None:
             return np.zeros(len(ESTIMATED))
-        many, few = self._coarse.setup.load_path, self._fewer.setup.load_path
+        after = self._path_difference(self._fewer, step)
+        error: DoubleArray = INCREMENTS_SAFETY * np.abs(after)
+        total_before = self._path_difference(self._fewer, step - 1)[TOTAL] if step else 0.0
+        error[ESTIMATED.index("work")] = INCREMENTS_SAFETY * abs(after[TOTAL] - total_before)
+        return error
+
+    def _path_difference(self, fewer: CoarseRun, step: int) -> DoubleArray:
+        """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
+        many, few = self._coarse.setup.load_path, fewer.setup.load_path
         first, second, share = common_points(many, few, step)
-        differences: list[DoubleArray] = []
-        for point in (first, second):
-            one, other = self._coarse.values_at(point), self._fewer.values_at(point)
-            if one is None or other is None:
-                return None
-            differences.append((one - other) / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0))
-        return differences[0] + share * (differences[1] - differences[0])
+        start, end = (
+            (self._coarse.values_at(point) - fewer.values_at(point))
+            / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0)
+            for point in (first, second)
+        )
+        return start + share * (end - start)
 
     def _iteration(self, summary: Summary) -> DoubleArray:
         """Return the error of the iteration: the worst residual, for imposed values that of the load, times a scale."""

@@ -8,10 +8,9 @@ import json
 import platform
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import Protocol
 
 from fretsolve import kernels
@@ -26,7 +25,6 @@ from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
-
 
 Show = Callable[[Summary, SummaryErrors | None], None]
 
@@ -73,25 +71,18 @@ class Saving(AbstractContextManager["Saving"]):
         else:
             self._last = self._thread.submit(self._save, state)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            if error is None or isinstance(error, NoSolutionError):
-                self._wait()
-                self._finish(error)
-        finally:
-            if self._thread is not None:
-                self._thread.shutdown()
-
-    def _finish(self, error: NoSolutionError | None) -> None:
-        if error is not None:
-            self._writer.finish("failed", str(error), error.kind)
-        elif len(self._writer.summaries) == self._increments:
-            self._writer.finish("complete")
-            self.complete = True
-        elif self._writer.summaries:
-            self._writer.save()
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        with self._thread or nullcontext():
+            if error is not None and not isinstance(error, NoSolutionError):
+                return
+            self._wait()
+            if error is not None:
+                self._writer.finish("failed", str(error), error.kind)
+            elif len(self._writer.summaries) == self._increments:
+                self._writer.finish("complete")
+                self.complete = True
+            elif self._writer.summaries:
+                self._writer.save()
 
     def _wait(self) -> None:
         last, self._last = self._last, None

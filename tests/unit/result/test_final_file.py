@@ -15,8 +15,8 @@ from fake_states import fake_header, fake_states
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretsolve.result.final_file import write_result
 from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.parts import write_result
 from fretsolve.result.state import Summary, SummaryErrors
 
 NUMBERS = st.floats(width=64) | st.just(0.0) | st.just(np.frombuffer(b"\xff" * 8)[0])
