@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fretsolve.case.dimensions import HISTORY_QUANTITIES
-from fretsolve.result.state import ERROR_SUFFIX, SummaryErrors, Zone
+from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, Zone
 
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
@@ -63,9 +63,8 @@ _MEANINGS = {quantity.name: quantity for quantity in HISTORY}
 
 ERRORS = (
     *(
-        Quantity(name, _MEANINGS[value].units, f"estimated error of {_MEANINGS[value].long_name}")
-        for name in SummaryErrors.__dataclass_fields__
-        if (value := name.removesuffix(ERROR_SUFFIX)) != name
+        Quantity(name + ERROR_SUFFIX, _MEANINGS[name].units, f"estimated error of {_MEANINGS[name].long_name}")
+        for name in ESTIMATED
     ),
     Quantity("coarse_runs_applications", "1", "operator applications of the error bars, over those on the run's grid"),
     Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),

@@ -14,7 +14,7 @@ import numpy as np
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import ERROR_SUFFIX, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
@@ -25,11 +25,6 @@ COARSER = 2
 LOOSER, LOOSEST = 10.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It shifts values by some 1e-6 of theirs, well below
 the differences of interest, and saves a quarter of the cost."""
-
-ESTIMATED = tuple(
-    name.removesuffix(ERROR_SUFFIX) for name in SummaryErrors.__dataclass_fields__ if name.endswith(ERROR_SUFFIX)
-)
-"""The values of a summary that have error bars, in the order of the arrays in this module."""
 
 
 def values_of(summary: Summary) -> DoubleArray:

@@ -17,9 +17,9 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.result.state import State, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
+from fretsolve.simulation.coarse_runs import CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 

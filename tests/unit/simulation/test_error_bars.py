@@ -19,12 +19,11 @@ from fretsolve.commands.run import run_case
 from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
-from fretsolve.result.state import State, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import error_bars
 from fretsolve.simulation.coarse_runs import (
-    ESTIMATED,
     CoarseRun,
     PathPoint,
     coarser,
