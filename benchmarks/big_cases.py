@@ -28,7 +28,8 @@ import fretsolve
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.run_to_file import Saving, missing_states, run_header
+from fretsolve.simulation.run_to_file import run_header, solve_missing
+from fretsolve.system.signals import StopRequest
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE = ROOT / "cases" / "mode1_similar.yaml"
@@ -125,12 +126,8 @@ def print_writing(sizes: list[int]) -> None:
 def _recorded(setup: ProblemSetup, beside: bool) -> None:
     with tempfile.TemporaryDirectory() as folder:
         header = run_header(setup, 1, ())
-        with (
-            HistoryWriter.open(Path(folder) / "out.h5", header) as writer,
-            Saving(writer, setup.load_path.increments, beside=beside) as saving,
-        ):
-            for state in missing_states(setup, writer):
-                saving.append(state)
+        with HistoryWriter.open(Path(folder) / "out.h5", header) as writer:
+            solve_missing(setup, writer, StopRequest(), beside=beside)
 
 
 def _seconds(job: Callable[[], object]) -> float:

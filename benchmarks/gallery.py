@@ -33,7 +33,6 @@ from fretsolve.plots.labels import CLOSED_FORM, marks
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result
-from fretsolve.result.stored_case import stored_case
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES, PICTURES = ROOT / "cases", ROOT / "docs" / "pictures"
@@ -80,7 +79,7 @@ def end_of_stage(result: Result, stage: int) -> int:
 
 def base_compliances() -> Compliances:
     """Return the compliances of the base case; the dissimilar bodies have the same contact modulus."""
-    case = stored_case(shipped("mode1_similar"))
+    case = shipped("mode1_similar").case
     assert case is not None
     return compliances(*case.bodies)
 

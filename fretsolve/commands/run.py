@@ -12,7 +12,7 @@ from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import require_disk, require_memory
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.run_to_file import Saving, height_maps, missing_states, run_header
+from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
 from fretsolve.system.files import require_ending
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
@@ -49,19 +49,21 @@ def run_case(
             messages.already_complete(len(writer.summaries))
             return 0
         messages.start(writer)
-        increments = setup.load_path.increments
         try:
-            with (
-                messages.progress(len(writer.summaries)),
-                Saving(writer, increments, messages.increment, beside=True) as saving,
-            ):
-                states = missing_states(setup, writer, threads, messages.warn)
-                while not stop.requested and (state := next(states, None)) is not None:
-                    saving.append(state)
+            with messages.progress(len(writer.summaries)):
+                complete = solve_missing(
+                    setup,
+                    writer,
+                    stop,
+                    threads=threads,
+                    show=messages.increment,
+                    warn=messages.warn,
+                    beside=True,
+                )
         except NoSolutionError:
             messages.end()
             raise
-    if saving.complete:
+    if complete:
         messages.end()
         return 0
     messages.stopped(len(writer.summaries))

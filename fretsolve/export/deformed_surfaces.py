@@ -15,7 +15,6 @@ from fretsolve.model.materials import compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
 from fretsolve.result import Result
-from fretsolve.result.stored_case import stored_case
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 
@@ -45,7 +44,7 @@ class Surfaces:
 
     def __init__(self, result: Result):
         self._result = result
-        case = stored_case(result)
+        case = result.case
         if case is None:
             raise FlatError("the case in the result is not one of this version")
         if min(len(result.x), len(result.y)) < 2:

@@ -11,7 +11,6 @@ from fretsolve.export.selection import relevant_columns, stage_ends
 from fretsolve.plots.labels import short_number, unit_of
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
-from fretsolve.result.stored_case import stored_case
 
 FIRST_ENDS, LAST_ENDS = 2, 4
 """Ends of stages that stand for a long path: pressed, first loaded, and the last cycle."""
@@ -63,7 +62,7 @@ class LoadCycle:
 
 def moved_pairs(result: Result) -> list[MovedPair]:
     """Return the pairs that the load path moves by more than round-off, tangential ones first."""
-    case = stored_case(result)
+    case = result.case
     stages = case.stages() if case is not None else ()
     relevant = set(relevant_columns(result))
     found = []

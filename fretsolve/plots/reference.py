@@ -13,7 +13,6 @@ from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import hertz_sphere_at
 from fretsolve.reference.tangential import spence_stick_ratio
 from fretsolve.result import Result
-from fretsolve.result.stored_case import stored_case
 from fretsolve.setup.closed_forms import ClosedForms, HertzForm
 from fretsolve.system.arrays import DoubleArray
 
@@ -82,7 +81,7 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
 
 def _closed_forms(result: Result) -> ClosedForms | None:
     """Return the closed forms for the forces of each increment; a tilt only moves them aside."""
-    case = stored_case(result)
+    case = result.case
     if case is None:
         return None
     columns = {name: result.history[name].tolist() for name in ("P", "Qx", "Qy", "Mz")}

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fretsolve.result.header import RunHeader
     from fretsolve.result.reader import Result, open_result
-    from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
+    from fretsolve.result.writer import HistoryWriter
 
-__all__ = ["SAME_COMMAND", "HistoryWriter", "Result", "RunHeader", "open_result"]
+__all__ = ["HistoryWriter", "Result", "RunHeader", "open_result"]
 
-_MODULES = {"RunHeader": "header", "Result": "reader", "open_result": "reader"}
+_MODULES = {"HistoryWriter": "writer", "Result": "reader", "RunHeader": "header", "open_result": "reader"}
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES.get(name, 'writer')}"), name)
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

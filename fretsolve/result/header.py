@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,15 +11,12 @@ from typing import Any
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import FileError, dotted
+from fretsolve.errors import FileError, KeyPath, dotted
 from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, is_single, stored_fields
 from fretsolve.system.arrays import DoubleArray
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
-
-ERROR_BARS, FORMER_ERROR_BARS = "error_bars", "error_estimate"
-"""The key under ``solver`` that asks for error bars, now and in effective cases of earlier versions."""
 
 SHOWN_DIFFERENCES = 3
 
@@ -86,24 +83,26 @@ def present_case(effective_case: str) -> dict[str, Any]:
     """Return an effective case from its JSON, also from that of an earlier version, with the present keys."""
     case: dict[str, Any] = json.loads(effective_case)
     solver = case.get("solver", {})
-    if FORMER_ERROR_BARS in solver:
-        solver[ERROR_BARS] = solver.pop(FORMER_ERROR_BARS)
+    if "error_estimate" in solver:
+        solver["error_bars"] = solver.pop("error_estimate")
     return case
 
 
-def require_same_run(file: Path, effective_case: str, inputs: str, version: str, header: RunHeader) -> None:
-    """Raise FileError unless the run stored in `file` gives the same numbers as that of `header`."""
-    if version != header.version:
+def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:
+    """Raise FileError unless the run stored in `file`, with these attributes, gives the same numbers as `header`'s."""
+    if (version := attributes["fretsolve_version"]) != header.version:
         raise FileError(
             f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ:"
             " finish it with that version, or start anew with --overwrite",
             file,
         )
-    there = dict(_identity(effective_case, inputs))
-    here = dict(_identity(header.effective_case, header.inputs))
-    differing = [key for key in {**there, **here} if there.get(key, _ABSENT) != here.get(key, _ABSENT)]
-    if differing:
-        shown = [f"{dotted(key)} is {_text(there, key)} there, {_text(here, key)} now" for key in differing]
+    there, here = _identity(attributes), _identity(header.attributes("running"))
+    shown = [
+        f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
+        for key in {**there, **here}
+        if there.get(key) != here.get(key)
+    ]
+    if shown:
         more = f" and {len(shown) - SHOWN_DIFFERENCES} more" if len(shown) > SHOWN_DIFFERENCES else ""
         raise FileError(
             f"holds a run of another case: {'; '.join(shown[:SHOWN_DIFFERENCES])}{more};"
@@ -112,17 +111,15 @@ def require_same_run(file: Path, effective_case: str, inputs: str, version: str,
         )
 
 
-_Key = tuple[str | int, ...]
-_ABSENT = object()
+def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:
+    """Return the keys and values, as JSON, that decide what numbers a run gives."""
+    leaves = dict(_leaves(present_case(attributes["effective_case"])))
+    digests = json.loads(attributes.get("inputs", "{}"))
+    leaves |= {("content of", name): digest for name, digest in digests.items()}
+    return {key: json.dumps(value) for key, value in leaves.items()}
 
 
-def _identity(effective_case: str, inputs: str) -> Iterator[tuple[_Key, Any]]:
-    """Yield the keys and values that decide what numbers a run gives."""
-    yield from _leaves(present_case(effective_case))
-    yield from ((("content of", name), digest) for name, digest in json.loads(inputs).items())
-
-
-def _leaves(value: Any, key: _Key = ()) -> Iterator[tuple[_Key, Any]]:
+def _leaves(value: Any, key: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     if key in WITHOUT_EFFECT:
         return
     if isinstance(value, dict) and value:
@@ -133,7 +130,3 @@ def _leaves(value: Any, key: _Key = ()) -> Iterator[tuple[_Key, Any]]:
             yield from _leaves(inner, (*key, index))
     else:
         yield key, value
-
-
-def _text(values: dict[_Key, Any], key: _Key) -> str:
-    return json.dumps(values[key]) if key in values else "absent"

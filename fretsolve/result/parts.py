@@ -1,4 +1,4 @@
-"""The parts of a run that is not finished: one small file per increment, merged now and then.
+"""The files of a run: OUT, and until then its parts, one small file per increment, merged now and then.
 
 A part ``FIRST-LAST.h5`` holds the increments FIRST to LAST: the rows of the history, the fields that the case
 stores, and of the newest increment whatever else a restart needs. Parts are committed by a rename and never
@@ -8,37 +8,51 @@ modified. A merged part makes those it was merged from superfluous, which may st
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+from h5py import h5ds
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader
 from fretsolve.result.layout import (
+    DISPLACEMENT,
     ERRORS,
     FORMER_NAMES,
     HISTORY,
+    QUANTITIES,
     RESTART,
     STEP,
     FieldQuantity,
+    X,
+    Y,
+    chunk_shape,
     copy_chunks,
+    create_column,
     create_field,
-    create_restart,
+    set_attributes,
 )
 from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
-_BY_NAME: Mapping[str, FieldQuantity] = {quantity.name: quantity for quantity in RESTART}
-_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in (STEP, *HISTORY)])
-_ERROR_ROW = np.dtype([(quantity.name, quantity.dtype) for quantity in ERRORS])
+_REASONS = {
+    "truncated file": "the file is truncated: it was not copied or written to its end",
+    "file signature not found": "not an HDF5 file, so no result of a run",
+    "filter returned failure": "{} is damaged: the checksum does not match",
+    "checksum": "{} is damaged: the checksum does not match",
+}
+"""What parts of HDF5's messages mean."""
+
+SUMMARY_LENGTH = 1 + len(HISTORY)
+"""Values of a record of the history before its error bars."""
 
 
 @dataclass(frozen=True)
@@ -56,102 +70,139 @@ def parts_folder(out: Path) -> Path:
 
 
 def all_parts(folder: Path) -> list[Part]:
-    """Return every committed part, superfluous ones included, in order. Raises OSError."""
+    """Return every committed part, superfluous ones included, in order, merged ones first. Raises OSError."""
     matches = [(path, _PART_NAME.fullmatch(path.name)) for path in folder.iterdir()]
     parts = [Part(path, int(match[1]), int(match[2])) for path, match in matches if match]
-    return sorted(parts, key=lambda part: (part.first, part.last))
+    return sorted(parts, key=lambda part: (part.first, -part.last))
 
 
 def contiguous_parts(folder: Path) -> list[Part]:
     """Return the parts that together hold increments 0 to n without a gap, n as large as possible. Raises OSError."""
     chosen: list[Part] = []
-    for part in sorted(all_parts(folder), key=lambda part: (part.first, -part.last)):
+    for part in all_parts(folder):
         if part.first == (chosen[-1].last + 1 if chosen else 0):
             chosen.append(part)
     return chosen
 
 
-def write_part(folder: Path, header: RunHeader, state: State) -> Part:
-    """Commit one increment. Raises OSError."""
-    errors = [] if state.errors is None else [state.errors]
-    return _write(folder, header, [state.summary], errors, [], state)
+def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:
+    """Commit a part with the increments of `sources`, of which `state` is the last, or with `state` alone.
 
-
-def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], state: State) -> Part:
-    """Commit one part with all increments of `sources`, of which `state` is the last. Raises OSError, FileError."""
-    rows: list[Summary] = []
-    errors: list[SummaryErrors] = []
-    for source in sources:
-        with open_piece(source) as piece:
-            rows += piece.summaries()
-            errors += piece.errors()
-    return _write(folder, header, rows, errors, sources, state)
-
-
-def _write(
-    folder: Path,
-    header: RunHeader,
-    rows: Sequence[Summary],
-    errors: Sequence[SummaryErrors],
-    sources: Sequence[Path],
-    state: State,
-) -> Part:
-    """Commit a part with fields from `sources`, or of `state` alone if there are none."""
-    part = Part(folder / f"{rows[0].step:06d}-{rows[-1].step:06d}.h5", rows[0].step, rows[-1].step)
-    steps = [row.step for row in rows if header.stores_fields(row.step)]
+    Raises OSError, FileError.
+    """
+    states = [] if sources else [state]
+    rows = read_rows(header, sources, states)
+    first, last = int(rows["step"][0]), int(rows["step"][-1])
+    steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
+    part = Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
     with atomic_files.new_hdf5(part.path, folder) as file:
-        for name, values, kind in (("rows", rows, _ROW), ("error_rows", errors, _ERROR_ROW)):
-            if values:
-                table = np.array([astuple(value) for value in values], kind)
-                file.create_dataset(name, data=table, chunks=table.shape, fletcher32=True)
+        file.create_dataset("rows", data=rows, chunks=rows.shape, fletcher32=True)
         group = file.create_group("fields")
         group.create_dataset("step", data=np.array(steps, STEP.dtype))
         if steps:
-            write_fields(group, header, steps, sources, [] if sources else [state])
-        write_restart(file, state, header.stored_fields if state.summary.step in steps else ())
+            _write_fields(group, header, steps, sources, states)
+        _write_restart(file, state, header.stored_fields if last in steps else ())
     return part
 
 
-def write_fields(
-    group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
+def write_result(
+    out: Path,
+    folder: Path,
+    header: RunHeader,
+    sources: Sequence[Path],
+    unsaved: Sequence[State],
+    last_state: State | None,
+    failure: tuple[str, str] | None,
 ) -> None:
+    """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
+
+    unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none.
+    failure: why the run failed and the kind of failure, None if it is complete; a failed result keeps what a restart
+    needs. Raises OSError, FileError.
+    """
+    rows = read_rows(header, sources, unsaved)
+    steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
+    if last_state is not None and last_state.summary.step not in steps:
+        steps.append(last_state.summary.step)
+        unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
+    with atomic_files.new_hdf5(out, folder) as file:
+        set_attributes(file.id, header.attributes("complete" if failure is None else "failed", failure))
+        history, fields = file.create_group("history"), file.create_group("fields")
+        scale = None
+        for name in rows.dtype.names or ():  # the step first
+            column = create_column(history, QUANTITIES[name], rows[name], scale)
+            scale = scale or column
+        scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
+        for quantity, dataset in _write_fields(fields, header, steps, sources, unsaved):
+            set_attributes(dataset.id, quantity.attributes)
+            for axis, scale in enumerate(scales):
+                h5ds.attach_scale(dataset.id, scale, axis)
+        if failure is not None and last_state is not None:
+            for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
+                set_attributes(dataset.id, QUANTITIES[name].attributes)
+
+
+def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
+    """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
+    rows = [
+        (*vars(state.summary).values(), *(() if state.errors is None else vars(state.errors).values()))
+        for state in states
+    ]
+    tables = []
+    for source in sources:
+        with Piece(source) as piece:
+            tables.append(piece.rows())
+    return np.concatenate([*tables, np.array(rows, _row_type(header.errors))])
+
+
+def _row_type(errors: bool) -> np.dtype[Any]:
+    """Return the type of a record of the history, the step first, the error bars last if there are any."""
+    quantities = (STEP, *HISTORY, *(ERRORS if errors else ()))
+    return np.dtype([(quantity.name, quantity.dtype) for quantity in quantities])
+
+
+def _write_fields(
+    group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
+) -> list[tuple[FieldQuantity, Any]]:
     """Write the stored fields of `steps` to the HDF5 `group`: those in `sources`, then those of `states`.
 
     The order is that of the increments, whatever parts they come from: the file must not depend on where a run was
-    stopped and resumed. Raises FileError.
+    stopped and resumed. Returns the datasets with their quantities. Raises FileError.
     """
     rank = {step: index for index, step in enumerate(steps)}
-    names = [quantity.name for quantity in header.stored_fields]
-    for quantity in header.stored_fields:
-        create_field(group, quantity, len(steps), header.shape)
+    targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
     for source in sources:
-        with open_piece(source) as piece, damage_reported(source, "fields"):
+        with Piece(source) as piece, damage_reported(source, "fields"):
             for index, step in enumerate(piece.field_steps):
-                for name in names if step in rank else ():
-                    copy_chunks(piece.file["fields"][name], index, group[name], rank[step])
+                for quantity, target in targets if step in rank else ():
+                    copy_chunks(piece.file["fields"][quantity.name], index, target, rank[step])
     for state in states:
-        for name in names if state.summary.step in rank else ():
-            group[name][rank[state.summary.step]] = component(state, name)
+        for quantity, target in targets if state.summary.step in rank else ():
+            target[rank[state.summary.step]] = component(state, quantity)
+    return targets
 
 
-def write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> None:
-    """Write the arrays of `state` that are not among the fields `stored` for it, or there in another precision."""
+def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> Any:
+    """Write the arrays of `state` that are not among the fields `stored` for it, or there in another precision.
+
+    Returns their group; they are not compressed, since they do not live long.
+    """
     group = file.create_group("restart")
     for quantity in RESTART:
-        values = component(state, quantity.name)
+        values = component(state, quantity)
         if quantity not in stored or values.dtype != quantity.dtype:
-            create_restart(group, quantity, values)
+            group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), fletcher32=True)
+    return group
 
 
-def component(state: State, name: str) -> NDArray[Any]:
-    """Return the array ``(nx, ny)`` of `state` that is stored under `name`."""
-    quantity = _BY_NAME[name]
-    owner = state if quantity.array == "displacement" else state.fields
+def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
+    """Return the array ``(nx, ny)`` of `state` that is stored as `quantity`."""
+    owner = state if quantity in DISPLACEMENT else state.fields
     array: NDArray[Any] = getattr(owner, quantity.array)
     return array if quantity.component is None else array[quantity.component]
 
 
-class Piece:
+class Piece(AbstractContextManager["Piece"]):
     """An open part or result file: both are read alike. Raises FileError if it is damaged.
 
     field_steps: the increments whose fields it has; field_names: the names of these.
@@ -163,39 +214,33 @@ class Piece:
             self.file = h5py.File(path, "r")
             try:
                 self.field_steps: list[int] = self.file["fields/step"][:].tolist()
-                self.field_names = [name for name in _BY_NAME if name in self.file["fields"]]
+                self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
             except BaseException:
                 self.file.close()
                 raise
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the file."""
         self.file.close()
 
-    def history(self) -> dict[str, NDArray[Any]]:
-        """Return the columns of the history, `step` first, those of the error bars last if there are any."""
-        return self._columns("rows", _ROW) | self._columns("error_rows", _ERROR_ROW)
+    def rows(self) -> NDArray[Any]:
+        """Return the history, a record per increment, with the error bars if there are any."""
+        with damage_reported(self.path, "history"):
+            if "rows" in self.file:
+                rows: NDArray[Any] = self.file["rows"][:]
+                return rows
+            history = self.file["history"]
+            rows = np.empty(history["step"].shape, _row_type(ERRORS[0].name in history))
+            for name in rows.dtype.names or ():
+                rows[name] = history[name if name in history else FORMER_NAMES.get(name, name)][:]
+        return rows
 
     def summaries(self) -> list[Summary]:
-        """Return the rows of the history."""
-        columns = [column.tolist() for column in self._columns("rows", _ROW).values()]
-        return [Summary(*row) for row in zip(*columns, strict=True)]
-
-    def errors(self) -> list[SummaryErrors]:
-        """Return the error bars of each row, none if the run has no error bars."""
-        columns = [column.tolist() for column in self._columns("error_rows", _ERROR_ROW).values()]
-        return [SummaryErrors(*row) for row in zip(*columns, strict=True)]
-
-    def _columns(self, rows: str, kind: np.dtype[Any]) -> dict[str, NDArray[Any]]:
-        """Return columns from a part's dataset `rows` or a result's own; none of error bars if there are none."""
-        names = kind.names or ()
-        with damage_reported(self.path, "history"):
-            stored = self.file[rows][:] if rows in self.file else self.file.get("history", {})
-            present = stored.dtype.names if rows in self.file else stored
-            if kind is _ERROR_ROW and names[0] not in present:
-                return {}
-            former = {name: FORMER_NAMES.get(name, name) for name in names if name not in present}
-            return {name: stored[former.get(name, name)][:] for name in names}
+        """Return the summaries of all increments."""
+        return [Summary(*row[:SUMMARY_LENGTH]) for row in self.rows().tolist()]
 
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
@@ -203,7 +248,7 @@ class Piece:
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             if step in self.field_steps and name in self.field_names:
                 values = self.file["fields"][name][self.field_steps.index(step)]
-            elif step == self.history()["step"][-1]:
+            elif step == self.rows()["step"][-1]:
                 values = self.file["restart"][name][:]
             else:
                 raise FileError(f"the fields of increment {step} are not kept any more", self.path)
@@ -211,15 +256,17 @@ class Piece:
 
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
-        summary = self.summaries()[-1]
+        values = self.rows()[-1].item()
+        summary, errors = Summary(*values[:SUMMARY_LENGTH]), values[SUMMARY_LENGTH:]
         with damage_reported(self.path, "restart"):
             kept = {name: dataset[:] for name, dataset in self.file["restart"].items()}
+        arrays: dict[str, list[NDArray[Any]]] = {}
         for quantity in RESTART:
-            if quantity.name not in kept:
-                kept[quantity.name] = self.read(quantity.name, summary.step)
-        arrays = {quantity.array: _whole(quantity.array, kept) for quantity in RESTART}
-        displacement = arrays.pop("displacement")
-        return State(summary, Fields(**arrays), displacement, next(reversed(self.errors()), None))
+            field = kept[quantity.name] if quantity.name in kept else self.read(quantity.name, summary.step)
+            arrays.setdefault(quantity.array, []).append(field)
+        whole = {name: array[0] if len(array) == 1 else np.stack(array) for name, array in arrays.items()}
+        displacement = whole.pop("displacement")
+        return State(summary, Fields(**whole), displacement, SummaryErrors(*errors) if errors else None)
 
     def verify(self) -> None:
         """Read every dataset, so that its checksum is compared. Raises FileError."""
@@ -229,16 +276,6 @@ class Piece:
             for dataset in datasets:
                 for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
                     dataset[index]
-
-
-@contextmanager
-def open_piece(path: Path) -> Iterator[Piece]:
-    """Open a `Piece` for the time of a `with` block. Raises FileError."""
-    piece = Piece(path)
-    try:
-        yield piece
-    finally:
-        piece.close()
 
 
 @contextmanager
@@ -258,15 +295,7 @@ def _reason(error: Exception, what: str) -> str:
         return "no permission to read the file"
     if isinstance(error, IsADirectoryError):
         return "a folder; the file of a result is needed"
-    if "truncated file" in message:
-        return "the file is truncated: it was not copied or written to its end"
-    if "file signature not found" in message:
-        return "not an HDF5 file, so no result of a run"
-    if "filter returned failure" in message or "checksum" in message:
-        return f"{what or 'the file'} is damaged: the checksum does not match"
+    for part, reason in _REASONS.items():
+        if part in message:
+            return reason.format(what or "the file")
     return f"cannot read {what or 'the file'}: {message}"
-
-
-def _whole(array: str, components: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
-    members = [components[quantity.name] for quantity in RESTART if quantity.array == array]
-    return members[0] if len(members) == 1 else np.stack(members)

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,19 +18,19 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader, present_case
-from fretsolve.result.layout import ERRORS, FORMAT_VERSION, HISTORY, RESTART, STEP, X, Y, is_single
+from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, is_single
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, open_piece, parts_folder
+from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.optional import how_to_install
 
 if TYPE_CHECKING:
     import xarray
 
+    from fretsolve.case.models import Case
+
 ATTEMPTS = 20
 """How often to look again if a run merges or finishes its parts at the same moment."""
-
-_UNITS = {quantity.name: quantity.units for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
 
 
 class Columns(dict[str, NDArray[Any]]):
@@ -56,7 +57,7 @@ class Result(AbstractContextManager["Result"]):
     fields: tuple[str, ...]
     steps: tuple[int, ...]
     _parts: list[Part]
-    _open: tuple[Part, Piece] | None = None
+    _open: Piece | None = None
 
     @property
     def status(self) -> str:
@@ -74,6 +75,18 @@ class Result(AbstractContextManager["Result"]):
     def effective_case(self) -> dict[str, Any]:
         return present_case(self.attributes["effective_case"])
 
+    @cached_property
+    def case(self) -> Case | None:
+        """The case with its defaults, None if this version does not understand it."""
+        from pydantic import ValidationError
+
+        from fretsolve.case.models import Case
+
+        try:
+            return Case.model_validate(self.effective_case)
+        except ValidationError:
+            return None
+
     @property
     def increments(self) -> int:
         """How many increments there are."""
@@ -88,7 +101,7 @@ class Result(AbstractContextManager["Result"]):
 
     def units(self, name: str) -> str:
         """Return the units of a column of the history, of a field or of an axis. Raises KeyError."""
-        return _UNITS[name]
+        return QUANTITIES[name].units
 
     def field_type(self, name: str) -> np.dtype[Any]:
         """Return the type of a field's values."""
@@ -109,7 +122,7 @@ class Result(AbstractContextManager["Result"]):
         wanted = self.steps[-1] if step == -1 and self.steps else step
         if wanted not in self.steps:
             stored = ", ".join(map(str, self.steps)) or "none"
-            raise KeyError(f"no fields of increment {step} in the result; stored are those of {stored}")
+            raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
         for _ in range(ATTEMPTS):
             try:
                 return self._piece(wanted).read(name, wanted)
@@ -136,7 +149,7 @@ class Result(AbstractContextManager["Result"]):
     def close(self) -> None:
         """Close the file, if one is open."""
         if self._open is not None:
-            self._open[1].close()
+            self._open.close()
             self._open = None
 
     def __exit__(self, *_: object) -> None:
@@ -146,14 +159,13 @@ class Result(AbstractContextManager["Result"]):
         return f"<Result {self.path} {self.status}, {self.increments} increments>"
 
     def _piece(self, step: int) -> Piece:
-        if self._open is not None and self._open[0].first <= step <= self._open[0].last:
-            return self._open[1]
-        self.close()
-        for part in self._parts:
-            if part.first <= step <= part.last:
-                self._open = part, Piece(part.path)
-                return self._open[1]
-        raise FileNotFoundError(self.path)
+        path = next((part.path for part in self._parts if part.first <= step <= part.last), None)
+        if path is None:
+            raise FileNotFoundError(self.path)
+        if self._open is None or self._open.path != path:
+            self.close()
+            self._open = Piece(path)
+        return self._open
 
 
 def open_result(path: str | Path) -> Result:
@@ -216,24 +228,21 @@ def _require_known_format(file: Path, format_version: int, version: str) -> None
 
 
 def _parts_of(out: Path) -> list[Part]:
-    if out.exists():
-        return [Part(out, 0, sys.maxsize)]
-    return contiguous_parts(parts_folder(out))
+    return [Part(out, 0, sys.maxsize)] if out.exists() else contiguous_parts(parts_folder(out))
 
 
 def _open_file(out: Path) -> Result:
     attributes = read_attributes(out)
     piece = Piece(out)
     try:
-        history = piece.history()
+        rows = piece.rows()
         with damage_reported(out, "grid"):
             x, y = piece.file["fields/x"][:], piece.file["fields/y"][:]
     except BaseException:
         piece.close()
         raise
-    parts = _parts_of(out)
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
-    return Result(out, attributes, Columns(history), x, y, fields, steps, parts, (parts[0], piece))
+    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 
 def _open_parts(out: Path) -> Result:
@@ -241,19 +250,15 @@ def _open_parts(out: Path) -> Result:
     status = "running" if is_locked(folder) else "stopped"
     header = read_header(folder)
     parts = contiguous_parts(folder)
-    columns: list[dict[str, NDArray[Any]]] = []
-    steps: list[int] = []
-    for part in parts:
-        with open_piece(part.path) as piece:
-            columns.append(piece.history())
-            steps += piece.field_steps
+    rows = read_rows(header, [part.path for part in parts], [])
+    steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if not (folder / HEADER_NAME).exists():
         raise FileNotFoundError(folder)  # the run has finished, and may have begun to remove parts
-    history = Columns()
-    for quantity in (STEP, *HISTORY, *(ERRORS if header.errors else ())):
-        nothing = np.empty(0, quantity.dtype)
-        history[quantity.name] = np.concatenate([nothing, *(column[quantity.name] for column in columns)])
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # its fields are among the restart data
     fields = tuple(quantity.name for quantity in header.stored_fields)
-    return Result(out, header.attributes(status), history, header.x, header.y, fields, tuple(steps), parts)
+    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, tuple(steps), parts)
+
+
+def _columns(rows: NDArray[Any]) -> Columns:
+    return Columns({name: np.ascontiguousarray(rows[name]) for name in rows.dtype.names or ()})

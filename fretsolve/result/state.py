@@ -53,7 +53,7 @@ class Certificate:
     @property
     def worst(self) -> float:
         """The largest of the residuals; NaN if one of them is."""
-        return float(np.max([self.gap, self.stick, self.slip, self.bound, self.load]))
+        return float(np.max(list(vars(self).values())))
 
 
 @dataclass(frozen=True)
@@ -136,6 +136,12 @@ class SummaryErrors:
     work_total_error: float
     coarse_runs_applications: float
     coarse_runs_wall_time: float
+
+
+ESTIMATED = tuple(
+    name.removesuffix(ERROR_SUFFIX) for name in SummaryErrors.__dataclass_fields__ if name.endswith(ERROR_SUFFIX)
+)
+"""The values of a summary that have error bars, in their order."""
 
 
 @dataclass(frozen=True)

@@ -7,31 +7,29 @@ the run is complete or has failed. If OUT exists, it is the result and its parts
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Literal
 
 import h5py
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.result.final_file import write_result
 from fretsolve.result.header import RunHeader, require_same_run
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import (
     HEADER_NAME,
     Part,
+    Piece,
     all_parts,
     contiguous_parts,
-    merge_parts,
-    open_piece,
     parts_folder,
     write_part,
+    write_result,
 )
 from fretsolve.result.reader import read_attributes, read_header
-from fretsolve.result.state import State, Summary, SummaryErrors
+from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of, require_free
+from fretsolve.system.files import reported, require_free
 
 MERGE_EVERY = 32
 """Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
@@ -47,23 +45,19 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     """A result being written; a context manager, which stops the run if it is left without `finish`.
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
-    beginning. summaries: of all committed increments. errors: their error bars, if the header promises some.
-    notes: warnings about the resume.
+    beginning. summaries: of all increments so far. notes: warnings about the resume.
     """
 
-    def __init__(
-        self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME
-    ):
+    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME):
         self.out = out
-        self._advice = advice
         self.header = header
+        self._kept = f"; the increments so far are kept, {advice}"
         self._pause = pause
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
         self.complete = False
         self.last_state: State | None = None
         self.summaries: list[Summary] = []
-        self.errors: list[SummaryErrors] = []
         self.notes: list[str] = []
         self._folder = parts_folder(out)
         self._lock = lock
@@ -91,12 +85,15 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
-        with _reported("cannot begin the result", out):
+        with reported("cannot begin the result", out):
             require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
             if overwrite:
                 _require_replaceable(out)
-            if resume and out.exists() and _is_final(out, header, retry):
-                return cls._finished(out, header)
+            # Without a lock, since a complete result may lie in a folder that cannot be written.
+            if resume and out.exists() and not parts_folder(out).exists() and _is_final(out, header, retry):
+                writer = cls(out, header, None)
+                writer._read_final()
+                return writer
             writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause, advice)
             try:
                 writer._begin(resume, overwrite, retry)
@@ -120,34 +117,32 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
         self.last_state = state
         self.summaries.append(state.summary)
-        self.errors += [] if state.errors is None else [state.errors]
         self._unsaved.append(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()
 
     def save(self) -> None:
         """Commit the increments that a pause has left unsaved. Raises FileError."""
-        with _reported("cannot save the increment", self._folder, self._advice):
+        with reported("cannot save the increment", self._folder, self._kept):
             if not (self._folder / HEADER_NAME).exists():
                 self._write_header()
             while self._unsaved:
                 state = self._unsaved[0]
                 self._parts.append(write_part(self._folder, self.header, state))
                 del self._unsaved[0]
-                single = [part for part in self._parts if part.first == part.last]
+                single = [part.path for part in self._parts if part.first == part.last]
                 if len(single) >= MERGE_EVERY:
-                    self._merge(single, state)
+                    merged = write_part(self._folder, self.header, state, single)
+                    self._parts = [*(part for part in self._parts if part.path not in single), merged]
+                    atomic_files.remove(*single)
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
         """Write OUT from the parts and remove them. message, kind: why the run failed. Raises FileError."""
         failure = (message, kind) if status == "failed" else None
-        with _reported("cannot write the result", self.out, self._advice):
-            rows = self.summaries, self.errors
-            sources = [part.path for part in self._parts]
-            write_result(
-                self.out, self._folder, self.header, *rows, sources, self._unsaved, self.last_state, failure
-            )
+        with reported("cannot write the result", self.out, self._kept):
+            parts = [part.path for part in self._parts]
+            write_result(self.out, self._folder, self.header, parts, self._unsaved, self.last_state, failure)
             self._clear()
         self.stop()
 
@@ -157,23 +152,9 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self._lock.release()
             self._lock = None
 
-    @classmethod
-    def _finished(cls, out: Path, header: RunHeader) -> HistoryWriter:
-        """Return the writer of a complete result, whose parts a kill may have left behind."""
-        writer = cls(out, header, None)
-        writer._read_final()
-        if parts_folder(out).exists():
-            writer._lock = RunLock.acquire(parts_folder(out))
-            try:
-                atomic_files.remove_temporaries(writer._folder)
-                writer._clear()
-            finally:
-                writer.stop()
-        return writer
-
     def _read_final(self) -> None:
-        with open_piece(self.out) as piece:
-            self.summaries, self.errors = piece.summaries(), piece.errors()
+        with Piece(self.out) as piece:
+            self.summaries = piece.summaries()
         self.complete = True
 
     def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
@@ -210,25 +191,17 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         self._clear()
         self._write_header()
-        with open_piece(self.out) as piece:
-            self.summaries, self.errors = piece.summaries(), piece.errors()
-            if self.summaries:
-                piece.verify()
-                self.last_state = piece.state()
-                self._parts = [merge_parts(self._folder, self.header, [self.out], self.last_state)]
+        self._take_up(self.out)
+        if self.last_state is not None:
+            self._parts = [write_part(self._folder, self.header, self.last_state, [self.out])]
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
         """Go on after the last increment up to which all parts are undamaged."""
-        stored = read_header(self._folder)
-        require_same_run(self._folder, stored.effective_case, stored.inputs, stored.version, self.header)
+        require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
         for part in contiguous_parts(self._folder):
             try:
-                with open_piece(part.path) as piece:
-                    piece.verify()
-                    self.summaries += piece.summaries()
-                    self.errors += piece.errors()
-                    self.last_state = piece.state()
+                self._take_up(part.path)
             except FileError as error:
                 self.notes.append(f"{error}; going on from increment {part.first}")
                 break
@@ -236,10 +209,13 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         kept = {part.path for part in self._parts}
         atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])
 
-    def _merge(self, single: list[Part], state: State) -> None:
-        merged = merge_parts(self._folder, self.header, [part.path for part in single], state)
-        self._parts = [part for part in self._parts if part not in single] + [merged]
-        atomic_files.remove(*[part.path for part in single])
+    def _take_up(self, path: Path) -> None:
+        """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""
+        with Piece(path) as piece:
+            piece.verify()
+            summaries = piece.summaries()
+            self.last_state = piece.state() if summaries else None
+            self.summaries += summaries
 
     def _clear(self) -> None:
         """Remove all parts, the header first: without it the rest counts as nothing."""
@@ -256,16 +232,5 @@ def _require_replaceable(out: Path) -> None:
 def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
     """Return whether nothing is left to do for the result `out`. Raises FileError if it is that of another run."""
     attributes = read_attributes(out)
-    inputs = str(attributes.get("inputs", "{}"))
-    require_same_run(out, attributes["effective_case"], inputs, attributes["fretsolve_version"], header)
+    require_same_run(out, attributes, header)
     return attributes["status"] == "complete" or not retry
-
-
-@contextmanager
-def _reported(action: str, file: Path, advice: str = "") -> Iterator[None]:
-    """Turn an OSError into a FileError that says what to do."""
-    try:
-        yield
-    except OSError as error:
-        kept = f"; the increments so far are kept, {advice}" if advice else ""
-        raise FileError(f"{action}: {reason_of(error)}{kept}", file) from error

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from fretsolve.result.layout import ERRORS, FIELDS, HISTORY, STEP, ZONE_ATTRIBUTES, Quantity, X, Y
+from fretsolve.result.layout import QUANTITIES, STEP
 from fretsolve.system.arrays import DoubleArray
-
-_BY_NAME: dict[str, Quantity] = {quantity.name: quantity for quantity in (STEP, *HISTORY, *ERRORS, X, Y, *FIELDS)}
 
 Read = Callable[[str, int], NDArray[Any]]
 """Return a field, by its name and its increment, ``(nx, ny)``."""
@@ -34,19 +32,15 @@ class StoredField(BackendArray):
     def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
         which, rows, columns = key
         steps = np.asarray(self._steps)[which]
-        if steps.ndim == 0:
-            return self._plane(int(steps), rows, columns)
-        planes = [self._plane(int(step), rows, columns) for step in steps]
-        empty = np.empty(self.shape[1:], self.dtype)[rows][..., columns]
-        return np.stack(planes) if planes else np.empty((0, *empty.shape), self.dtype)
-
-    def _plane(self, step: int, rows: Any, columns: Any) -> NDArray[Any]:
-        return np.asarray(self._read_plane(self._name, step)[rows][..., columns])
+        planes: Any = [self._read_plane(self._name, int(step))[rows][..., columns] for step in steps.flat]
+        if not planes:
+            planes = np.empty((0, *self.shape[1:]), self.dtype)[:, rows][..., columns]
+        return np.asarray(planes if steps.ndim else planes[0])
 
 
 def history_dataset(history: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> xarray.Dataset:
     """Return the columns of a history over `step`."""
-    columns = {name: ("step", column, _meaning(name)) for name, column in history.items()}
+    columns = {name: ("step", column, QUANTITIES[name].attributes) for name, column in history.items()}
     return xarray.Dataset(columns, attrs=attributes)
 
 
@@ -60,17 +54,8 @@ def fields_dataset(
 ) -> xarray.Dataset:
     """Return the fields, whose names and types are `types`, over `step`, `x` and `y`."""
     axes = {"step": np.asarray(steps, STEP.dtype), "x": x, "y": y}
-    shape = len(x), len(y)
-    fields = {name: StoredField(read, name, steps, shape, dtype) for name, dtype in types.items()}
-    return xarray.Dataset(
-        {name: (tuple(axes), indexing.LazilyIndexedArray(field), _meaning(name)) for name, field in fields.items()},
-        {name: (name, values, _meaning(name)) for name, values in axes.items()},
-        attributes,
-    )
-
-
-def _meaning(name: str) -> dict[str, Any]:
-    """Return units and meaning, as the file has them."""
-    quantity = _BY_NAME[name]
-    meaning = {"units": quantity.units, "long_name": quantity.long_name}
-    return {**meaning, **ZONE_ATTRIBUTES} if name == "zone" else meaning
+    variables: dict[str, Any] = {n: (n, values, QUANTITIES[n].attributes) for n, values in axes.items()}
+    for name, dtype in types.items():
+        field = indexing.LazilyIndexedArray(StoredField(read, name, steps, (len(x), len(y)), dtype))
+        variables[name] = tuple(axes), field, QUANTITIES[name].attributes
+    return xarray.Dataset(variables, attrs=attributes)

@@ -14,7 +14,7 @@ import numpy as np
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import ERROR_SUFFIX, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
@@ -25,11 +25,6 @@ COARSER = 2
 LOOSER, LOOSEST = 10.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It shifts values by some 1e-6 of theirs, well below
 the differences of interest, and saves a quarter of the cost."""
-
-ESTIMATED = tuple(
-    name.removesuffix(ERROR_SUFFIX) for name in SummaryErrors.__dataclass_fields__ if name.endswith(ERROR_SUFFIX)
-)
-"""The values of a summary that have error bars, in the order of the arrays in this module."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -46,9 +41,9 @@ class PathPoint:
 
 
 class CoarseRun:
-    """The run of a coarser problem, solved only as far as it is asked for. failure: why it stopped, if it did.
+    """The run of a coarser problem, solved only as far as its values are asked for.
 
-    applications: of the elastic operator so far, those of the coarse grid; seconds: what they took.
+    failure: why it stopped, if it did; applications, seconds: of the elastic operator on the coarse grid so far.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
@@ -58,34 +53,29 @@ class CoarseRun:
         self._states = run(setup, threads=threads)
         self._values: list[DoubleArray] = []
 
-    def values(self, step: int) -> DoubleArray | None:
-        """Return the values after the increment `step`; zeros before the first one, None after a failure."""
+    def values(self, step: int) -> DoubleArray:
+        """Return the values after the increment `step`; zeros before the first one, NaN after a failure."""
         if step < 0:
             return np.zeros(len(ESTIMATED))
+        began = time.perf_counter()
         while len(self._values) <= step and self.failure is None:
-            self._advance()
-        return self._values[step] if step < len(self._values) else None
+            try:
+                summary = next(self._states).summary
+            except NoSolutionError as error:
+                self.failure = error
+            else:
+                self._values.append(values_of(summary))
+                self.applications += summary.operator_applications
+        self.seconds += time.perf_counter() - began
+        return self._values[step] if step < len(self._values) else np.full(len(ESTIMATED), np.nan)
 
-    def values_at(self, point: PathPoint) -> DoubleArray | None:
+    def values_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point of the load path, interpolated between increments."""
         counts = self.setup.load_path.counts
         step = sum(counts[: point.stage]) + point.part * counts[point.stage] - 1.0
         low, high = math.floor(step + 1e-9), math.ceil(step - 1e-9)
         before, after = self.values(low), self.values(high)
-        if before is None or after is None:
-            return None
         return before + (step - low) * (after - before) if high > low else before
-
-    def _advance(self) -> None:
-        began = time.perf_counter()
-        try:
-            summary = next(self._states).summary
-        except NoSolutionError as error:
-            self.failure = error
-        else:
-            self._values.append(values_of(summary))
-            self.applications += summary.operator_applications
-        self.seconds += time.perf_counter() - began
 
 
 def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:

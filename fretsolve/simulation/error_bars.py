@@ -17,9 +17,9 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.result.state import ERROR_SUFFIX, State, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import ESTIMATED, CoarseRun, coarser, common_points, fewer_increments, values_of
+from fretsolve.simulation.coarse_runs import CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
@@ -41,6 +41,8 @@ FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
 NEARLY_SLIDING = 0.15
 """Stick radius over contact radius below which increments count also if pressure and shear are not coupled: the shear
 traction turns as the last of the stick zone slips, since Poisson's ratio links the directions."""
+
+TOTAL = ESTIMATED.index("work_total")
 
 UNSEEN = 0.5
 """Radius, in units of h, of a stick zone that may exist although no cell sticks."""
@@ -74,14 +76,15 @@ class ErrorBars:
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup = setup
-        counts = setup.load_path.counts
         self._threads = threads
-        self._coarse = CoarseRun(coarser(setup, counts), threads)
+        self._coarse = CoarseRun(coarser(setup, setup.load_path.counts), threads)
+        self._coarse_runs = [self._coarse]
         self._fewer: CoarseRun | None = None
         if setup.load_path.path_dependent:
             self._start_fewer()
         orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
         points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
+        self._coarse_share = coarse_points / points
         self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
@@ -103,19 +106,16 @@ class ErrorBars:
 
     def of(self, summary: Summary) -> SummaryErrors:
         """Return the error bars of the summary that follows those so far."""
-        applications, seconds = self._applications, self._seconds
+        cost_before = self._cost()
         self._add(summary)
         cells, increments = self._cells(summary), self._increments(summary.step)
         errors = np.sqrt(cells**2 + increments**2 + self._iteration(summary) ** 2)
-        return SummaryErrors(
-            **{name + ERROR_SUFFIX: float(error) for name, error in zip(ESTIMATED, errors, strict=True)},
-            coarse_runs_applications=self._applications - applications,
-            coarse_runs_wall_time=self._seconds - seconds,
-        )
+        return SummaryErrors(*errors.tolist(), *(self._cost() - cost_before).tolist())
 
     def _start_fewer(self) -> None:
         counts = fewer_increments(self._setup.load_path.counts)
         self._fewer = CoarseRun(coarser(self._setup, counts), self._threads)
+        self._coarse_runs.append(self._fewer)
 
     def _add(self, summary: Summary) -> None:
         nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
@@ -124,26 +124,15 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
-    @property
-    def _coarse_runs(self) -> list[CoarseRun]:
-        return [self._coarse, *([] if self._fewer is None else [self._fewer])]
-
-    @property
-    def _applications(self) -> float:
-        """Operator applications of the coarse runs so far, in units of one on the run's own grid."""
-        share = math.prod(self._coarse.setup.grid.shape) / math.prod(self._setup.grid.shape)
-        return share * sum(coarse.applications for coarse in self._coarse_runs)
-
-    @property
-    def _seconds(self) -> float:
-        return sum(coarse.seconds for coarse in self._coarse_runs)
+    def _cost(self) -> DoubleArray:
+        """Return operator applications of the coarse runs, in units of one on the run's own grid, and their seconds."""
+        applications = self._coarse_share * sum(coarse.applications for coarse in self._coarse_runs)
+        return np.array([applications, sum(coarse.seconds for coarse in self._coarse_runs)])
 
     def _cells(self, summary: Summary) -> DoubleArray:
         """Return the error of the discretisation."""
-        coarse = self._coarse.values(summary.step)
-        if coarse is None:
-            return np.full(len(ESTIMATED), np.nan)
-        found: DoubleArray = np.hypot(self._richardson * (values_of(summary) - coarse), self._floor(summary))
+        difference = values_of(summary) - self._coarse.values(summary.step)
+        found: DoubleArray = np.hypot(self._richardson * difference, self._floor(summary))
         return found
 
     def _floor(self, summary: Summary) -> DoubleArray:
@@ -153,9 +142,10 @@ class ErrorBars:
         imposed = self._imposed(summary.step)
         floor: DoubleArray = FLOOR * self._largest * ratio**FLOOR_ORDER
         for number, name in enumerate(ESTIMATED):
-            if name in FLOOR_RADII:
-                unseen = name == "stick_radius" and summary.stick_radius == 0.0 and self._setup.model.friction > 0.0
-                floor[number] = (UNSEEN if unseen else FLOOR_RADII[name]) * side
+            if name == "stick_radius" and summary.stick_radius == 0.0 and self._setup.model.friction > 0.0:
+                floor[number] = UNSEEN * side
+            elif name in FLOOR_RADII:
+                floor[number] = FLOOR_RADII[name] * side
             elif name.startswith("work"):
                 floor[number] = FLOOR_WORK * ratio**FLOOR_ORDER_WORK * getattr(summary, name)
             elif name in imposed:
@@ -170,29 +160,24 @@ class ErrorBars:
 
     def _increments(self, step: int) -> DoubleArray:
         """Return the error of the increments: 0 if their number does not matter, NaN if a coarse run has failed."""
-        after = self._path_difference(step)
-        if after is None:
-            return np.full(len(ESTIMATED), np.nan)
-        before = self._path_difference(step - 1) if step else np.zeros(len(ESTIMATED))
-        error: DoubleArray = INCREMENTS_SAFETY * np.abs(after)
-        if before is not None:
-            work, total = ESTIMATED.index("work"), ESTIMATED.index("work_total")
-            error[work] = INCREMENTS_SAFETY * abs(after[total] - before[total])
-        return error
-
-    def _path_difference(self, step: int) -> DoubleArray | None:
-        """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
         if self._fewer is None:
             return np.zeros(len(ESTIMATED))
-        many, few = self._coarse.setup.load_path, self._fewer.setup.load_path
+        after = self._path_difference(self._fewer, step)
+        error: DoubleArray = INCREMENTS_SAFETY * np.abs(after)
+        total_before = self._path_difference(self._fewer, step - 1)[TOTAL] if step else 0.0
+        error[ESTIMATED.index("work")] = INCREMENTS_SAFETY * abs(after[TOTAL] - total_before)
+        return error
+
+    def _path_difference(self, fewer: CoarseRun, step: int) -> DoubleArray:
+        """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
+        many, few = self._coarse.setup.load_path, fewer.setup.load_path
         first, second, share = common_points(many, few, step)
-        differences: list[DoubleArray] = []
-        for point in (first, second):
-            one, other = self._coarse.values_at(point), self._fewer.values_at(point)
-            if one is None or other is None:
-                return None
-            differences.append((one - other) / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0))
-        return differences[0] + share * (differences[1] - differences[0])
+        start, end = (
+            (self._coarse.values_at(point) - fewer.values_at(point))
+            / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0)
+            for point in (first, second)
+        )
+        return start + share * (end - start)
 
     def _iteration(self, summary: Summary) -> DoubleArray:
         """Return the error of the iteration: the worst residual, for imposed values that of the load, times a scale."""

@@ -6,27 +6,25 @@ import functools
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import nullcontext
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import Protocol
 
 from fretsolve import kernels
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.errors import FileError, NoSolutionError
+from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
-from fretsolve.system.files import reason_of
+from fretsolve.system.files import reported
 
 LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
-
 
 Show = Callable[[Summary, SummaryErrors | None], None]
 
@@ -38,70 +36,55 @@ class Stop(Protocol):
     def requested(self) -> bool: ...
 
 
-def missing_states(
-    setup: ProblemSetup, writer: HistoryWriter, threads: int = 1, warn: Callable[[str], object] | None = None
-) -> Iterator[State]:
-    """Return the generator of the increments that the result lacks, with error bars if the case asks for them.
+def solve_missing(
+    setup: ProblemSetup,
+    writer: HistoryWriter,
+    stop: Stop,
+    *,
+    threads: int = 1,
+    show: Show = lambda summary, errors: None,
+    warn: Callable[[str], object] | None = None,
+    beside: bool = False,
+) -> bool:
+    """Solve and save the increments that the result lacks, finish it, and return whether it is complete.
 
-    warn: called with a line if there are no error bars any more. The generator raises NoSolutionError.
+    show: called after each saved increment, with its error bars if the case asks for them; warn: with a line if there
+    are none any more. beside: save each increment in a thread of its own while the next one is solved.
+    Raises FileError, and NoSolutionError once the failed result is written. After a stop, and after any other
+    exception, the saved increments stay for a resume.
     """
+
+    def save(state: State) -> None:
+        writer.append(state)
+        show(state.summary, state.errors)
+
     so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
-    if setup.case.solver.error_bars:
-        return run_with_error_bars(setup, *so_far, threads, warn)
-    return run(setup, *so_far, threads)
-
-
-class Saving(AbstractContextManager["Saving"]):
-    """Saves the states of a run in their order, and finishes the result at the end of its `with` block.
-
-    The result is complete if it has all `increments`, failed if the block ends by NoSolutionError; else what is done is
-    saved for a resume. show: called after each saved increment, with its error bars. beside: save each increment in a
-    thread of its own while the next one is solved. complete: whether the result is finished and complete.
-    """
-
-    def __init__(self, writer: HistoryWriter, increments: int, show: Show | None = None, *, beside: bool = False):
-        self._writer, self._increments, self._show = writer, increments, show
-        self._thread = ThreadPoolExecutor(1, "saving") if beside else None
-        self._last: Future[None] | None = None
-        self.complete = False
-
-    def append(self, state: State) -> None:
-        """Save an increment, or begin to once the one before is saved. Raises FileError, for either."""
-        self._wait()
-        if self._thread is None:
-            self._save(state)
-        else:
-            self._last = self._thread.submit(self._save, state)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    barred = setup.case.solver.error_bars
+    states = run_with_error_bars(setup, *so_far, threads, warn) if barred else run(setup, *so_far, threads)
+    failure: NoSolutionError | None = None
+    with ThreadPoolExecutor(1, "saving") if beside else nullcontext() as thread:
+        pending: list[Future[None]] = []
         try:
-            if error is None or isinstance(error, NoSolutionError):
-                self._wait()
-                self._finish(error)
-        finally:
-            if self._thread is not None:
-                self._thread.shutdown()
-
-    def _finish(self, error: NoSolutionError | None) -> None:
-        if error is not None:
-            self._writer.finish("failed", str(error), error.kind)
-        elif len(self._writer.summaries) == self._increments:
-            self._writer.finish("complete")
-            self.complete = True
-        elif self._writer.summaries:
-            self._writer.save()
-
-    def _wait(self) -> None:
-        last, self._last = self._last, None
-        if last is not None:
-            last.result()
-
-    def _save(self, state: State) -> None:
-        self._writer.append(state)
-        if self._show is not None:
-            self._show(state.summary, state.errors)
+            while not stop.requested and (state := next(states, None)) is not None:
+                if thread is None:
+                    save(state)
+                    continue
+                for one in pending:
+                    one.result()
+                pending = [thread.submit(save, state)]
+        except NoSolutionError as error:
+            failure = error
+        for one in pending:
+            one.result()
+    if failure is not None:
+        writer.finish("failed", str(failure), failure.kind)
+        raise failure
+    complete = len(writer.summaries) == setup.load_path.increments
+    if complete:
+        writer.finish("complete")
+    elif writer.summaries:
+        writer.save()
+    return complete
 
 
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
@@ -142,7 +125,5 @@ def height_maps(case: Case) -> list[Path]:
 
 
 def _digest(file: Path) -> str:
-    try:
+    with reported("cannot be read", file):
         return hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError as error:
-        raise FileError(f"cannot be read: {reason_of(error)}", file) from error

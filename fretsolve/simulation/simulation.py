@@ -15,14 +15,12 @@ from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import readying_seconds
-from fretsolve.model.grid import Grid
-from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.slip_and_work import ContactState, limit_to_contact, mean_pressure
+from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 from fretsolve.system.arrays import FloatArray
 
@@ -32,7 +30,7 @@ FEWEST_CELLS = 8
 WIDER = 1.5
 """Factor on the size in the advice if shear or moments widen the contact."""
 
-RIGID = tuple(motion for _, motion in PAIRS)
+LOADS, RIGID = zip(*PAIRS, strict=True)
 
 
 def run(
@@ -60,13 +58,15 @@ def run(
         setup.map_border(),
         _precision(setup),
     )
-    state, summaries, plans = start, list(history), measured_plans()
+    fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
+    summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):
         began = _working_seconds()
         increment = setup.load_path.increment(step, summaries)
         before = setup.load_path.increment(step - 1, summaries).normal if step else None
+        rigid = np.array([getattr(summaries[-1], name) for name in RIGID]) if step else np.zeros(6)
         try:
-            solved = solver.solve(increment, _start(state, before, setup.grid))
+            solved = solver.solve(increment, InitialState(fields.pressure, fields.shear, displacement, rigid, before))
         except NoSolutionError as error:
             _locate(error, setup, increment)
             raise
@@ -74,11 +74,13 @@ def run(
             # Before the state is yielded: a resumed run must transform by the same plans.
             save_wisdom()
             plans = measured_plans()
-        touching = _touching(state, solver.separation)
-        state = _state(solved, state, touching, increment, setup, _working_seconds() - began)
+        areas = _areas(solved, setup)  # from the slip of this increment, which the next line adds to that before
+        fields, displacement, work = _fields(solved, fields, setup)
+        work_total = (summaries[-1].work_total if step else 0.0) + work
+        summary = _summary(solved, increment, areas, work, work_total, _working_seconds() - began)
         del solved  # frees what the state does not need
-        summaries.append(state.summary)
-        yield state
+        summaries.append(summary)
+        yield State(summary, fields, displacement)
 
 
 def _working_seconds() -> float:
@@ -86,48 +88,34 @@ def _working_seconds() -> float:
     return time.perf_counter() - readying_seconds()
 
 
-def _start(state: State | None, before: LoadControl | None, grid: Grid) -> InitialState:
-    if state is None:
-        return InitialState(nothing(grid.shape), nothing((2, *grid.shape)), nothing((2, *grid.shape)), np.zeros(6))
-    rigid = np.array([getattr(state.summary, name) for name in RIGID])
-    return InitialState(state.fields.pressure, state.fields.shear, state.displacement, rigid, before)
+def _unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
+    """Return fields and displacement before the first increment: the surfaces touch at their nearest points."""
+    nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
+    gap = separation - (nearest if np.isfinite(nearest) else 0.0)
+    scalar, vector = nothing(separation.shape), nothing((2, *separation.shape))
+    return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
 
 
-def _touching(state: State | None, separation: FloatArray) -> ContactState:
-    """Return the contact after `state`; at first the surfaces touch at their nearest points."""
-    if state is None:
-        nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
-        gap = separation - (nearest if np.isfinite(nearest) else 0.0)
-        return ContactState(nothing(separation.shape), gap, np.zeros(separation.shape, bool))
-    return ContactState(state.fields.pressure, state.fields.gap, state.fields.zone == Zone.SLIP)
-
-
-def _state(
-    solved: Solved,
-    previous: State | None,
-    before: ContactState,
-    increment: Increment,
-    setup: ProblemSetup,
-    wall_time: float,
-) -> State:
-    """Return the state after an increment, with slip and dissipated energy accumulated."""
+def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields, FloatArray, float]:
+    """Return fields and displacement after an increment, and the energy dissipated in it."""
     solution, evidence = solved.solution, solved.evidence
-    areas = _areas(solved, setup)
-    slip, slip_path, work_density, work = evidence.slip, nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
+    slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
     if setup.model.may_slip:
-        slip_path, work_density, work = _accumulate(solved, before, previous, setup)
-    work_before = 0.0 if previous is None else previous.summary.work_total
-    pressure, shear, slip, slip_path, work_density, gap, displacement = (
-        _kept(field, _precision(setup))
-        for field in (
-            solution.pressure, solution.shear, slip, slip_path, work_density, evidence.gap, solution.displacement
-        )
-    )
-    fields = Fields(pressure, shear, slip, slip_path, work_density, evidence.zone, gap)
+        slip_path, work_density, work = _accumulate(solved, before, setup)
+    floats = {
+        "pressure": solution.pressure,
+        "shear": solution.shear,
+        "slip": evidence.slip,
+        "slip_path": slip_path,
+        "work_density": work_density,
+        "gap": evidence.gap,
+    }
+    precision = _precision(setup)
+    fields = Fields(**{name: _kept(field, precision) for name, field in floats.items()}, zone=evidence.zone)
+    displacement = _kept(solution.displacement, precision)
     for array in (*vars(fields).values(), displacement):
         array.flags.writeable = False  # the next increment starts from these very arrays
-    summary = _summary(solved, increment, areas, work, work_before + work, wall_time)
-    return State(summary, fields, displacement)
+    return fields, displacement, work
 
 
 def _precision(setup: ProblemSetup) -> type[np.floating]:
@@ -142,9 +130,7 @@ def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
     return field.astype(precision, copy=False)
 
 
-def _accumulate(
-    solved: Solved, before: ContactState, previous: State | None, setup: ProblemSetup
-) -> tuple[FloatArray, FloatArray, float]:
+def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[FloatArray, FloatArray, float]:
     """Return the slip path and the dissipated energy per area since the start, and the increment's dissipated energy.
 
     Turns the slip of the increment in `solved` into the slip since the start, in place.
@@ -159,10 +145,9 @@ def _accumulate(
     # The slip of a sticking cell is the certificate's residual, not slip.
     work_density *= (evidence.zone == Zone.SLIP) | parted
     work = float(work_density.sum()) * setup.grid.cell_area
-    if previous is not None:
-        slip += previous.fields.slip
-        slip_path += previous.fields.slip_path
-        work_density += previous.fields.work_density
+    slip += before.slip
+    slip_path += before.slip_path
+    work_density += before.work_density
     return slip_path, work_density, work
 
 
@@ -177,21 +162,14 @@ def _areas(solved: Solved, setup: ProblemSetup) -> tuple[float, float]:
 
 
 def _summary(
-    solved: Solved,
-    increment: Increment,
-    areas: tuple[float, float],
-    work: float,
-    work_total: float,
-    wall_time: float,
+    solved: Solved, increment: Increment, areas: tuple[float, float], work: float, work_total: float, wall_time: float
 ) -> Summary:
-    solution, zone = solved.solution, solved.evidence.zone
-    contact, stick = areas
-    rigid = dict(zip(RIGID, map(float, solution.rigid), strict=True))
+    solution, zone, (contact, stick) = solved.solution, solved.evidence.zone, areas
+    loads_and_motions = (*solved.evidence.resultants, *solution.rigid)
     return Summary(
         step=increment.step,
         stage=increment.stage.number,
-        **dict(zip(("P", "Mx", "My", "Qx", "Qy", "Mz"), map(float, solved.evidence.resultants), strict=True)),
-        **rigid,
+        **dict(zip((*LOADS, *RIGID), map(float, loads_and_motions), strict=True)),
         contact_area=contact,
         stick_area=stick,
         contact_radius=math.sqrt(contact / math.pi),
@@ -214,9 +192,7 @@ def _summary(
 def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
     """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
     stage = increment.stage
-    key: KeyPath = stage.key
-    if error.component in dict(stage.targets):
-        key = (*key, error.component)
+    key: KeyPath = (*stage.key, error.component) if error.component in dict(stage.targets) else stage.key
     if isinstance(error, GridEdgeError):
         on_grid = error.component is None
         key = ("grid", "size") if on_grid else ("surface",)

@@ -14,31 +14,20 @@ cell sticks until it opens.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.model.grid import Grid
-from fretsolve.result.state import Zone
+from fretsolve.result.state import Fields, Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 
 Cells = tuple[IndexArray, ...]
 
 
-@dataclass(frozen=True)
-class ContactState:
-    """Pressure (MPa), gap (mm, may be infinite) and slipping cells at the start of an increment, all ``(nx, ny)``."""
-
-    pressure: FloatArray
-    gap: FloatArray
-    slipping: BoolArray
-
-
 def limit_to_contact(
     slip: FloatArray,
-    before: ContactState,
+    before: Fields,
     solution: Solution,
     evidence: Evidence,
     grid: Grid,
@@ -47,19 +36,17 @@ def limit_to_contact(
     """Limit `slip` in place to the time in contact, and return the cells that slipped while they opened, (nx, ny).
 
     slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere; opened cells get theirs.
-    evidence: gap and zones at the end; contact_modulus: E* (MPa).
+    before: at the start; solution, evidence: at the end; contact_modulus: E* (MPa).
     """
-    gap = evidence.gap
     touched, touches = before.pressure > 0.0, solution.pressure > 0.0
-    parted = slipped_apart(touched & ~touches, evidence.zone, before.slipping)
+    parted = slipped_apart(touched & ~touches, evidence.zone, before.zone == Zone.SLIP)
     row, column = np.nonzero(touches & ~touched)
     share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
     slip[:, row, column] *= share
     row, column = np.nonzero(parted)
-    share = share_in_contact(before.pressure, gap, (row, column), grid, contact_modulus)
-    slip[:, row, column] = share * (
-        solution.previous_displacement[:, row, column] - solution.displacement[:, row, column]
-    )
+    share = share_in_contact(before.pressure, evidence.gap, (row, column), grid, contact_modulus)
+    recovered = solution.previous_displacement[:, row, column] - solution.displacement[:, row, column]
+    slip[:, row, column] = share * recovered
     moved_x, moved_y, turned = solution.motion[3:]
     slip[0, row, column] += share * (moved_x - turned * grid.y[column])
     slip[1, row, column] += share * (moved_y + turned * grid.x[row])
@@ -86,12 +73,8 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
 
 def _edge(contact: BoolArray) -> BoolArray:
     """Return the cells in contact that have a neighbour out of contact."""
-    inner = contact.copy()
-    inner[1:] &= contact[:-1]
-    inner[:-1] &= contact[1:]
-    inner[:, 1:] &= contact[:, :-1]
-    inner[:, :-1] &= contact[:, 1:]
-    return contact & ~inner
+    padded = np.pad(contact, 1, mode="edge")
+    return contact & ~(padded[2:, 1:-1] & padded[:-2, 1:-1] & padded[1:-1, 2:] & padded[1:-1, :-2])
 
 
 def share_in_contact(

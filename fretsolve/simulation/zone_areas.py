@@ -109,9 +109,9 @@ def stick_area(
     slips = part.cut(slipping, False)
     if not slips.any():
         return _area(part, at_edge)
-    reserve = part.cut(limit, 0.0) - np.hypot(part.cut(shear[0], 0.0), part.cut(shear[1], 0.0))
-    reserve = np.maximum(reserve, 0.0)
-    at_slip = _slip_share(part, reserve, part.cut(slip[0], 0.0), part.cut(slip[1], 0.0), materials)
+    friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
+    reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
+    at_slip = _slip_share(part, reserve, slip_x, slip_y, materials)
 
     def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:
         found = at_edge(inner, outer, axis, lever)
@@ -145,10 +145,8 @@ class _Part:
         slices = slice(max(low[0], 0), high[0]), slice(max(low[1], 0), high[1])
         missing = [(max(-low[axis], 0), max(high[axis] - zone.shape[axis], 0)) for axis in (0, 1)]
         inside = np.pad(zone[slices], missing)
-        deep = inside.copy()
-        for axis in (0, 1):
-            for step in (-1, 1):
-                deep &= np.roll(inside, step, axis)
+        neighbours = [np.roll(inside, step, axis) for axis in (0, 1) for step in (-1, 1)]
+        deep = np.logical_and.reduce([inside, *neighbours])
         strides = inside.shape[1], 1
         return cls(slices, (missing[0], missing[1]), strides, (grid.dx, grid.dy), inside.ravel(), deep.ravel())
 
@@ -200,11 +198,8 @@ def _slip_share(
 def _balance(part: _Part, load: FloatArray, opening: FloatArray, inner: IndexArray, axis: int) -> FloatArray:
     """Return the share at which the inner cells' `load` and the opening past them balance; NaN if that is too large."""
     length = part.spacing[axis]
-    behind = np.zeros(inner.shape)
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            cells = inner + i * part.strides[0] + j * part.strides[1]
-            np.maximum(behind, load[cells] * part.deep[cells], out=behind)
+    around = [inner + i * part.strides[0] + j * part.strides[1] for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    behind = np.max([load[cells] * part.deep[cells] for cells in around], axis=0)
     carried = load[inner] * length
     found = carried / np.maximum(carried + opening, TINY)
     found[opening > STEEPEST * length * behind] = np.nan

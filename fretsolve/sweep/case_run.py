@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.result import SAME_COMMAND, HistoryWriter
 from fretsolve.result.state import Summary
-from fretsolve.simulation.run_to_file import Saving, Stop, missing_states
+from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
+from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, Row
 from fretsolve.system.signals import EXIT_STOPPED
@@ -51,14 +51,10 @@ def solve(
         if writer.complete:  # another process was faster
             return Solved(0)
         try:
-            increments = case.setup.load_path.increments
-            with Saving(writer, increments, lambda summary, _: show(summary)) as saving:
-                states = missing_states(case.setup, writer, threads)
-                while not stop.requested and (state := next(states, None)) is not None:
-                    saving.append(state)
+            complete = solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary))
         except NoSolutionError as error:
             return Solved(error.exit_code, " ".join(str(error).splitlines()), len(writer.summaries))
-        return Solved(0 if saving.complete else EXIT_STOPPED, "", len(writer.summaries))
+        return Solved(0 if complete else EXIT_STOPPED, "", len(writer.summaries))
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ STALE = 3600.0
 """Age in seconds at which a temporary file counts as left by a kill, if other processes may write the same file."""
 
 
-class WriteThroughFile(io.RawIOBase):
-    """A new random access file that remembers its first error instead of raising it.
+class WriteThroughFile(io.FileIO):
+    """A new file that remembers its first error instead of raising it.
 
     HDF5 cannot recover from a write that fails while it closes a file: the interpreter then crashes at exit.
     So HDF5 writes through this object (h5py's file-like driver), which drops all writes after a failed one
@@ -40,45 +40,31 @@ class WriteThroughFile(io.RawIOBase):
     """
 
     def __init__(self, path: Path):
+        super().__init__(path, "x+", opener=lambda name, flags: os.open(name, flags, 0o666))
         self.path = path
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        self._position = 0
         self._error: OSError | None = None
 
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        if whence == os.SEEK_CUR:
-            offset += self._position
-        elif whence == os.SEEK_END:
-            offset += os.fstat(self._descriptor).st_size
-        self._position = offset
-        return offset
-
-    def tell(self) -> int:
-        return self._position
-
     def readinto(self, buffer: Any) -> int:
-        data = os.pread(self._descriptor, len(buffer), self._position)
-        buffer[:] = data.ljust(len(buffer), b"\0")
-        self._position += len(buffer)
+        """Fill `buffer`, with zeros past the end of the file, where a dropped write leaves it."""
+        count = super().readinto(buffer)
+        buffer[count:] = bytes(len(buffer) - count)
         return len(buffer)
 
     def write(self, data: Any) -> int:
         view = memoryview(data).cast("B")
-        position, self._position = self._position, self._position + len(view)
-        written = len(view)
+        size = len(view)
         try:
             while view and self._error is None:
-                count = os.pwrite(self._descriptor, view, position)
-                view, position = view[count:], position + count
+                view = view[os.write(self.fileno(), view) :]
         except OSError as error:
             self._error = error
-        return written
+        return size
 
     def truncate(self, size: int | None = None) -> int:
-        size = self._position if size is None else size
+        size = self.tell() if size is None else size
         try:
             if self._error is None:
-                os.ftruncate(self._descriptor, size)
+                os.ftruncate(self.fileno(), size)
         except OSError as error:
             self._error = error
         return size
@@ -91,12 +77,7 @@ class WriteThroughFile(io.RawIOBase):
     def sync(self) -> None:
         """Wait until all is on the disk. Raises OSError, also that of an earlier write."""
         self.check()
-        os.fsync(self._descriptor)
-
-    def close(self) -> None:
-        if not self.closed:
-            os.close(self._descriptor)
-        super().close()
+        os.fsync(self.fileno())
 
 
 @contextmanager

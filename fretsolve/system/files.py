@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from fretsolve.errors import CaseError, FileError
@@ -16,20 +16,26 @@ def reason_of(error: OSError) -> str:
 
 
 @contextmanager
-def writing(file: Path | str) -> Iterator[None]:
-    """Turn an OSError in the block, which writes `file`, into a FileError."""
+def reported(problem: str, file: Path | str, advice: str = "") -> Iterator[None]:
+    """Turn an OSError in the block into a FileError about `file`, such as ``cannot be read: Permission denied``.
+
+    advice: added at the end.
+    """
     try:
         yield
     except OSError as error:
-        raise FileError(f"cannot be written: {reason_of(error)}", file) from error
+        raise FileError(f"{problem}: {reason_of(error)}{advice}", file) from error
+
+
+def writing(file: Path | str) -> AbstractContextManager[None]:
+    """Turn an OSError in the block, which writes `file`, into a FileError."""
+    return reported("cannot be written", file)
 
 
 def make_folder(folder: Path) -> None:
     """Make a folder and those above it, unless they exist. Raises FileError."""
-    try:
+    with reported("cannot be made a folder", folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot be made a folder: {reason_of(error)}", folder) from error
 
 
 def require_free(

@@ -67,20 +67,20 @@ class StopRequest(AbstractContextManager["StopRequest"]):
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self._idle:
-            self._write(number, IDLE_NOTICE)
+            _announce(number, IDLE_NOTICE)
             if number == signal.SIGINT:
                 end_by(signal.SIGINT)
             os._exit(EXIT_STOPPED)
         if self._first is None:
             self._first = now
-            if self._notice:
-                self._write(number, self._notice)
+            _announce(number, self._notice)
         elif now - self._first > SAME_SIGNAL:
-            if self._notice:
-                self._write(number, self._at_once)
+            _announce(number, self._notice and self._at_once)
             os._exit(EXIT_STOPPED)  # nothing to save: committed increments stay, and HDF5 has no file open
 
-    @staticmethod
-    def _write(number: int, text: str) -> None:
-        with suppress(OSError):  # the same signal may have ended the reader of the messages
+
+def _announce(number: int, text: str) -> None:
+    """Write a line, unless `text` is empty; the same signal may have ended the reader of the messages."""
+    if text:
+        with suppress(OSError):
             os.write(2, f"fretsolve: {signal.Signals(number).name}: {text}\n".encode())

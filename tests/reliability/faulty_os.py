@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-CHANGES = ("open", "pwrite", "ftruncate", "write", "fsync", "replace", "unlink", "mkdir", "rmdir")
+CHANGES = ("open", "ftruncate", "write", "fsync", "replace", "unlink", "mkdir", "rmdir")
 
 
 class SimulatedKillError(OSError):
@@ -54,9 +54,9 @@ class FaultyOs:
             return
         if self.kind == "error":
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        if name == "pwrite":
-            descriptor, data, position = arguments
-            os.pwrite(descriptor, data[: len(data) // 2], position)
+        if name == "write":
+            descriptor, data = arguments
+            os.write(descriptor, data[: len(data) // 2])
         self._dead = True
         if self.kind == "power cut":
             self._cut_power()
@@ -83,7 +83,7 @@ class FaultyOs:
             self._undo.append(undo)
         if name == "open":
             self._paths[result] = Path(arguments[0])
-        elif name in ("pwrite", "ftruncate"):
+        elif name in ("write", "ftruncate"):
             self._unsynced_files.add(self._paths[arguments[0]])
         elif name == "fsync":
             path = self._paths[arguments[0]]

@@ -110,7 +110,7 @@ def faults(out: Path, options: dict[str, bool], patch: pytest.MonkeyPatch) -> It
         run(out, [], **options)
     previous = ""
     for number, call in enumerate(counter.calls):
-        first = call != "pwrite" or previous != "pwrite"
+        first = call != "write" or previous != "write"
         if ALL or (first and (not options or number % 3 == 0)):
             yield number
         previous = call

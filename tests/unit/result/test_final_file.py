@@ -15,8 +15,8 @@ from fake_states import fake_header, fake_states
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretsolve.result.final_file import write_result
 from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.parts import write_result
 from fretsolve.result.state import Summary, SummaryErrors
 
 NUMBERS = st.floats(width=64) | st.just(0.0) | st.just(np.frombuffer(b"\xff" * 8)[0])
@@ -33,13 +33,14 @@ def summaries_of(values: list[float]) -> list[Summary]:
 
 @contextmanager
 def result_of(summaries: list[Summary], errors: list[SummaryErrors] | None = None) -> Iterator[Path]:
-    """Write a result that has no fields but those of its last increment."""
+    """Write a result that has no fields."""
     (state,) = fake_states(1)
-    last = replace(state, summary=summaries[-1]) if summaries else None
+    bars = errors or [None] * len(summaries)
+    states = [replace(state, summary=row, errors=bar) for row, bar in zip(summaries, bars, strict=True)]
     header = fake_header(stored=(), every=len(summaries) + 1, errors=errors is not None)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out.h5"
-        write_result(out, Path(folder), header, summaries, errors or [], [], [], last, None)
+        write_result(out, Path(folder), header, [], states, states[-1] if states else None, None)
         yield out
 
 

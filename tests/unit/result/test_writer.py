@@ -6,6 +6,7 @@ import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from fake_states import assert_same_state, fake_header, fake_states
@@ -334,7 +335,8 @@ def test_folder_that_is_not_there(tmp_path: Path) -> None:
 def test_writes_after_a_failed_one_are_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = atomic_files.WriteThroughFile(tmp_path / "file")
     file.write(b"abc")
-    monkeypatch.setattr(os, "pwrite", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    full = Mock(write=Mock(side_effect=OSError(28, "full")))
+    monkeypatch.setattr(atomic_files, "os", full)
     file.write(b"def")
     monkeypatch.undo()
     file.write(b"ghi")
