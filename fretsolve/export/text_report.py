@@ -113,8 +113,8 @@ def _error_table(result: Result) -> list[Table]:
     names = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
     if not result.increments or not names:
         return []
-    values = [float(result.history[name][-1]) for name in names]
-    errors = [float(result.history[name + ERROR_SUFFIX][-1]) for name in names]
+    values = [result.history[name][-1] for name in names]
+    errors = [result.history[name + ERROR_SUFFIX][-1] for name in names]
     columns = [
         ReportColumn(("at the", "end"), "", tuple(names)),
         ReportColumn(("", "value"), "", tuple(f"{value:.6g}" for value in values)),
@@ -163,10 +163,8 @@ def _worst_residuals(result: Result) -> DoubleArray:
 def _split(columns: Sequence[ReportColumn], width: int) -> list[list[ReportColumn]]:
     """Return the columns in as few parts as `width` allows, and of those ways the one with the most even widths."""
     narrowest = max(column.width for column in columns)
-    widest = max(width, narrowest)
-    fewest = len(_filled(columns, widest))
-    even = next(less for less in range(narrowest, widest + 1) if len(_filled(columns, less)) == fewest)
-    return _filled(columns, even)
+    ways = [_filled(columns, less) for less in range(narrowest, max(width, narrowest) + 1)]
+    return min(ways, key=len)
 
 
 def _filled(columns: Sequence[ReportColumn], width: int) -> list[list[ReportColumn]]:

@@ -135,12 +135,8 @@ def canvas(
 
 def panel_width(axes: Axes) -> float:
     """Return about how wide a panel is (inches); with equal scales it may not fill its place."""
-    figure, place = _figure_of(axes), axes.get_position()
-    width = place.width * figure.get_figwidth()
-    if axes.get_aspect() == "auto":
-        return float(width)
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    return float(min(width, place.height * figure.get_figheight() * (right - left) / (high - low)))
+    axes.apply_aspect()
+    return float(axes.bbox.width / _figure_of(axes).dpi)
 
 
 def _figure_of(axes: Axes) -> Figure:

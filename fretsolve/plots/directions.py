@@ -7,13 +7,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names
 from fretsolve.plots import maps
 from fretsolve.plots.canvas import Canvas, Target
 from fretsolve.plots.labels import line_colors
-from fretsolve.plots.snapshot import VECTORS, Snapshot, ViewBox, chosen_step, present_fields, view_box
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_step, present_fields, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import DoubleArray
@@ -116,7 +117,7 @@ def _load_direction(result: Result, step: int) -> tuple[DoubleArray, str]:
     return np.stack([shift[0] - turn * y, shift[1] + turn * x]), "the motion of body 1"
 
 
-def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: ViewBox) -> None:
+def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: Bbox) -> None:
     result, length = snapshot.result, snapshot.magnitude(name)
     scale = maps.scale_of(result, name, float(length.max()))
     i, j = maps.cells_inside(result, box)

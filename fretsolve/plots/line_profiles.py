@@ -110,13 +110,13 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     """Draw one field along one line at several increments; return the number of its components."""
     result = snapshots[0].result
     box = view_box(result, np.logical_or.reduce([snapshot.contact for snapshot in snapshots]))
-    limits = box.x if line.axis == 0 else box.y
-    inside = (line.along >= limits[0]) & (line.along <= limits[1])
+    low, high = box.intervalx if line.axis == 0 else box.intervaly
+    inside = (line.along >= low) & (line.along <= high)
     largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
     unit = field_unit(result, name, largest)
     forms: list[Line2D] = []
     components: set[int] = set()
-    points, across = np.linspace(*limits, CURVE_POINTS), np.full(CURVE_POINTS, line.at)
+    points, across = np.linspace(low, high, CURVE_POINTS), np.full(CURVE_POINTS, line.at)
     for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
         # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
@@ -137,5 +137,5 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
     ylabel = " ".join([NAMES[name], *of_vector, f"({unit.text})"])
-    axes.set(xlim=limits, xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
+    axes.set(xlim=(low, high), xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
     return len(components)

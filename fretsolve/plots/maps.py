@@ -20,6 +20,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
@@ -29,7 +30,6 @@ from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import (
     VECTORS,
     Snapshot,
-    ViewBox,
     cell_size,
     chosen_step,
     field_unit,
@@ -164,11 +164,12 @@ def saved_film(film: FuncAnimation, file_format: str) -> bytes:
 
 @contextmanager
 def map_canvas(
-    target: Target, snapshot: Snapshot, count: int, box: ViewBox, larger: tuple[float, float] = (1.0, 1.0)
+    target: Target, snapshot: Snapshot, count: int, box: Bbox, larger: tuple[float, float] = (1.0, 1.0)
 ) -> Iterator[Canvas]:
     """Return a canvas of `count` maps with a heading and the key of the outlines; larger: factors on width, height."""
-    width = max(min(math.sqrt(AREA / box.aspect), WIDEST, TALLEST / box.aspect), NARROWEST)
-    width, height = width + AROUND[0], min(width * box.aspect, TALLEST) + AROUND[1]
+    aspect = box.height / box.width
+    width = max(min(math.sqrt(AREA / aspect), WIDEST, TALLEST / aspect), NARROWEST)
+    width, height = width + AROUND[0], min(width * aspect, TALLEST) + AROUND[1]
     columns = max(1, min(count, int(PAGE_WIDTH / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
     with canvas(target, count, (larger[0] * width, larger[1] * height), columns) as drawn:
@@ -201,7 +202,7 @@ def scale_of(result: Result, name: str, largest: float) -> FieldScale:
     return FieldScale(name, f"{NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
 
 
-def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> None:
+def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale, box: Bbox) -> None:
     """Draw one field with its frame and its colour bar, in equal scales along x and y."""
     image = draw_field(axes, snapshot, scale, box)
     draw_frame(axes, box, NAMES[scale.name])
@@ -211,7 +212,7 @@ def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale,
         bar.ax.minorticks_off()
 
 
-def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: ViewBox) -> AxesImage:
+def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: Bbox) -> AxesImage:
     """Draw one field with arrows and outlines, and return its image."""
     values = snapshot.magnitude(scale.name) * scale.factor
     shown = np.ones_like(values, bool) if scale.name in ("zone", "gap") else snapshot.contact | (values > 0.0)
@@ -235,10 +236,10 @@ def draw_cells(
     )
 
 
-def draw_frame(axes: Axes, box: ViewBox, title: str) -> None:
+def draw_frame(axes: Axes, box: Bbox, title: str) -> None:
     """Set title, limits, labels and equal scales of a map."""
     axes.grid(False)
-    axes.set(aspect="equal", xlim=box.x, ylim=box.y, xlabel="x (mm)", ylabel="y (mm)", title=title)
+    axes.set(aspect="equal", xlim=box.intervalx, ylim=box.intervaly, xlabel="x (mm)", ylabel="y (mm)", title=title)
     most_ticks = max(1, int(panel_width(axes) / TICK_SPACE))
     axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=1))
 
@@ -252,7 +253,7 @@ def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
         drawn.set_path_effects([withStroke(linewidth=2.4, foreground="white", alpha=0.7)])
 
 
-def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: ViewBox) -> None:
+def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: Bbox) -> None:
     """Draw arrows of equal length along those of `vectors` (2, nx, ny) that are not small."""
     inside = cells_inside(result, box)
     every = max(1, -(-max(len(indices) for indices in inside) // ARROWS))
@@ -279,9 +280,9 @@ def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: ViewBox) 
     )
 
 
-def cells_inside(result: Result, box: ViewBox) -> list[IndexArray]:
+def cells_inside(result: Result, box: Bbox) -> list[IndexArray]:
     """Return the indices along x and along y of the cells whose centres lie in `box`."""
-    sides = ((result.x, box.x), (result.y, box.y))
+    sides = ((result.x, box.intervalx), (result.y, box.intervaly))
     return [np.flatnonzero((centres >= low) & (centres <= high)) for centres, (low, high) in sides]
 
 

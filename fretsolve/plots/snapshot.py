@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from matplotlib.transforms import Bbox
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names, stored_step
@@ -20,19 +20,6 @@ VECTORS = ("shear", "slip")
 
 MARGIN = 0.12
 """Space around the contact, in parts of its size."""
-
-
-@dataclass(frozen=True)
-class ViewBox:
-    """The part of the contact plane (mm) that a map shows."""
-
-    x: tuple[float, float]
-    y: tuple[float, float]
-
-    @property
-    def aspect(self) -> float:
-        """Height over width."""
-        return (self.y[1] - self.y[0]) / (self.x[1] - self.x[0])
 
 
 class Snapshot:
@@ -138,14 +125,14 @@ def middle(snapshot: Snapshot) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def view_box(result: Result, contact: BoolArray) -> ViewBox:
-    """Return the contact with some space around it, within the grid; the whole grid if nothing touches."""
+def view_box(result: Result, contact: BoolArray) -> Bbox:
+    """Return the contact with some space around it (mm), within the grid; the whole grid if nothing touches."""
     sides = []
     for (low, high), centres in zip(_extent(result, contact), (result.x, result.y), strict=True):
         space = max(MARGIN * (high - low), 1.5 * cell_size(centres))
         first, last = outer_edges(centres)
         sides.append((max(first, low - space), min(last, high + space)))
-    return ViewBox(*sides)
+    return Bbox(np.transpose(sides))
 
 
 def _extent(result: Result, contact: BoolArray) -> list[tuple[float, float]]:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import Bbox
 
 from fretsolve.case.quantities import percent
 from fretsolve.errors import PictureError
@@ -135,14 +136,15 @@ def _limits(values: Sequence[float], before: float) -> tuple[float, float]:
 
 def _label(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
     """Label points of a front at their lower left, where no run is, unless labels would overlap."""
-    taken: list[tuple[float, float, float]] = []
+    taken: list[Bbox] = []
     to_panel = axes.transScale + axes.transLimits
     for x, y, text in points:
         right, top = to_panel.transform((x, y)) * INSIDE
         left = right - LABEL_GAP - LETTER * len(text)
-        if any(left < end and right > begin and abs(top - height) < LABEL_SIZE for begin, end, height in taken):
+        box = Bbox.from_extents(left, top - LABEL_SIZE, right, top)
+        if box.count_overlaps(taken):
             continue
-        taken.append((left, right, top))
+        taken.append(box)
         side, sign = ("left", 1.0) if left < 0.0 else ("right", -1.0)
         place: dict[str, Any] = {
             "xytext": (sign * LABEL_GAP, -LABEL_GAP),
