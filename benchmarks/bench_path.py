@@ -91,9 +91,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Of one increment, those before it solved once."""
     setup = setup_of(job, points)
     settings = setup.case.solver
-    solver = IncrementSolver(
-        setup.grid, setup.separation(), setup.model, settings.tolerance, settings.max_iterations
-    )
+    solver = IncrementSolver(setup.grid, setup.separation(), setup.model, settings.tolerance, settings.max_iterations)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *setup.grid.shape))
     start = InitialState(nothing[0], nothing, nothing, np.zeros(6))

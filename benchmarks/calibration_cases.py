@@ -9,19 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from calibration_truth import (
-    LOAD,
-    RADIUS,
-    Truth,
-    cone,
-    driven,
-    elliptic,
-    gross_slip,
-    hertz,
-    mindlin,
-    punch,
-    torsion,
-)
+from calibration_truth import LOAD, RADIUS, Truth, cone, driven, elliptic, gross_slip, hertz, mindlin, punch, torsion
 
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances
@@ -120,9 +108,7 @@ CASES = (
         elliptic(5.0, 100.0),
     ),
     CalibrationCase(
-        "cone",
-        _pressed(48, surface={"cone": {"angle": 0.02}}, load_path=[{"P": 100.0}]),
-        cone(100.0, 0.02),
+        "cone", _pressed(48, surface={"cone": {"angle": 0.02}}, load_path=[{"P": 100.0}]), cone(100.0, 0.02)
     ),
     CalibrationCase(
         "punch, sharp edge", _pressed(40, surface={"punch": {"radius": 0.3}}, grid={"points": 40, "size": 0.72}), punch
@@ -144,9 +130,7 @@ CASES = (
         "Mindlin, friction 0.6", _alone(28, _sheared(200.0, 3), friction=0.6), mindlin(200.0, friction=0.6)
     ),
     CalibrationCase(
-        "gross slip, driven by delta_x",
-        _alone(32, {"delta_x": 2.5e-3, "increments": 8}),
-        gross_slip(0.1, 2.5e-3),
+        "gross slip, driven by delta_x", _alone(32, {"delta_x": 2.5e-3, "increments": 8}), gross_slip(0.1, 2.5e-3)
     ),
     CalibrationCase(
         "Lubkin, 0.7 of turning", _path(32, {"P": LOAD}, {"Mz": 0.7 * TORQUE, "increments": 2}), torsion(0.7)
@@ -186,12 +170,7 @@ CASES = (
     ),
     CalibrationCase(
         "tilted, sheared",
-        _path(
-            40,
-            {"P": LOAD, "Mx": 0.0, "My": 20.0},
-            _sheared(34.0, 3),
-            grid={"points": 40, "size": 0.8},
-        ),
+        _path(40, {"P": LOAD, "Mx": 0.0, "My": 20.0}, _sheared(34.0, 3), grid={"points": 40, "size": 0.8}),
         increments=2,
     ),
     CalibrationCase(
@@ -218,14 +197,9 @@ CASES = (
     CalibrationCase(
         "cone, sheared", _path(32, {"P": 100.0}, _sheared(8.0, 3), surface={"cone": {"angle": 0.02}}), increments=2
     ),
+    CalibrationCase("partly unloaded under shear", _unlike(24, _pressing(6), _sheared(14.0, 4), _pressing(6, 200.0))),
     CalibrationCase(
-        "partly unloaded under shear",
-        _unlike(24, _pressing(6), _sheared(14.0, 4), _pressing(6, 200.0)),
-    ),
-    CalibrationCase(
-        "torsion and shear",
-        _path(28, {"P": LOAD}, {"Mz": 3.0, "increments": 4}, _sheared(24.0, 4)),
-        increments=4,
+        "torsion and shear", _path(28, {"P": LOAD}, {"Mz": 3.0, "increments": 4}, _sheared(24.0, 4)), increments=4
     ),
 )
 

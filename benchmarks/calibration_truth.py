@@ -28,6 +28,7 @@ def hertz(pair: Compliances) -> Truth:
 
 def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
     """An ellipsoid, pressed."""
+
     def exact(pair: Compliances) -> Truth:
         found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
         radius = found.contact_radius
@@ -38,6 +39,7 @@ def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]
 
 def driven(delta_z: float) -> Callable[[Compliances], Truth]:
     """Pressed by displacement."""
+
     def exact(pair: Compliances) -> Truth:
         radius = math.sqrt(delta_z * RADIUS)
         load = 4.0 / 3.0 * pair.contact_modulus * radius**3 / RADIUS
@@ -49,6 +51,7 @@ def driven(delta_z: float) -> Callable[[Compliances], Truth]:
 
 def cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
     """A cone, pressed."""
+
     def exact(pair: Compliances) -> Truth:
         found = love_cone(load, angle, pair.contact_modulus)
         return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
@@ -102,6 +105,7 @@ def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]
 
 def torsion(torque: float) -> Callable[[Compliances], Truth]:
     """Pressed, and twisted by a share of the torque of full slip."""
+
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
         found = lubkin(contact, 0.1, torque * full_slip_torque(contact, 0.1), pair.torsional)

@@ -74,9 +74,7 @@ FRETSOLVE = Program("fretsolve", WORKERS / "fretsolve_worker.py", ("normal", "mo
 PROGRAMS = (
     FRETSOLVE,
     Program("Tamaas", WORKERS / "tamaas_worker.py", ("normal",), (("tamaas==2.9.0",),)),
-    Program(
-        "ContactMechanics", WORKERS / "contactmechanics_worker.py", ("normal",), (("ContactMechanics==1.8.3",),)
-    ),
+    Program("ContactMechanics", WORKERS / "contactmechanics_worker.py", ("normal",), (("ContactMechanics==1.8.3",),)),
     # slippy asks for a NumPy below 1.21, of which there is none for today's Python; its core runs with newer ones.
     Program(
         "slippy",
@@ -246,10 +244,7 @@ def compare(
                     yield Row(program.name, job, points, found)
 
 
-HEADINGS = (
-    *("program", "job", "grid", "seconds", "x", "applications"),
-    *("delta_z (Qx)", "max p (max q)", "residual"),
-)
+HEADINGS = (*("program", "job", "grid", "seconds", "x", "applications"), *("delta_z (Qx)", "max p (max q)", "residual"))
 
 
 def table(rows: Sequence[Row], references: Mapping[str, Reference]) -> Iterator[str]:

@@ -129,9 +129,7 @@ def paper_rows() -> list[PaperRow]:
     torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
     dissimilar = set_up(fretsolve.load_case(CASES / "mode2_dissimilar.yaml")).model.compliances
     spence = spence_stick_ratio(0.1, dissimilar.dundurs_constant)
-    p0, dz, a, c, dx = (
-        hertz.max_pressure, hertz.delta_z, hertz.contact_radius, mindlin.stick_radius, mindlin.delta_x
-    )
+    p0, dz, a, c, dx = (hertz.max_pressure, hertz.delta_z, hertz.contact_radius, mindlin.stick_radius, mindlin.delta_x)
     stick, turn, pressure = attribute("stick_radius"), attribute("phi_z"), attribute("max_pressure")
     plain, equal, unlike = "mode1_similar_uncoupled", "mode1_similar", "mode1_dissimilar"
     return [

@@ -67,6 +67,8 @@ PROBES = (
     Probe("mode II on a rigid body, beta 1/2", "mode2_dissimilar", (BETA_HALF,)),
     Probe("tilted punch, moments", "tilted"),
 )
+
+
 def setup_of(probe: Probe, points: int, precision: str, tolerance: float) -> ProblemSetup:
     """The case on `points` by `points` cells; the tolerance may be one that a case file may not ask for."""
     overrides = ["expect=[]", f"grid.points={points}", *probe.overrides]

@@ -25,9 +25,7 @@ import fretsolve
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
-PAPER = (
-    "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
-)
+PAPER = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
 NO_POISSON = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0}, {young_modulus: 200 GPa, poisson_ratio: 0}]"
 PRESSED = "load_path=[{P: 400 N, increments: 4}]"
 PULLED = "load_path=[{P: 400 N, increments: 1}, {Qx: 36 N, increments: 4}]"
@@ -114,11 +112,7 @@ def print_windows() -> None:
     print("| --- " * 5 + "|")
     for points in WINDOWED:
         few = points // TIMES
-        for what, side, count in (
-            ("small", SIDE, few),
-            ("large", TIMES * SIDE, points),
-            ("large", SIDE, points),
-        ):
+        for what, side, count in (("small", SIDE, few), ("large", TIMES * SIDE, points), ("large", SIDE, points)):
             sets = (PULLED, "expect=[]", "output.fields=[]", f"grid={{points: {count}, size: {side} mm}}")
             for _ in range(2):
                 setup, began = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets)), time.process_time()

@@ -34,10 +34,7 @@ CASES = Path(__file__).resolve().parent.parent / "cases"
 
 PAIRS = {
     "equal": ("{young_modulus: 210 GPa, poisson_ratio: 0.3}",) * 2,
-    "two steels": (
-        "{young_modulus: 206 GPa, poisson_ratio: 0.3}",
-        "{young_modulus: 210 GPa, poisson_ratio: 0.3}",
-    ),
+    "two steels": ("{young_modulus: 206 GPa, poisson_ratio: 0.3}", "{young_modulus: 210 GPa, poisson_ratio: 0.3}"),
     "titanium on steel": (
         "{young_modulus: 115 GPa, poisson_ratio: 0.33}",
         "{young_modulus: 210 GPa, poisson_ratio: 0.3}",
@@ -46,10 +43,7 @@ PAIRS = {
         "{young_modulus: 70 GPa, poisson_ratio: 0.34}",
         "{young_modulus: 210 GPa, poisson_ratio: 0.3}",
     ),
-    "0.06 on 0.42": (
-        "{young_modulus: 200 GPa, poisson_ratio: 0.06}",
-        "{young_modulus: 200 GPa, poisson_ratio: 0.42}",
-    ),
+    "0.06 on 0.42": ("{young_modulus: 200 GPa, poisson_ratio: 0.06}", "{young_modulus: 200 GPa, poisson_ratio: 0.42}"),
     "0.3 on rigid": ("{young_modulus: 210 GPa, poisson_ratio: 0.3}", "rigid"),
     "0.1 on rigid": ("{young_modulus: 210 GPa, poisson_ratio: 0.1}", "rigid"),
     "0 on rigid": ("{young_modulus: 210 GPa, poisson_ratio: 0}", "rigid"),
@@ -314,12 +308,7 @@ def draw(points: int, file: Path) -> None:
         file.write_bytes(rendered(drawn.figure, file.suffix[1:]))
 
 
-PARTS = {
-    "coupling": print_coupling,
-    "cross": print_cross,
-    "automatic": print_automatic,
-    "elsewhere": print_elsewhere,
-}
+PARTS = {"coupling": print_coupling, "cross": print_cross, "automatic": print_automatic, "elsewhere": print_elsewhere}
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -35,13 +35,8 @@ KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 SHORTHANDS = ("SurfaceEntry", "CycleSpec")
 """Definitions that only wrap others, each under a key of its own."""
 
-FUNCTIONS = {
-    "fretsolve": ("load_case", "run", "run_with_error_bars", "open_result"),
-}
-RESULTS = {
-    "fretsolve.result": ("Result",),
-    "fretsolve.result.state": ("State", "Summary", "Fields", "Zone"),
-}
+FUNCTIONS = {"fretsolve": ("load_case", "run", "run_with_error_bars", "open_result")}
+RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = ("fretsolve.reference.hertz", "fretsolve.reference.tangential", "fretsolve.reference.cyclic_loading")
 

@@ -74,9 +74,7 @@ def next_state(previous: State | None, shape: tuple[int, int] = (6, 5), dtype: s
         "gap": gap,
     }
     state_fields = Fields(**{name: values.astype(dtype) for name, values in arrays.items()}, zone=zone)
-    return State(
-        _summary(step, pressure, previous), state_fields, (np.stack([carried, seed]) * 1e-2).astype(dtype)
-    )
+    return State(_summary(step, pressure, previous), state_fields, (np.stack([carried, seed]) * 1e-2).astype(dtype))
 
 
 def fake_states(count: int, previous: State | None = None, **options: Any) -> Iterator[State]:
@@ -92,9 +90,7 @@ def assert_same_state(one: State, other: State) -> None:
     """Equal in every bit, and of the same precision."""
     assert one.summary == other.summary
     for field in fields(Fields):
-        np.testing.assert_array_equal(
-            getattr(one.fields, field.name), getattr(other.fields, field.name), strict=True
-        )
+        np.testing.assert_array_equal(getattr(one.fields, field.name), getattr(other.fields, field.name), strict=True)
     np.testing.assert_array_equal(one.displacement, other.displacement, strict=True)
 
 
@@ -104,9 +100,7 @@ def with_wall_time(state: State, seconds: float) -> State:
 
 def _digest(state: State) -> np.ndarray:
     arrays = [getattr(state.fields, field.name).astype(float) for field in fields(Fields)]
-    total = sum(
-        (k + 1) * np.where(np.isfinite(a), a, 1.0) for k, a in enumerate(_planes(*arrays, state.displacement))
-    )
+    total = sum((k + 1) * np.where(np.isfinite(a), a, 1.0) for k, a in enumerate(_planes(*arrays, state.displacement)))
     return 0.1 + 0.8 * np.abs(np.sin(50.0 * total + state.summary.work_total))
 
 
@@ -123,8 +117,6 @@ def _summary(step: int, pressure: np.ndarray, previous: State | None) -> Summary
     }
     before = previous.summary.work_total if previous else 0.0
     values.update(P=load, step=step, stage=1 + step // 3, wall_time=0.25, work_total=before + values["work"])
-    values.update(
-        residual_gap=1e-9, residual_stick=3e-7, residual_slip=0.0, residual_bound=0.0, residual_load=1e-8
-    )
+    values.update(residual_gap=1e-9, residual_stick=3e-7, residual_slip=0.0, residual_bound=0.0, residual_load=1e-8)
     values.update(Mx=0.0, My=1e-14 * load, Qy=0.0, Mz=0.0, delta_y=0.0, phi_x=0.0, phi_y=0.0, phi_z=0.0)
     return Summary(**values)

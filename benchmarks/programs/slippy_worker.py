@@ -48,9 +48,7 @@ def solve_normal(task: Task, repeats: int) -> tuple[Answer, np.ndarray]:
     convolve = convolution(task, "zz")
     gap, start = task.separation() * MM, np.ones((task.points, task.points))
     seconds, (failed, pressure, _) = timed(
-        lambda: polonsky_and_keer(
-            convolve, start, gap, task.load, task.cell * MM, task.tolerance, MOST_ITERATIONS
-        ),
+        lambda: polonsky_and_keer(convolve, start, gap, task.load, task.cell * MM, task.tolerance, MOST_ITERATIONS),
         repeats,
     )
     calls = convolve.calls // repeats

@@ -81,15 +81,11 @@ HISTORY_QUANTITIES = (
     HistoryQuantity("work_total", ENERGY, "energy dissipated since the start"),
     HistoryQuantity("iterations_normal", NUMBER, "iterations of the normal problem", "int64"),
     HistoryQuantity("iterations_tangential", NUMBER, "iterations of the tangential problem", "int64"),
-    HistoryQuantity(
-        "alternations", NUMBER, "staggered iterations of the normal and the tangential problem", "int64"
-    ),
+    HistoryQuantity("alternations", NUMBER, "staggered iterations of the normal and the tangential problem", "int64"),
     HistoryQuantity("operator_applications", NUMBER, "applications of an influence operator", "int64"),
     HistoryQuantity("wall_time", TIME, "wall-clock time of the increment"),
     HistoryQuantity("residual_gap", NUMBER, "largest gap in contact or penetration outside, over delta_z"),
-    HistoryQuantity(
-        "residual_stick", NUMBER, "largest slip increment in the stick zone, over the rigid displacement"
-    ),
+    HistoryQuantity("residual_stick", NUMBER, "largest slip increment in the stick zone, over the rigid displacement"),
     HistoryQuantity(
         "residual_slip",
         NUMBER,

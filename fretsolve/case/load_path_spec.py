@@ -26,15 +26,10 @@ class StageSpec(CaseModel):
     """A stage: the totals to which it moves the load components that it names. The rest stays as it is."""
 
     model_config = ConfigDict(
-        json_schema_extra={
-            "minProperties": 1,
-            "allOf": [{"not": {"required": list(pair)}} for pair in PAIRS],
-        }
+        json_schema_extra={"minProperties": 1, "allOf": [{"not": {"required": list(pair)}} for pair in PAIRS]}
     )
 
-    P: Annotated[float, InUnits(FORCE, least=0)] | None = Field(
-        default=None, description="normal force, compressive"
-    )
+    P: Annotated[float, InUnits(FORCE, least=0)] | None = Field(default=None, description="normal force, compressive")
     delta_z: Length | None = Field(default=None, description="approach of the bodies", examples=["9 um"])
     Mx: Moment | None = Field(default=None, description="moment of the pressure, sum of y p dA")
     phi_x: Angle | None = Field(default=None, description="tilt that adds phi_x y to the approach")

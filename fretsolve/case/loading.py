@@ -165,8 +165,6 @@ def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
             raise LookupError(f"the list has no entry {shown(part)}; its entries are {entries}")
         return [replaced(item, rest, value) if index == part else item for index, item in enumerate(data)]
     if isinstance(part, int):
-        raise LookupError(
-            f"this is not a list with an entry {part}; give the whole list, as in grid.points=[64, 64]"
-        )
+        raise LookupError(f"this is not a list with an entry {part}; give the whole list, as in grid.points=[64, 64]")
     mapping = data if isinstance(data, dict) else {}
     return {**mapping, part: replaced(mapping.get(part), rest, value)}

@@ -46,9 +46,7 @@ FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "z
 class ElasticBody(CaseModel):
     """A linear elastic, isotropic half-space."""
 
-    young_modulus: Annotated[float, InUnits(PRESSURE, above=0)] = Field(
-        description="Young's modulus, such as 200 GPa"
-    )
+    young_modulus: Annotated[float, InUnits(PRESSURE, above=0)] = Field(description="Young's modulus, such as 200 GPa")
     poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] = Field(
         description="Poisson's ratio, such as 0.3", examples=[0.3]
     )
@@ -84,9 +82,7 @@ class GridSpec(CaseModel):
 class FrictionSpec(CaseModel):
     """Coulomb friction."""
 
-    coefficient: Annotated[float, InUnits(NUMBER, least=0)] = Field(
-        description="coefficient of friction, such as 0.1"
-    )
+    coefficient: Annotated[float, InUnits(NUMBER, least=0)] = Field(description="coefficient of friction, such as 0.1")
 
     @model_validator(mode="before")
     @classmethod
@@ -101,6 +97,7 @@ class FrictionSpec(CaseModel):
 
 LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
 """The accuracy that each name stands for."""
+
 
 class SolverSpec(CaseModel):
     """Accuracy, tolerance and limits of the solver."""
@@ -153,9 +150,7 @@ class SolverSpec(CaseModel):
 class OutputSpec(CaseModel):
     """Which fields the result keeps; `shear` and `slip` stand for both of their components."""
 
-    fields: tuple[FieldName, ...] = Field(
-        default=("pressure", "shear", "slip", "zone"), description="fields to store"
-    )
+    fields: tuple[FieldName, ...] = Field(default=("pressure", "shear", "slip", "zone"), description="fields to store")
     every: Count = Field(default=1, description="fields are stored at every n-th increment")
 
     @field_validator("fields")

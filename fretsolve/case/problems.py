@@ -38,24 +38,17 @@ def _meant(name: str, allowed: Iterable[str]) -> str | None:
     import difflib
 
     by_lower = {candidate.lower(): candidate for candidate in allowed}
-    return next(
-        (by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None
-    )
+    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
 
 
-def translated(
-    error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource
-) -> list[CaseError]:
+def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource) -> list[CaseError]:
     """Return the problems in `error`, found in `data` from `source`; `schema` is that of the case file."""
     reader = _Reader(data, schema)
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
     misspelt = {(*key[:-1], reader.meant(key)) for key in unknown}  # ends with None where no key is near
     faulty = {
-        key[:depth]
-        for key, details in problems
-        if details["type"] != "too_short"
-        for depth in range(len(key) + 1)
+        key[:depth] for key, details in problems if details["type"] != "too_short" for depth in range(len(key) + 1)
     }
 
     def is_consequence(key: KeyPath, kind: str) -> bool:
@@ -146,12 +139,7 @@ class _Reader:
         """Return what the schema allows at `key`: alternatives side by side, references followed."""
         nodes = list(self._alternatives(self._schema))
         for part in key:
-            nodes = [
-                inner
-                for node in nodes
-                for child in _children(node, part)
-                for inner in self._alternatives(child)
-            ]
+            nodes = [inner for node in nodes for child in _children(node, part) for inner in self._alternatives(child)]
         return nodes
 
     def _alternatives(self, node: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:

@@ -110,9 +110,7 @@ class CaseSource:
         return CaseError(message, key, self.path, self.locate(key))
 
     def _override(self, key: KeyPath) -> Override | None:
-        matching = (
-            override for override in reversed(self.overrides) if key[: len(override.key)] == override.key
-        )
+        matching = (override for override in reversed(self.overrides) if key[: len(override.key)] == override.key)
         return next(matching, None)
 
 
@@ -224,9 +222,7 @@ class _Builder:
             self._open.discard(identity)
             if built.size > _LARGEST_SIZE or built.depth > _DEEPEST_NESTING:
                 built = self._refused(
-                    key,
-                    line,
-                    f"its aliases expand to more than {_LARGEST_SIZE} values or {_DEEPEST_NESTING} levels",
+                    key, line, f"its aliases expand to more than {_LARGEST_SIZE} values or {_DEEPEST_NESTING} levels"
                 )
             self._done[identity] = built
         return self._done[identity]

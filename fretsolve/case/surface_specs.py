@@ -6,15 +6,7 @@ import math
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import (
-    ConfigDict,
-    Field,
-    GetPydanticSchema,
-    StrictBool,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import ConfigDict, Field, GetPydanticSchema, StrictBool, ValidationInfo, field_validator, model_validator
 from pydantic_core import core_schema
 
 from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, require_either
@@ -52,9 +44,7 @@ class CylinderSurface(_SurfaceModel):
     kind: ClassVar[Literal["cylinder"]] = "cylinder"
     radius: Radius = Field(description="radius across the axis, negative where concave, such as 10 mm")
     axis: Annotated[
-        float,
-        InUnits(ANGLE),
-        Named({"x": 0.0, "y": math.pi / 2}, "is not an axis; x, y or an angle such as '30 deg'"),
+        float, InUnits(ANGLE), Named({"x": 0.0, "y": math.pi / 2}, "is not an axis; x, y or an angle such as '30 deg'")
     ] = Field(description="direction of the axis: x, y, or its angle from x", examples=["x", "30 deg"])
     length: PositiveLength | None = Field(
         default=None, description="of the straight part and its rounded ends together"
@@ -87,9 +77,7 @@ class ConeSurface(_SurfaceModel):
 class PunchSurface(_SurfaceModel):
     """A flat punch: round with a `radius`, or square with a `half_width`; its edge may be rounded."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]}
-    )
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]})
 
     kind: ClassVar[Literal["punch"]] = "punch"
     radius: PositiveLength | None = Field(default=None, description="of a round punch", examples=["1 mm"])
@@ -122,9 +110,7 @@ class HeightsSurface(_SurfaceModel):
     unit: Annotated[float, InUnits(LENGTH, above=0, bare_unit=True)] = Field(
         default=1.0, description="length unit of the values in the file, such as um", examples=["um"]
     )
-    invert: StrictBool = Field(
-        default=False, description="whether the file holds heights instead of separations"
-    )
+    invert: StrictBool = Field(default=False, description="whether the file holds heights instead of separations")
 
     @field_validator("file", mode="before")
     @classmethod
@@ -137,9 +123,7 @@ class HeightsSurface(_SurfaceModel):
     @model_validator(mode="after")
     def _dataset_named(self) -> Self:
         if self.dataset is None and self.file.suffix.lower() in HDF5_SUFFIXES:
-            raise refused(
-                f"dataset is missing; the name of one in the HDF5 file {self.file.name!r} is needed"
-            )
+            raise refused(f"dataset is missing; the name of one in the HDF5 file {self.file.name!r} is needed")
         return self
 
 

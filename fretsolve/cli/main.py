@@ -21,9 +21,7 @@ from fretsolve.system.threads import available, set_up_numerics
 from fretsolve.templates import TEMPLATES
 
 
-@click.group(
-    cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
-)
+@click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True)
 @click.version_option(__version__, "-V", "--version", message="fretsolve %(version)s")
 @click.pass_context
 def main(context: click.Context) -> None:
@@ -46,9 +44,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
 @output_option("The result file, ending in .h5; by default the name of the case with .h5.")
 @overrides_option
 @click.option(
-    "--error-bars",
-    is_flag=True,
-    help="Estimate the errors of the history from coarse runs (solver.error_bars).",
+    "--error-bars", is_flag=True, help="Estimate the errors of the history from coarse runs (solver.error_bars)."
 )
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or start it.")
 @overwrite_option("a result")
@@ -210,9 +206,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
 
 @main.command()
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option(
-    "--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above."
-)
+@click.option("--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above.")
 @output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
 @click.option(
     "--step",

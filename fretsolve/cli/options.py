@@ -82,9 +82,7 @@ overrides_option = click.option(
     metavar="KEY=VALUE",
     help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
 )
-quiet_option = click.option(
-    "-q", "--quiet", is_flag=True, help="Print only errors and warnings."
-)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors and warnings.")
 
 
 def overwrite_option(what: str) -> Callable[[Command], Command]:

@@ -52,13 +52,7 @@ def run_case(
         try:
             with messages.progress(len(writer.summaries)):
                 complete = solve_missing(
-                    setup,
-                    writer,
-                    stop,
-                    threads=threads,
-                    show=messages.increment,
-                    warn=messages.warn,
-                    beside=True,
+                    setup, writer, stop, threads=threads, show=messages.increment, warn=messages.warn, beside=True
                 )
         except NoSolutionError:
             messages.end()

@@ -105,9 +105,7 @@ def inverse_distance(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> Do
 
 def along_x(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:
     """Return the integral of x^2/r^3 over the cell; arguments as for `inverse_distance`."""
-    return _integrate(
-        lambda u, v: v * _log_sum(u, v, np.hypot(u, v)), lambda u, v: u * u / _cubed(u, v), x, y, dx, dy
-    )
+    return _integrate(lambda u, v: v * _log_sum(u, v, np.hypot(u, v)), lambda u, v: u * u / _cubed(u, v), x, y, dx, dy)
 
 
 def along_y(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:

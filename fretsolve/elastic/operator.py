@@ -62,7 +62,13 @@ class ElasticOperator:
         """The same operator for the inner iterations: displacements over `unit`, in single precision."""
         spectra = ScaledSpectra(self._spectra, 1.0 / self.unit, INNER_PRECISION)
         return ElasticOperator(
-            self.shape, self.spacing, self.compliances, self.terms, self.threads, self._row_spectra, INNER_PRECISION,
+            self.shape,
+            self.spacing,
+            self.compliances,
+            self.terms,
+            self.threads,
+            self._row_spectra,
+            INNER_PRECISION,
             spectra,
         )
 
@@ -70,8 +76,14 @@ class ElasticOperator:
     def preconditioner(self) -> Preconditioner:
         """Approximate inverse of `inner`, in single precision."""
         return Preconditioner(
-            self.shape, self.spacing, self.compliances, self.terms.in_plane_coupling, self.unit, self.threads,
-            self._row_spectra, INNER_PRECISION,
+            self.shape,
+            self.spacing,
+            self.compliances,
+            self.terms.in_plane_coupling,
+            self.unit,
+            self.threads,
+            self._row_spectra,
+            INNER_PRECISION,
         )
 
     @cached_property

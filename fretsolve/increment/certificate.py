@@ -168,9 +168,7 @@ class Examiner:
         slip *= contact
         return slip
 
-    def _slip_residuals(
-        self, solution: Solution, slip: FloatArray, sticking: BoolArray
-    ) -> tuple[float, float]:
+    def _slip_residuals(self, solution: Solution, slip: FloatArray, sticking: BoolArray) -> tuple[float, float]:
         """Return the residuals `stick` and `slip`."""
         motion = self.motion_scale(solution)
         distance = np.hypot(slip[0], slip[1])

@@ -61,9 +61,7 @@ def solve_coupled(
     # the increment's start, or without contact there the frictionless contact at its end
     pressure, rigid = np.array(start.pressure, np.float64), np.concatenate([start.rigid[:3], np.zeros(3)])
     if not pressure.any():
-        found = level.normal.solve(
-            problem.separation, problem.normal, pressure, FIRST_TOLERANCE, most, rigid[:3]
-        )
+        found = level.normal.solve(problem.separation, problem.normal, pressure, FIRST_TOLERANCE, most, rigid[:3])
         rigid[:3] = found.rigid
     shear, within = np.array(start.shear, np.float64), circle_width(level.operator.dtype)
     slipping = slips(shear, problem.friction * pressure, within) & shear.any(axis=0)

@@ -49,10 +49,7 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
             " than the contact, or, where the material does end, with a rim of NaN",
             "map",
         )
-    edges = {
-        "x": (pressure[0].any(), pressure[-1].any()),
-        "y": (pressure[:, 0].any(), pressure[:, -1].any()),
-    }
+    edges = {"x": (pressure[0].any(), pressure[-1].any()), "y": (pressure[:, 0].any(), pressure[:, -1].any())}
     sides = [f"{sign}{axis}" for axis, reached in edges.items() for sign, at in zip("-+", reached, strict=True) if at]
     if sides:
         lx, ly = grid.size

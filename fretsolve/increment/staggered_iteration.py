@@ -65,9 +65,7 @@ ADVICE = f"raise solver.max_iterations, {EASIER}"
 class StaggeredIteration:
     """Solves increments on the grid of `level`; separation: (nx, ny), undeformed; tolerance: of the certificate."""
 
-    def __init__(
-        self, level: GridLevel, separation: FloatArray, model: Model, max_iterations: int, tolerance: float
-    ):
+    def __init__(self, level: GridLevel, separation: FloatArray, model: Model, max_iterations: int, tolerance: float):
         self.level, self.model, self.max_iterations, self._tolerance = level, model, max_iterations, tolerance
         self._undeformed = separation
         self._coupled = model.terms.normal_tangential_coupling and model.has_shear
@@ -106,15 +104,26 @@ class StaggeredIteration:
             # ST3: pressure at the last shear
             if self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
-                    self._separation, increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3],
-                    self._kept_tolerance, work.gap_scale,
+                    self._separation,
+                    increment.normal,
+                    work.pressure,
+                    tolerance,
+                    self.max_iterations,
+                    work.rigid[:3],
+                    self._kept_tolerance,
+                    work.gap_scale,
                 )
                 self._accept_pressure(found, work, tolerance)
             # ST4, ST5, ST6: shear at the new pressure
             if self._must_solve_shear(increment, start, work):
                 control, tolerance, scales = self._prepare_shear(increment, start, work, tolerance)
                 found = self.level.tangential.solve(
-                    self._elastic_slip, control, self._friction_limit, work.shear, tolerance, self.max_iterations,
+                    self._elastic_slip,
+                    control,
+                    self._friction_limit,
+                    work.shear,
+                    tolerance,
+                    self.max_iterations,
                     scales,
                 )
                 self._last_slip_scale = found.scale

@@ -34,6 +34,7 @@ class InitialState:
         """Largest tangential elastic displacement (mm)."""
         return float(np.abs(self.displacement).max())
 
+
 @dataclass
 class WorkingState:
     """Tractions, rigid displacements and counts that change within an increment.

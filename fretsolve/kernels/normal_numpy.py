@@ -50,11 +50,7 @@ def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: F
     """Compute the weighted sums of products of 1, y, x, (3, 3)."""
     along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)
     one_y, one_x, mixed = along_y @ y, along_x @ x, x @ (weight @ y)
-    result[:] = [
-        [along_x.sum(), one_y, one_x],
-        [one_y, along_y @ y**2, mixed],
-        [one_x, mixed, along_x @ x**2],
-    ]
+    result[:] = [[along_x.sum(), one_y, one_x], [one_y, along_y @ y**2, mixed], [one_x, mixed, along_x @ x**2]]
 
 
 def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray, sums: FloatArray) -> None:

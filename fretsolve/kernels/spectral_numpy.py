@@ -83,9 +83,7 @@ def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: Complex
         np.negative(result[:, half:], out=result[:, half:])
 
 
-def multiply_symmetric(
-    kernels: Matrix[FloatArray], odd: Matrix[bool], fields: tuple[ComplexArray, ...]
-) -> None:
+def multiply_symmetric(kernels: Matrix[FloatArray], odd: Matrix[bool], fields: tuple[ComplexArray, ...]) -> None:
     """Multiply two or three fields, in place, by a symmetric matrix of kernels; `odd` is even on the diagonal."""
     results = [np.empty_like(field) for field in fields]
     product = np.empty_like(fields[0])

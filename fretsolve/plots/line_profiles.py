@@ -65,11 +65,7 @@ class ProfileLine:
 
 
 def profiles(
-    result: Result,
-    ax: Target = None,
-    *,
-    steps: Sequence[int] | None = None,
-    at: tuple[float, float] | None = None,
+    result: Result, ax: Target = None, *, steps: Sequence[int] | None = None, at: tuple[float, float] | None = None
 ) -> Figure:
     """Draw pressure, shear traction and slip along x and y: a row of two panels for each of them that is stored.
 

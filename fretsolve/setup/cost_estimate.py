@@ -167,9 +167,7 @@ def _seconds(setup: ProblemSetup, applications: dict[Part, int], compiled: bool)
     """Return the seconds that each part of the model takes over the whole path."""
     cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
-    seconds = {
-        part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()
-    }
+    seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     if setup.model.terms.in_plane_coupling:
         seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]

@@ -26,12 +26,7 @@ Cells = tuple[IndexArray, ...]
 
 
 def limit_to_contact(
-    slip: FloatArray,
-    before: Fields,
-    solution: Solution,
-    evidence: Evidence,
-    grid: Grid,
-    contact_modulus: float,
+    slip: FloatArray, before: Fields, solution: Solution, evidence: Evidence, grid: Grid, contact_modulus: float
 ) -> BoolArray:
     """Limit `slip` in place to the time in contact, and return the cells that slipped while they opened, (nx, ny).
 

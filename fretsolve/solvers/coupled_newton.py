@@ -311,9 +311,7 @@ class CoupledNewton:
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
         normal, drag = work.direction[:, contact], problem.friction * slipping
         arrays, cells = (self._scratch, self._uz, self._moved), np.flatnonzero(contact)
-        return CoupledEquations(
-            self.operator, self._workspace, arrays, cells, normal, drag, stiffness, motions[forced]
-        )
+        return CoupledEquations(self.operator, self._workspace, arrays, cells, normal, drag, stiffness, motions[forced])
 
 
 def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:

@@ -91,9 +91,7 @@ class NormalModes(_Modes):
         in_contact, penetration, highest = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
         return GapErrors(in_contact, penetration, self._gap_scale(highest, contact, rigid))
 
-    def gap_sums(
-        self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray
-    ) -> Vector:
+    def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
         """Return the sums over the contact of the same gap times each mode."""
         sums = np.zeros(3)
         kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact, sums)

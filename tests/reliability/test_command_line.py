@@ -53,9 +53,7 @@ def readable(out: Path) -> int:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
-def test_signal_stops_the_run_and_a_resume_ends_alike(
-    number: signal.Signals, case: Path, uninterrupted: Path
-) -> None:
+def test_signal_stops_the_run_and_a_resume_ends_alike(number: signal.Signals, case: Path, uninterrupted: Path) -> None:
     out = case.with_suffix(".h5")
     with start_and_wait(case, 3) as process:
         process.send_signal(number)

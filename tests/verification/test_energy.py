@@ -84,9 +84,7 @@ def test_area_of_the_loop_approaches_the_dissipation():
     """Below it, by an error of second order in the increments; the dissipation itself hardly depends on them."""
     counts, misses, works = (2, 4, 8, 16), [], []
     for count in counts:
-        states = solve(
-            grid={"points": 32}, coupling="none", load_path=loop(36.0, count), solver={"tolerance": 1e-8}
-        )
+        states = solve(grid={"points": 32}, coupling="none", load_path=loop(36.0, count), solver={"tolerance": 1e-8})
         start = count
         dissipated = states[-1].summary.work_total - states[start].summary.work_total
         area = external_works(states)[start:].sum()

@@ -48,10 +48,10 @@ def test_shear_has_no_waves_under_strong_friction():
         return pressed(0.25, 40, **stage)[-1].fields.shear[0]
 
     smooth = shear(increments=100, **GRADED)
-    waves = {count: np.abs(shear(**stage) - smooth).max() / np.abs(smooth).max() for count, stage in (
-        (10, {"increments": 10}),
-        ("auto", {}),
-    )}
+    waves = {
+        count: np.abs(shear(**stage) - smooth).max() / np.abs(smooth).max()
+        for count, stage in ((10, {"increments": 10}), ("auto", {}))
+    }
     assert waves["auto"] < 0.06
     assert waves[10] > 0.2
 

@@ -15,10 +15,7 @@ FIELDS = 1e-5
 """Tractions over the largest pressure."""
 
 BASE = {"bodies": DISSIMILAR, "solver": {"tolerance": TOLERANCE}}
-OBLIQUE = [
-    {"P": LOAD, "Mx": 4.0, "My": 9.0, "increments": 2},
-    {"Qx": 20.0, "Qy": 9.0, "Mz": 1.5, "increments": 2},
-]
+OBLIQUE = [{"P": LOAD, "Mx": 4.0, "My": 9.0, "increments": 2}, {"Qx": 20.0, "Qy": 9.0, "Mz": 1.5, "increments": 2}]
 SURFACE = {"ellipsoid": {"radius_x": 9.0, "radius_y": 14.0, "angle": 0.4}}
 
 
@@ -52,9 +49,7 @@ def test_quarter_turn():
         {"Qx": -9.0, "Qy": 20.0, "Mz": 1.5, "increments": 2},
     ]
     turned_surface = {"ellipsoid": SURFACE["ellipsoid"] | {"angle": 0.4 + np.pi / 2}}
-    here = solve_last(
-        **BASE, grid={"points": [40, 36], "size": [0.76, 0.80]}, surface=SURFACE, load_path=OBLIQUE
-    )
+    here = solve_last(**BASE, grid={"points": [40, 36], "size": [0.76, 0.80]}, surface=SURFACE, load_path=OBLIQUE)
     there = solve_last(
         **BASE, grid={"points": [36, 40], "size": [0.80, 0.76]}, surface=turned_surface, load_path=turned_path
     )
@@ -196,10 +191,7 @@ class TestMovedAside:
 def test_force_and_displacement_control_find_the_same_state():
     """The displacements that a path of forces gives, imposed instead, give its forces back."""
     parts = BASE | {"grid": {"points": 32, "size": 0.78}}
-    path = [
-        {"P": LOAD, "My": 6.0, "increments": 2},
-        {"Qx": 20.0, "Qy": -8.0, "Mz": 2.0, "increments": 2},
-    ]
+    path = [{"P": LOAD, "My": 6.0, "increments": 2}, {"Qx": 20.0, "Qy": -8.0, "Mz": 2.0, "increments": 2}]
     forced = solve(**parts, load_path=path)
     names = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
     moves = [{name: getattr(state.summary, name) for name in names} | {"increments": 1} for state in forced]

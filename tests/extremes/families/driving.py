@@ -197,13 +197,7 @@ def solve_parts(parts: Parts, folder: Path, findings: Findings | None = None) ->
 
 def whole(parts: Parts) -> Parts:
     """`parts` with defaults for what they leave out, in values that YAML can write."""
-    filled = {
-        "bodies": SIMILAR,
-        "surface": SPHERE,
-        "grid": {"points": 32},
-        "friction": 0.1,
-        "load_path": [{"P": LOAD}],
-    }
+    filled = {"bodies": SIMILAR, "surface": SPHERE, "grid": {"points": 32}, "friction": 0.1, "load_path": [{"P": LOAD}]}
     plain = _plain(filled | parts)
     assert isinstance(plain, dict)
     return plain

@@ -85,11 +85,7 @@ HELD_SHEAR = Family(
             {
                 "bodies": bodies,
                 "grid": {"points": 24},
-                "load_path": [
-                    {"P": LOAD, "increments": 3},
-                    {"Qx": 20.0, "increments": 2},
-                    {"P": 0.0, "increments": 5},
-                ],
+                "load_path": [{"P": LOAD, "increments": 3}, {"Qx": 20.0, "increments": 2}, {"P": 0.0, "increments": 5}],
             },
             refused=SlidingError,
             says="mu P = 16 N",

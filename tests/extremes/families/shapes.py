@@ -14,16 +14,7 @@ from solving import LOAD
 from fretsolve.errors import CaseError, GridEdgeError, NotConvergedError, SlidingError
 
 from .driving import Family, Parts, Probe, Run
-from .limits import (
-    material,
-    of_cone,
-    of_ellipse,
-    of_hertz,
-    of_punch,
-    of_superposition,
-    off,
-    worst,
-)
+from .limits import material, of_cone, of_ellipse, of_hertz, of_punch, of_superposition, off, worst
 from .pairs import PLAIN
 
 FloatArray = NDArray[np.float64]
@@ -97,10 +88,7 @@ FEW_CELLS = Family(
     (
         Probe(
             "one cell",
-            {
-                "grid": {"points": 9, "size": 0.9},
-                "load_path": [{"P": 1e-3}, {"Qx": 5e-5, "Qy": 2e-5, "increments": 2}],
-            },
+            {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"Qx": 5e-5, "Qy": 2e-5, "increments": 2}]},
             worst(of_one_cell, cells(1)),
             1e-6,
         ),

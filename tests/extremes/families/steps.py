@@ -104,10 +104,7 @@ UNLIKE_TINY = Family(
             seconds=90.0,
         ),
         Probe(
-            "Q",
-            {"bodies": DISSIMILAR, "grid": {"points": 24}, "load_path": sheared(1000)},
-            quick=False,
-            seconds=90.0,
+            "Q", {"bodies": DISSIMILAR, "grid": {"points": 24}, "load_path": sheared(1000)}, quick=False, seconds=90.0
         ),
         Probe(
             "50 of each",

@@ -16,9 +16,7 @@ from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 
-relaxed = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=150
-)
+relaxed = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=150)
 
 FRAGMENTS = [
     "bodies",
@@ -85,9 +83,7 @@ scalars = st.one_of(
 )
 keys = st.one_of(st.text(max_size=5), st.sampled_from([f for f in FRAGMENTS if f.isidentifier()]))
 values = st.recursive(
-    scalars,
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
-    max_leaves=8,
+    scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3), max_leaves=8
 )
 
 
@@ -165,9 +161,7 @@ def test_random_override(tmp_path: Path, path: tuple[Any, ...], value: str) -> N
     loads_or_is_refused(tmp_path / "case.yaml", FULL.encode(), [override])
 
 
-@pytest.mark.parametrize(
-    "text", ["a" * 100_000, "- " * 100_000, "a: " * 10_000, "{" * 10_000, "1" * 100_000 + "!"]
-)
+@pytest.mark.parametrize("text", ["a" * 100_000, "- " * 100_000, "a: " * 10_000, "{" * 10_000, "1" * 100_000 + "!"])
 def test_long_text(tmp_path: Path, text: str) -> None:
     loads_or_is_refused(tmp_path / "case.yaml", text.encode())
     loads_or_is_refused(tmp_path / "case.yaml", FULL.replace("400 N", repr(text)).encode())

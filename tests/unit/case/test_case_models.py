@@ -78,19 +78,10 @@ def test_full_case_in_internal_units(tmp_path: Path) -> None:
     assert (case.grid.points, case.grid.size, case.grid.center) == ((128, 128), (0.72, 0.72), (0.0, 0.01))
     assert case.friction.coefficient == 0.1
     assert case.coupling == "auto"
-    assert (case.solver.tolerance, case.solver.precision, case.solver.max_iterations) == (
-        1e-6,
-        "double",
-        2000,
-    )
+    assert (case.solver.tolerance, case.solver.precision, case.solver.max_iterations) == (1e-6, "double", 2000)
     assert (case.output.fields, case.output.every) == (("pressure", "shear", "slip", "zone"), 1)
     (expected,) = case.expect
-    assert (expected.quantity, expected.value, expected.rel, expected.abs) == (
-        "stick_radius",
-        0.1398,
-        0.01,
-        None,
-    )
+    assert (expected.quantity, expected.value, expected.rel, expected.abs) == ("stick_radius", 0.1398, 0.01, None)
     assert expected.stage == 2
     assert case.source.text == FULL
     assert case.source.locate(("friction",)) == 10
@@ -103,11 +94,7 @@ def test_defaults(tmp_path: Path) -> None:
     assert (case.grid.size, case.grid.center) == (None, (0.0, 0.0))
     assert case.friction.coefficient == 0.0
     assert case.coupling == "auto"
-    assert (case.solver.tolerance, case.solver.precision, case.solver.max_iterations) == (
-        1e-6,
-        "double",
-        2000,
-    )
+    assert (case.solver.tolerance, case.solver.precision, case.solver.max_iterations) == (1e-6, "double", 2000)
     assert (case.output.fields, case.output.every) == (("pressure", "shear", "slip", "zone"), 1)
     assert case.expect == ()
     assert case.stages()[0].increments is None
@@ -167,9 +154,7 @@ def test_kinds_of_surfaces(tmp_path: Path, text: str, surface: Surface) -> None:
 
 
 def test_several_surfaces_add_up_in_a_list(tmp_path: Path) -> None:
-    kinds = [
-        surface.kind for surface in with_surface(tmp_path, "[{sphere: {radius: 1}}, {cone: {angle: 0.1}}]")
-    ]
+    kinds = [surface.kind for surface in with_surface(tmp_path, "[{sphere: {radius: 1}}, {cone: {angle: 0.1}}]")]
     assert kinds == ["sphere", "cone"]
 
 
@@ -186,9 +171,7 @@ def test_heights_file_is_relative_to_the_case(tmp_path: Path) -> None:
     assert (heights.unit, heights.invert) == (1.0, False)
 
 
-def test_heights_file_is_absolute_for_a_relative_case(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_heights_file_is_absolute_for_a_relative_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "case.yaml").write_text(MINIMAL.replace("sphere: {radius: 1}", "heights: {file: a.npy}"))
     monkeypatch.chdir(tmp_path)
     (heights,) = load_case("case.yaml").surface
@@ -212,9 +195,7 @@ def test_grid_shorthands(tmp_path: Path, written: str, shorthand: str) -> None:
 
 
 def test_friction_shorthand(tmp_path: Path) -> None:
-    assert load(tmp_path, MINIMAL + "friction: 10 %") == load(
-        tmp_path, MINIMAL + "friction: {coefficient: 0.1}"
-    )
+    assert load(tmp_path, MINIMAL + "friction: 10 %") == load(tmp_path, MINIMAL + "friction: {coefficient: 0.1}")
 
 
 ROUND_TRIPS = [

@@ -75,16 +75,12 @@ def test_the_rest_of_the_file_stays(path: Path) -> None:
         ),
         ("grid.ponts=3", "grid.ponts: unknown key 'ponts'; did you mean 'points'?"),
         ("grid.size=3 N", "grid.size: '3 N' is a force; a length such as '10 mm' is needed"),
-        (
-            "bodies.0={young_modulus: 1}",
-            "bodies.0.poisson_ratio: missing; needed: Poisson's ratio, such as 0.3",
-        ),
+        ("bodies.0={young_modulus: 1}", "bodies.0.poisson_ratio: missing; needed: Poisson's ratio, such as 0.3"),
         ("load_path.2.P=1", "load_path.2.P: the list has no entry 2; its entries are 0 to 1"),
         ("load_path.P=1", "load_path.P: the list has no entry 'P'; its entries are 0 to 1"),
         (
             "grid.points.0=1",
-            "grid.points.0: this is not a list with an entry 0; give the whole list, "
-            "as in grid.points=[64, 64]",
+            "grid.points.0: this is not a list with an entry 0; give the whole list, as in grid.points=[64, 64]",
         ),
     ],
 )
@@ -98,10 +94,7 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
     ("override", "message"),
     [
         ("bodies.0=rigid", "1: bodies: both bodies are rigid; at least one must be elastic"),
-        (
-            "load_path.0.delta_z=1",
-            "5: load_path.0: P and delta_z cannot be imposed at once; keep one of the two",
-        ),
+        ("load_path.0.delta_z=1", "5: load_path.0: P and delta_z cannot be imposed at once; keep one of the two"),
         ("load_path.0.P.x=1", "5: load_path.0.P: {'x': 1} is not a force such as '400 N'"),
     ],
 )

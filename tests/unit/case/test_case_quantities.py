@@ -65,11 +65,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
         ("5 N/mm", FORCE, "'5 N/mm' is a quantity in N/mm; a force such as '400 N' is needed"),
         ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm'; a moment such as '5 N*mm' is needed"),
         ("20 degC", ANGLE, "'20 degC' has the unknown unit 'degC'; an angle such as '0.1 deg' is needed"),
-        (
-            "5 furlong",
-            LENGTH,
-            "'5 furlong' has the unknown unit 'furlong'; a length such as '10 mm' is needed",
-        ),
+        ("5 furlong", LENGTH, "'5 furlong' has the unknown unit 'furlong'; a length such as '10 mm' is needed"),
         ("mm", LENGTH, "'mm' has no number; a length such as '10 mm' is needed"),
         ("1,5 mm", LENGTH, "'1,5 mm' is not a length such as '10 mm' (the decimal separator is a point)"),
         ("2 * 3 mm", LENGTH, "'2 * 3 mm' is not a length such as '10 mm'"),
@@ -82,9 +78,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
         ("1e999", LENGTH, "'1e999' is not finite; a length such as '10 mm' is needed"),
     ],
 )
-def test_message_names_the_value_and_what_is_needed(
-    value: object, dimension: Dimension, message: str
-) -> None:
+def test_message_names_the_value_and_what_is_needed(value: object, dimension: Dimension, message: str) -> None:
     with pytest.raises(QuantityError) as caught:
         to_internal(value, dimension)
     assert str(caught.value) == message
@@ -102,10 +96,7 @@ def test_unit_alone_stands_for_one_of_it_only_where_that_is_meant() -> None:
     assert to_internal("2 um", LENGTH, bare_unit=True) == pytest.approx(2e-3, rel=1e-14)
 
 
-@given(
-    st.text(alphabet="0123456789.+-eE NmkGPadrgµ°%*/^²()_'[],\n", max_size=30),
-    st.sampled_from([LENGTH, MOMENT]),
-)
+@given(st.text(alphabet="0123456789.+-eE NmkGPadrgµ°%*/^²()_'[],\n", max_size=30), st.sampled_from([LENGTH, MOMENT]))
 def test_any_text_converts_or_is_refused_in_one_line(text: str, dimension: Dimension) -> None:
     try:
         assert math.isfinite(to_internal(text, dimension))

@@ -98,10 +98,7 @@ def _nodes(node: Any) -> list[dict[str, Any]]:
 def test_every_key_is_described_and_none_may_be_null() -> None:
     schema = case_schema()
     properties = [
-        (name, value)
-        for node in _nodes(schema)
-        for name, value in node.get("properties", {}).items()
-        if value
+        (name, value) for node in _nodes(schema) for name, value in node.get("properties", {}).items() if value
     ]
     assert len(properties) > 50
     described = [name for name, value in properties if "description" in value or "$ref" in value]

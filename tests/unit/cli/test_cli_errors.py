@@ -104,9 +104,7 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     assert (folder.exit_code, folder.output) == (2, message)
     missing = invoke("run", case, "-o", tmp_path / "missing" / "out.h5")
     assert missing.exit_code == 4
-    assert missing.output == (
-        f"{tmp_path}/missing/out.h5: cannot begin the result: No such file or directory\n"
-    )
+    assert missing.output == (f"{tmp_path}/missing/out.h5: cannot begin the result: No such file or directory\n")
 
 
 def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

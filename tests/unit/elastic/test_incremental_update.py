@@ -11,9 +11,7 @@ from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 
 SHAPE = (48, 40)
-OPERATOR = ElasticOperator(
-    SHAPE, (0.02, 0.025), Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), Terms(True, True, True)
-)
+OPERATOR = ElasticOperator(SHAPE, (0.02, 0.025), Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), Terms(True, True, True))
 METHODS = {
     "normal": (ElasticOperator.normal, 1, 1),
     "tangential": (ElasticOperator.tangential, 2, 2),

@@ -92,11 +92,7 @@ class TestSampling:
 class TestFiles:
     @pytest.mark.parametrize(
         ("attributes", "spacing"),
-        [
-            ({"spacing": [0.1, 0.2]}, (0.1, 0.2)),
-            ({"spacing": 0.1}, (0.1, 0.1)),
-            ({"dx": 0.1, "dy": 0.3}, (0.1, 0.3)),
-        ],
+        [({"spacing": [0.1, 0.2]}, (0.1, 0.2)), ({"spacing": 0.1}, (0.1, 0.1)), ({"dx": 0.1, "dy": 0.3}, (0.1, 0.3))],
     )
     def test_hdf5_with_its_spacing(self, tmp_path, attributes, spacing):
         file = write_hdf5(tmp_path / "map.h5", attributes)
@@ -142,8 +138,7 @@ class TestFiles:
         np.testing.assert_allclose(read.values, VALUES * 1e-3, rtol=1e-12)
 
     @pytest.mark.parametrize(
-        "rows",
-        [np.arange(12.0).reshape(4, 3), np.zeros((4, 3)), [[0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 0, 2]]],
+        "rows", [np.arange(12.0).reshape(4, 3), np.zeros((4, 3)), [[0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 0, 2]]]
     )
     def test_three_columns_that_list_no_grid_are_a_matrix(self, tmp_path, rows):
         np.savetxt(tmp_path / "map.txt", rows)

@@ -223,11 +223,7 @@ def test_errors_are_drawn_where_the_result_has_them(results: dict[str, Result]) 
     result = results["fretting"]
     assert not panels(plots.loop(result))[0].containers
     count = result.increments
-    result.history = {
-        **result.history,
-        "delta_x_error": np.full(count, 2e-5),
-        "work_total_error": np.full(count, 3e-5),
-    }
+    result.history = {**result.history, "delta_x_error": np.full(count, 2e-5), "work_total_error": np.full(count, 3e-5)}
     figure = plots.loop(result)
     (container,) = panels(figure)[0].containers
     (bars,) = container[2]
@@ -397,9 +393,7 @@ def test_convergence(results: dict[str, Result]) -> None:
     result = results["fretting"]
     counts, residuals = panels(plots.convergence(result))
     assert legend_texts(counts) == ["normal iterations", "tangential iterations", "staggered iterations"]
-    for line, name in zip(
-        counts.lines, ("iterations_normal", "iterations_tangential", "alternations"), strict=False
-    ):
+    for line, name in zip(counts.lines, ("iterations_normal", "iterations_tangential", "alternations"), strict=False):
         np.testing.assert_array_equal(line.get_ydata(), result.history[name])
     assert legend_texts(residuals) == ["gap", "stick", "slip", "friction limit", "load", "tolerance 1e-06"]
     np.testing.assert_allclose(residuals.lines[0].get_ydata(), np.maximum(result.history["residual_gap"], 1e-10))
@@ -529,8 +523,7 @@ def test_failed_and_growing_results(results: dict[str, Result], tmp_path: Path) 
             figure = plots.contact_map(growing)
             assert heading(figure).startswith("running with 4 increments: made up")
             np.testing.assert_allclose(
-                image_of(panels(figure)[0]).compressed(),
-                growing.field("pressure").T[growing.field("zone").T > 0],
+                image_of(panels(figure)[0]).compressed(), growing.field("pressure").T[growing.field("zone").T > 0]
             )
             assert len(panels(plots.loop(growing))) >= 1
 

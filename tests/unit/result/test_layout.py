@@ -32,9 +32,7 @@ def test_restart_has_all_arrays_of_a_state() -> None:
     assert arrays == {field.name for field in fields(Fields)} | {"displacement"}
 
 
-@pytest.mark.parametrize(
-    "quantity", [*HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name
-)
+@pytest.mark.parametrize("quantity", [*HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name)
 def test_units_are_understood(quantity: object) -> None:
     pint.UnitRegistry().Unit(quantity.units)  # raises where it does not parse
     assert quantity.long_name
@@ -47,9 +45,7 @@ def test_selected_fields_come_in_file_order() -> None:
         stored_fields(["heat"])
 
 
-@pytest.mark.parametrize(
-    ("shape", "chunk"), [((6, 5), (6, 5)), ((512, 512), (256, 512)), ((1000, 1000), (125, 1000))]
-)
+@pytest.mark.parametrize(("shape", "chunk"), [((6, 5), (6, 5)), ((512, 512), (256, 512)), ((1000, 1000), (125, 1000))])
 def test_chunks_are_whole_rows_of_about_a_megabyte(shape: tuple[int, int], chunk: tuple[int, int]) -> None:
     assert chunk_shape(*shape) == chunk
     assert 8 * chunk[0] * chunk[1] <= CHUNK_BYTES

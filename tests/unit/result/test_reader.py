@@ -53,9 +53,7 @@ def test_all_that_was_written_is_read(tmp_path: Path, end: str, every: int) -> N
                 np.testing.assert_array_equal(
                     result.field(quantity.name, step), component(states[step], quantity), strict=True
                 )
-            np.testing.assert_array_equal(
-                result.field(quantity.name), component(states[-1], quantity), strict=True
-            )
+            np.testing.assert_array_equal(result.field(quantity.name), component(states[-1], quantity), strict=True)
         assert result.units("Mz") == "N mm"
         assert result.units("shear_x") == "MPa"
 
@@ -155,10 +153,7 @@ def incomplete(path: Path) -> None:
         (empty, "the file is empty"),
         (text, "not an HDF5 file"),
         (foreign, "an HDF5 file, but not a result of fretsolve"),
-        (
-            newer,
-            f"has format {FORMAT_VERSION + 1}, written by fretsolve 3.1.0; this is {__version__}",
-        ),
+        (newer, f"has format {FORMAT_VERSION + 1}, written by fretsolve 3.1.0; this is {__version__}"),
         (incomplete, "cannot read history: "),
         (Path.unlink, "no such file, nor parts of a run in out.h5.parts"),
     ],
@@ -202,9 +197,7 @@ def test_run_without_an_increment_yet(tmp_path: Path) -> None:
         open_result(tmp_path / "new.h5")
 
 
-def test_open_result_follows_a_run_that_merges_and_finishes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_open_result_follows_a_run_that_merges_and_finishes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fretsolve.result.writer.MERGE_EVERY", 3)
     states = list(fake_states(5))
     out = tmp_path / "out.h5"
@@ -236,15 +229,11 @@ def test_field_that_a_growing_run_has_given_up(tmp_path: Path, monkeypatch: pyte
             result.field("gap", 0)
 
 
-def test_part_that_vanishes_while_the_parts_are_listed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_part_that_vanishes_while_the_parts_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = write(tmp_path / "out.h5", "stopped")
     listed = reader.contiguous_parts
     answers = [[Part(parts_folder(out) / "000000-000099.h5", 0, 99)]]
-    monkeypatch.setattr(
-        reader, "contiguous_parts", lambda folder: answers.pop() if answers else listed(folder)
-    )
+    monkeypatch.setattr(reader, "contiguous_parts", lambda folder: answers.pop() if answers else listed(folder))
     assert open_result(out).increments == COUNT
 
 
@@ -255,8 +244,7 @@ def test_samples_of_released_formats_are_read(sample: Path) -> None:
         assert result.attributes["format_version"] == int(sample.stem.removeprefix("result_v"))
         assert result.effective_case["output"] == {"fields": list(ALL_FIELDS), "every": 3}
         np.testing.assert_allclose(
-            result.history["P"],
-            [14.858431661659505, 12.83798235718027, 13.497911020882471, 11.93021690182056],
+            result.history["P"], [14.858431661659505, 12.83798235718027, 13.497911020882471, 11.93021690182056]
         )
         assert (result.x.size, result.y.size) == (6, 5)
         assert result.field("pressure", 2).sum() == pytest.approx(result.history["P"][2], rel=1e-14)

@@ -19,9 +19,7 @@ from fretsolve.result.writer import MERGE_EVERY
 from fretsolve.system import atomic_files
 
 
-def write(
-    out: Path, header: RunHeader, stop_after: int | None = None, count: int = 6, **options: bool
-) -> None:
+def write(out: Path, header: RunHeader, stop_after: int | None = None, count: int = 6, **options: bool) -> None:
     """A run of `count` increments, left without an end after `stop_after` of them."""
     with HistoryWriter.open(out, header, **options) as writer:
         for state in fake_states(count, writer.last_state, shape=header.shape):
@@ -78,9 +76,7 @@ def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Pa
 
 @pytest.mark.parametrize("every", [1, 2, 4, 7])
 @pytest.mark.parametrize("stop_after", [1, 3, 5, 6])
-def test_resumed_run_gives_the_file_of_an_uninterrupted_one(
-    tmp_path: Path, every: int, stop_after: int
-) -> None:
+def test_resumed_run_gives_the_file_of_an_uninterrupted_one(tmp_path: Path, every: int, stop_after: int) -> None:
     header = fake_header(every=every, stored=("shear", "zone"))
     write(tmp_path / "whole.h5", header)
     write(tmp_path / "halves.h5", header, stop_after=stop_after)
@@ -277,9 +273,7 @@ def test_second_writer_is_refused_until_the_first_ends(out: Path) -> None:
     first = HistoryWriter.open(out, fake_header())
     first.append(next(fake_states(1)))
     for options in ({}, {"resume": True}, {"overwrite": True}):
-        with pytest.raises(
-            FileError, match=rf"another run is writing this output \(process {os.getpid()} on "
-        ):
+        with pytest.raises(FileError, match=rf"another run is writing this output \(process {os.getpid()} on "):
             HistoryWriter.open(out, fake_header(), **options)
     assert open_result(out).status == "running"
     first.stop()

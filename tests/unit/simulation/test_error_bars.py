@@ -23,13 +23,7 @@ from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import error_bars
-from fretsolve.simulation.coarse_runs import (
-    CoarseRun,
-    PathPoint,
-    coarser,
-    common_points,
-    fewer_increments,
-)
+from fretsolve.simulation.coarse_runs import CoarseRun, PathPoint, coarser, common_points, fewer_increments
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 

@@ -111,12 +111,7 @@ def test_what_is_no_variation(texts: list[str], message: str) -> None:
 
 def test_all_combinations() -> None:
     combinations = crossed(read_variations(["grid.points=8,16", f"{EVERY}=1,5", "solver.tolerance=1e-2"]))
-    assert [short(settings) for settings in combinations] == [
-        "8, 1, 1e-2",
-        "8, 5, 1e-2",
-        "16, 1, 1e-2",
-        "16, 5, 1e-2",
-    ]
+    assert [short(settings) for settings in combinations] == ["8, 1, 1e-2", "8, 5, 1e-2", "16, 1, 1e-2", "16, 5, 1e-2"]
     assert words(combinations[0]) == "8 x 8, 1 increment per stage, tolerance 1e-2"
     assert words([Setting("grid.points", "[8, 16]")]) == "8 x 16"
     assert words([Setting("load_path.1.increments", "5")]) == "5 increments in load_path.1"

@@ -17,9 +17,7 @@ from fretsolve.system.signals import SIGNALS, StopRequest
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_first_signal_is_noted_and_announced_once(
-    number: signal.Signals, capfd: pytest.CaptureFixture
-) -> None:
+def test_first_signal_is_noted_and_announced_once(number: signal.Signals, capfd: pytest.CaptureFixture) -> None:
     before = signal.getsignal(number)
     with StopRequest() as stop:
         assert not stop.requested
