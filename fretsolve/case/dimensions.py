@@ -84,8 +84,14 @@ HISTORY_QUANTITIES = (
     HistoryQuantity("alternations", NUMBER, "staggered iterations of the normal and the tangential problem", "int64"),
     HistoryQuantity("operator_applications", NUMBER, "applications of an influence operator", "int64"),
     HistoryQuantity("wall_time", TIME, "wall-clock time of the increment"),
-    HistoryQuantity("residual_gap", NUMBER, "largest gap in contact or penetration outside, over delta_z"),
-    HistoryQuantity("residual_stick", NUMBER, "largest slip increment in the stick zone, over the rigid displacement"),
+    HistoryQuantity(
+        "residual_gap", NUMBER, "largest gap in contact or penetration outside, over the largest normal displacement"
+    ),
+    HistoryQuantity(
+        "residual_stick",
+        NUMBER,
+        "largest slip increment in the stick zone, over the largest rigid displacement increment",
+    ),
     HistoryQuantity(
         "residual_slip",
         NUMBER,

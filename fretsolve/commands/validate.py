@@ -91,7 +91,7 @@ def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     limit, circle = model.friction * contact.load, hertz.circle
     if limit:
         torque = f", at Mz = {full_slip_torque(circle, model.friction):.6g} N*mm" if circle is not None else ""
-        yield f"everything slides at Q = mu P = {limit:.6g} N{torque}"
+        yield f"gross slip at Q = mu P = {limit:.6g} N{torque}"
     if limit and circle is not None and not model.coupled:
         sliding = cattaneo_mindlin(circle, model.friction, limit, model.compliances.tangential)
         yield f"that is at a displacement of {sliding.delta_x:.6g} mm ({sliding.source})"
@@ -113,4 +113,4 @@ def punch_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"P = {punch.load:.6g} N: a = {a:.6g} mm, mean pressure = {mean:.6g} MPa, delta_z = {punch.delta_z:.6g} mm"
     yield f"delta_z/a = {punch.delta_z / a:.3g}, mean pressure/E* = {mean / modulus:.3g}, E* = {modulus:.6g} MPa"
     if setup.model.friction:
-        yield f"everything slides at Q = mu P = {setup.model.friction * punch.load:.6g} N"
+        yield f"gross slip at Q = mu P = {setup.model.friction * punch.load:.6g} N"

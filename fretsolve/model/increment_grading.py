@@ -76,7 +76,7 @@ class StageGrading:
 class _Branch:
     """A straight piece of the tangential load path.
 
-    start: (Qx, Qy) at its beginning (N); span: the change at which everything slides, in units of mu P.
+    start: (Qx, Qy) at its beginning (N); span: the change of gross slip, in units of mu P.
     """
 
     start: tuple[float, float]

@@ -78,11 +78,15 @@ FIELDS = (
     FieldQuantity("pressure", "MPa", "pressure", array="pressure"),
     FieldQuantity("shear_x", "MPa", "shear traction on body 2 along x", array="shear", component=0),
     FieldQuantity("shear_y", "MPa", "shear traction on body 2 along y", array="shear", component=1),
-    FieldQuantity("slip_x", "mm", "slip of body 1 relative to body 2 along x", array="slip", component=0),
-    FieldQuantity("slip_y", "mm", "slip of body 1 relative to body 2 along y", array="slip", component=1),
-    FieldQuantity("slip_path", "mm", "length of the path of slip", array="slip_path"),
-    FieldQuantity("work_density", "mJ/mm^2", "energy dissipated per area", array="work_density"),
-    FieldQuantity("zone", "1", "state of the cell", "uint8", array="zone"),
+    FieldQuantity(
+        "slip_x", "mm", "slip of body 1 relative to body 2 along x since the start", array="slip", component=0
+    ),
+    FieldQuantity(
+        "slip_y", "mm", "slip of body 1 relative to body 2 along y since the start", array="slip", component=1
+    ),
+    FieldQuantity("slip_path", "mm", "length of the path of slip since the start", array="slip_path"),
+    FieldQuantity("work_density", "mJ/mm^2", "energy dissipated per area since the start", array="work_density"),
+    FieldQuantity("zone", "1", "state of the cell: 0 open, 1 stick, 2 slip", "uint8", array="zone"),
     FieldQuantity("gap", "mm", "gap between the surfaces", array="gap"),
 )
 

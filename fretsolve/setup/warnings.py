@@ -95,8 +95,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
         yield (
-            f"{place}: {loads} that friction carries: everything slides, and the run ends there; impose {motion} to"
-            " follow the sliding"
+            f"{place}: {loads} that friction carries: gross slip ends the run there; impose {motion} to"
+            " follow gross slip"
         )
         return
 
