@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pkgutil
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -49,6 +48,8 @@ class PictureKind(NamedTuple):
     @property
     def draw(self) -> Callable[..., Any]:
         """The function, which returns a `Figure`, or a `FuncAnimation` for moving pictures."""
+        import pkgutil
+
         found: Callable[..., Any] = pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")
         return found
 
