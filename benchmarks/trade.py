@@ -26,7 +26,7 @@ from marked import data_file, put_parts_into, write_csv
 
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
-from fretsolve.study.assessment import Assessment, Row, assess, front
+from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import make_plan
 from fretsolve.study.runs import make_runs
 from fretsolve.study.wording import percent, two_digits
@@ -100,7 +100,7 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     return assess(plan, outcomes)
 
 
-def work(row: Row) -> float:
+def work(row: AssessedRun) -> float:
     """Millions of applications times cells."""
     nx, ny = row.outcome.trial.setup.grid.shape
     return 1e-6 * row.outcome.applications * nx * ny
@@ -128,13 +128,13 @@ def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
                 print("|", " | ".join([mode, *_costs(row), _worst(found, row)]), "|")
 
 
-def _costs(row: Row) -> list[str]:
+def _costs(row: AssessedRun) -> list[str]:
     """Return the settings of a run, its work and its seconds."""
     settings = [setting.value for setting in row.outcome.trial.combination.settings]
     return [*settings, two_digits(work(row)), two_digits(row.outcome.seconds)]
 
 
-def _worst(study: Assessment, row: Row) -> str:
+def _worst(study: Assessment, row: AssessedRun) -> str:
     if row.outcome.failure:
         return "no solution"
     if row.is_truth:

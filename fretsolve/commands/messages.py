@@ -77,9 +77,9 @@ class QuietMessages:
             self._report(result, verdict(result.effective_case.get("solver", {}), result.history))
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
-        for doubt in (warning_of_result(self.setup, result), reached if reached and not reached.met else None):
-            if doubt is not None:
-                self.warn(str(doubt))
+        for text in (warning_of_result(self.setup, result), reached if reached and not reached.met else None):
+            if text is not None:
+                self.warn(str(text))
 
 
 class TextMessages(QuietMessages):

@@ -12,7 +12,7 @@ from fretsolve.commands.progress import key_value_line
 from fretsolve.errors import CaseError, NoSolutionError, PictureError
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
-from fretsolve.sweep.manifest import Manifest, Row, index_list, read_manifest, require_own, write_manifest
+from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
 from fretsolve.sweep.plan import SweepPlan, make_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
 from fretsolve.sweep.status import CaseState, counts, is_taken, missing, state_of, states
@@ -66,7 +66,7 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     return _conclude(order, plan.manifest, reports, stop)
 
 
-def _run(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopRequest) -> Iterator[Report]:
+def _run(order: SweepOrder, manifest: Manifest, todo: Sequence[ManifestRow], stop: StopRequest) -> Iterator[Report]:
     from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
 
     if order.engine.startswith(DASK):
@@ -75,7 +75,7 @@ def _run(order: SweepOrder, manifest: Manifest, todo: Sequence[Row], stop: StopR
         return run_on_dask(manifest, todo, order.engine.removeprefix(DASK), stop, _warn)
     jobs = order.jobs or max(1, processors() // manifest.threads)
 
-    def run(left: list[Row]) -> Iterator[Report]:
+    def run(left: list[ManifestRow]) -> Iterator[Report]:
         return run_cases(manifest, (row for row in left if not is_taken(manifest, row)), jobs, stop)
 
     return in_rounds(manifest, todo, stop, _warn, run)
@@ -105,7 +105,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     return EXIT_STOPPED
 
 
-def _progress(manifest: Manifest, rows: Sequence[Row]) -> list[tuple[bool, int]]:
+def _progress(manifest: Manifest, rows: Sequence[ManifestRow]) -> list[tuple[bool, int]]:
     """Return what there is of each case: whether it has a result, and how many increments are saved."""
     return [(state.has_result, state.increments) for state in (state_of(manifest, row) for row in rows)]
 
@@ -143,7 +143,7 @@ def _counted(found: Sequence[CaseState]) -> str:
     return f"{len(found)} case{'s' if len(found) > 1 else ''}: {parts}"
 
 
-def _introduce(order: SweepOrder, plan: SweepPlan, todo: Sequence[Row]) -> None:
+def _introduce(order: SweepOrder, plan: SweepPlan, todo: Sequence[ManifestRow]) -> None:
     manifest = plan.manifest
     for text in plan.warnings:
         _warn(f"{order.sweep}: warning: {text}")

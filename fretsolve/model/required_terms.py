@@ -57,7 +57,7 @@ class Model:
     has_shear: there is a shear traction to solve for; may_slip: slip is possible, under shear or without friction;
     where it is not, slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file;
     moved: the tangential components that some stage moves away from 0; decisions: one per part of the model; warnings:
-    what the case leaves out although it matters.
+    what the case leaves out although it is needed.
     """
 
     compliances: Compliances
@@ -82,13 +82,13 @@ def derive_model(case: Case) -> Model:
     friction, asked = case.friction.coefficient, case.coupling
     targets = [target for stage in case.stages() for target in stage.targets]
     moved = tuple(dict.fromkeys(name for name, value in targets if name in TANGENTIAL and value))
-    matters = _coupling_matters(material, friction, case.solver.tolerance)
-    coupled = asked == "full" or (asked == "auto" and matters)
+    coupling_needed = _needs_coupling(material, friction, case.solver.tolerance)
+    coupled = asked == "full" or (asked == "auto" and coupling_needed)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
     in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
-    why_coupled = _why_coupled(asked, material, matters, has_shear, coupled)
+    why_coupled = _why_coupled(asked, material, coupling_needed, has_shear, coupled)
     decisions = (
         Decision("normal problem", True, "the bodies are pressed together", "p, gap; uz from p"),
         Decision(
@@ -113,11 +113,11 @@ def derive_model(case: Case) -> Model:
         "full" if coupled else "tangential" if in_plane else "none",
         moved,
         decisions,
-        _warnings(asked, moved, friction, material, matters),
+        _warnings(asked, moved, friction, material, coupling_needed),
     )
 
 
-def _coupling_matters(material: Compliances, friction: float, tolerance: float) -> bool:
+def _needs_coupling(material: Compliances, friction: float, tolerance: float) -> bool:
     """Return whether pressure and shear change each other, with friction by more than `tolerance` in some cell.
 
     Pressing causes a shear of up to m times the pressure, which is m/mu of the friction bound. A tangential force
@@ -148,7 +148,7 @@ def _why_in_plane(asked: str, has_shear: bool, b: float) -> str:
     return f"as the case asks (coupling: {asked})"
 
 
-def _why_coupled(asked: str, material: Compliances, matters: bool, has_shear: bool, coupled: bool) -> str:
+def _why_coupled(asked: str, material: Compliances, coupling_needed: bool, has_shear: bool, coupled: bool) -> str:
     if asked == "full" and not coupled:
         return "asked for (coupling: full), but there is no shear and no slip is stored"
     if asked != "auto":
@@ -156,7 +156,7 @@ def _why_coupled(asked: str, material: Compliances, matters: bool, has_shear: bo
     if abs(material.dundurs_constant) <= UNCOUPLED_BELOW:
         return "Dundurs' constant is 0"
     constant = f"Dundurs' constant is {material.dundurs_constant:.4g}"
-    if not matters:
+    if not coupling_needed:
         return f"{constant}: its effect stays below solver.tolerance"
     if has_shear:
         return constant
@@ -174,13 +174,13 @@ def _why_slip(has_shear: bool, may_slip: bool, moved: tuple[str, ...]) -> str:
 
 
 def _warnings(
-    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, matters: bool
+    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, coupling_needed: bool
 ) -> tuple[str, ...]:
     """Warn of each term that the case leaves out and ``auto`` would keep, with the error where theory gives one."""
     if friction == 0.0 or asked in ("auto", "full"):
         return ()
     found = []
-    if matters:
+    if coupling_needed:
         beta = material.dundurs_constant
         found.append(
             f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"

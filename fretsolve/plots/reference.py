@@ -66,8 +66,8 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
         return None
     if force == "P":
         nothing = SAME * float(result.history["P"].max())
-        sheared = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
-        if sheared or result.coupling != "full" or forms.largest is None or forms.largest.circle is None:
+        loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
+        if loaded or result.coupling != "full" or forms.largest is None or forms.largest.circle is None:
             return None
         ratio = spence_stick_ratio(forms.model.friction, forms.model.compliances.dundurs_constant)
         return "Spence", np.full(result.increments, ratio)

@@ -78,7 +78,7 @@ def contact_area(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: C
     contact = pressure > 0.0
     if not contact.any():
         return 0.0
-    part = _Part.around(contact, grid)
+    part = _CellPart.around(contact, grid)
     return _area(part, _contact_share(part, pressure, gap, materials))
 
 
@@ -104,7 +104,7 @@ def stick_area(
     slipping = zone == Zone.SLIP
     if not slipping.any():
         return contact
-    part = _Part.around(sticking, grid)
+    part = _CellPart.around(sticking, grid)
     at_edge = _contact_share(part, pressure, gap, materials)
     slips = part.cut(slipping, False)
     if not slips.any():
@@ -123,7 +123,7 @@ def stick_area(
 
 
 @dataclass(frozen=True)
-class _Part:
+class _CellPart:
     """The part of a grid around a zone. Its cells are numbered row by row, ``strides`` apart along x and y.
 
     inside: cells of the zone; deep: those of them whose four neighbours are inside too.
@@ -137,7 +137,7 @@ class _Part:
     deep: BoolArray
 
     @classmethod
-    def around(cls, zone: BoolArray, grid: Grid) -> _Part:
+    def around(cls, zone: BoolArray, grid: Grid) -> _CellPart:
         """Return the part that holds all of `zone` (nx, ny; not empty) and a margin, beyond the grid if needed."""
         spans = [np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1)]
         low = [int(span[0]) - MARGIN for span in spans]
@@ -158,7 +158,7 @@ class _Part:
         return cells.ravel()
 
 
-def _contact_share(part: _Part, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
+def _contact_share(part: _CellPart, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
     load, opening = part.cut(pressure, 0.0), part.cut(gap, np.inf)
     opening = materials.contact_modulus * np.maximum(opening, 0.0)
 
@@ -169,7 +169,7 @@ def _contact_share(part: _Part, pressure: FloatArray, gap: FloatArray, materials
 
 
 def _slip_share(
-    part: _Part, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
+    part: _CellPart, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
 ) -> Share:
     """Return the shares by slip and `reserve`. A front across the slip has the contact modulus, one along it that of
     antiplane shear."""
@@ -195,7 +195,7 @@ def _slip_share(
     return share
 
 
-def _balance(part: _Part, load: FloatArray, opening: FloatArray, inner: IndexArray, axis: int) -> FloatArray:
+def _balance(part: _CellPart, load: FloatArray, opening: FloatArray, inner: IndexArray, axis: int) -> FloatArray:
     """Return the share at which the inner cells' `load` and the opening past them balance; NaN if that is too large."""
     length = part.spacing[axis]
     around = [inner + i * part.strides[0] + j * part.strides[1] for i in (-1, 0, 1) for j in (-1, 0, 1)]
@@ -206,7 +206,7 @@ def _balance(part: _Part, load: FloatArray, opening: FloatArray, inner: IndexArr
     return found
 
 
-def _area(part: _Part, share: Share) -> float:
+def _area(part: _CellPart, share: Share) -> float:
     """Return the area inside, from the squares between four centres: whole ones, and those that the front crosses."""
     dx, dy = part.spacing
     inside = part.inside.reshape(-1, part.strides[0]).view(np.uint8)
@@ -251,7 +251,7 @@ def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:
 
 
 def _shares_of_links(
-    part: _Part, corner: IndexArray, axis: int, lever: FloatArray, share: Share
+    part: _CellPart, corner: IndexArray, axis: int, lever: FloatArray, share: Share
 ) -> tuple[FloatArray, FloatArray]:
     """Return the shares inside of the two links along an axis of the squares with their first cell at `corner`."""
     found = []

@@ -25,7 +25,7 @@ LEAST_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class AssessedRun:
     """An outcome with its values and errors ``(n,)``; NaN if there are none: the reference has no errors.
 
     best: no other run is both cheaper and more accurate.
@@ -64,7 +64,7 @@ class Assessment:
     reference_words: str
     scales: DoubleArray
     finest: PreparedCase
-    rows: tuple[Row, ...]
+    rows: tuple[AssessedRun, ...]
 
     @property
     def difference(self) -> str:
@@ -81,7 +81,7 @@ class Assessment:
         """Names of the quantities, each once."""
         return tuple(dict.fromkeys(quantity.name for quantity in self.quantities))
 
-    def error_of(self, row: Row, name: str) -> float:
+    def error_of(self, row: AssessedRun, name: str) -> float:
         """Return the largest error of a quantity over its stages."""
         return float(max(error for one, error in zip(self.quantities, row.errors, strict=True) if one.name == name))
 
@@ -98,7 +98,7 @@ class Assessment:
         return any(row.is_reference for row in self.rows)
 
     @property
-    def finest_row(self) -> Row | None:
+    def finest_row(self) -> AssessedRun | None:
         """The row of the finest run, if it has been made."""
         return next((row for row in self.rows if row.outcome.trial is self.finest), None)
 
@@ -119,7 +119,7 @@ def assess(plan: StudyPlan, outcomes: Sequence[Outcome]) -> Assessment:
         errors = np.abs(outcome.values - reference)[kept] / scales[kept]
         if outcome.failure or is_reference:
             errors[:] = np.nan
-        rows.append(Row(outcome, outcome.values[kept], errors, is_reference))
+        rows.append(AssessedRun(outcome, outcome.values[kept], errors, is_reference))
     candidates = [row for row in rows if row.compared]
     best = front([row.outcome.seconds for row in candidates], [row.worst for row in candidates])
     marked = {id(row) for row, is_best in zip(candidates, best, strict=True) if is_best and not plan.problem_keys}

@@ -16,7 +16,7 @@ from fretsolve.case.quantities import percent
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import MOST_COLUMNS, Target, canvas, one_line
 from fretsolve.plots.labels import line_colors
-from fretsolve.study.assessment import Assessment, Row, front
+from fretsolve.study.assessment import AssessedRun, Assessment, front
 from fretsolve.study.table import key_names
 from fretsolve.study.variation import short
 from fretsolve.study.wording import TARGETS
@@ -90,7 +90,7 @@ def _heading(study: Assessment, name: str) -> str:
     return f"{name}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
 
 
-def _draw(axes: Axes, study: Assessment, rows: Sequence[Row], errors: Sequence[float]) -> None:
+def _draw(axes: Axes, study: Assessment, rows: Sequence[AssessedRun], errors: Sequence[float]) -> None:
     costs = [row.outcome.seconds for row in rows]
     least = min((error for error in errors if error > 0.0), default=NO_ERROR)
     heights = [100.0 * (error if error > 0.0 else BELOW_LEAST * least) for error in errors]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from fretsolve.study.assessment import Assessment, Row
+from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.sweep import table_files
 from fretsolve.sweep.table_files import Column, column
 
@@ -16,10 +16,10 @@ CSV_NAME, HDF5_NAME = "study.csv", "study.h5"
 def write_csv(path: Path, study: Assessment) -> None:
     """Write one row per run, by cost; a reference that is not a run is the first row. Raises FileError."""
 
-    def of_rows(value: Callable[[Row], Any]) -> list[Any]:
+    def of_rows(value: Callable[[AssessedRun], Any]) -> list[Any]:
         return [value(row) for row in study.rows]
 
-    def role(row: Row) -> str:
+    def role(row: AssessedRun) -> str:
         return study.standard if row.is_reference else "best" if row.best else ""
 
     def values(index: int) -> list[float]:

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from fretsolve.study.assessment import Assessment, Row
+from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import Variation
 from fretsolve.study.wording import two_digits
 
@@ -71,7 +71,7 @@ def _errors(study: Assessment) -> Iterator[_Column]:
         yield _Column((*heading, "%"), tuple(_cell(study, row, study.error_of(row, name)) for row in study.rows))
 
 
-def _cell(study: Assessment, row: Row, error: float) -> str:
+def _cell(study: Assessment, row: AssessedRun, error: float) -> str:
     if row.outcome.failure:
         return "failed"
     return study.standard if row.is_reference else two_digits(100.0 * error)

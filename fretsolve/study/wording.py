@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from fretsolve.case.quantities import percent
-from fretsolve.study.assessment import Assessment, Row
+from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import words
 
 TARGETS = (0.01, 0.001)
@@ -76,18 +76,18 @@ def _advice_for(study: Assessment, target: float) -> Iterator[str]:
         yield f" in all but {errors}: {_praise(study, relieved, others)}"
 
 
-def _cheapest(study: Assessment, target: float, names: Sequence[str]) -> Row | None:
+def _cheapest(study: Assessment, target: float, names: Sequence[str]) -> AssessedRun | None:
     """Return the cheapest run that meets the target in the quantities `names`."""
     meeting = [row for row in study.rows if row.compared and _meets(study, row, target, names)]
     return min(meeting, key=lambda row: row.outcome.seconds, default=None)
 
 
-def _meets(study: Assessment, row: Row, target: float, names: Sequence[str]) -> bool:
+def _meets(study: Assessment, row: AssessedRun, target: float, names: Sequence[str]) -> bool:
     """Return whether the errors, as they are shown, are no larger than the target."""
     return all(float(two_digits(100.0 * study.error_of(row, name))) <= 100.0 * target for name in names)
 
 
-def _praise(study: Assessment, row: Row, names: Sequence[str]) -> str:
+def _praise(study: Assessment, row: AssessedRun, names: Sequence[str]) -> str:
     worst_first = sorted(names, key=lambda name: -study.error_of(row, name))
     errors = ", ".join(
         f"{name} within {two_digits(100.0 * study.error_of(row, name))} %" for name in worst_first[:MOST_NAMED]
@@ -96,7 +96,7 @@ def _praise(study: Assessment, row: Row, names: Sequence[str]) -> str:
     return f"{words(row.outcome.trial.settings)}: {errors}{more}; {_saving(study, row)}"
 
 
-def _saving(study: Assessment, row: Row) -> str:
+def _saving(study: Assessment, row: AssessedRun) -> str:
     cost = f"{two_digits(row.outcome.seconds)} s"
     finest = study.finest_row
     if finest is None or finest is row or finest.outcome.failure or not row.outcome.seconds:

@@ -15,7 +15,7 @@ from fretsolve.result.state import Summary
 from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system.signals import EXIT_STOPPED
 
 EXIT_BUG = 70
@@ -25,7 +25,7 @@ UNSAVED = 2.0
 
 
 @dataclass(frozen=True)
-class Solved:
+class SolvedCase:
     """How a run ended. code: that of `fretsolve run`; reason: why there is no solution; increments: in the result."""
 
     code: int
@@ -40,7 +40,7 @@ def solve(
     *,
     threads: int = 1,
     pause: float = 0.0,
-) -> Solved:
+) -> SolvedCase:
     """Solve what is missing of a case and save it.
 
     show: called after each increment; pause: seconds for which increments may stay unsaved. Raises FileError.
@@ -49,12 +49,12 @@ def solve(
         case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND
     ) as writer:
         if writer.complete:  # another process was faster
-            return Solved(0)
+            return SolvedCase(0)
         try:
             complete = solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary))
         except NoSolutionError as error:
-            return Solved(error.exit_code, " ".join(str(error).splitlines()), len(writer.summaries))
-        return Solved(0 if complete else EXIT_STOPPED, "", len(writer.summaries))
+            return SolvedCase(error.exit_code, " ".join(str(error).splitlines()), len(writer.summaries))
+        return SolvedCase(0 if complete else EXIT_STOPPED, "", len(writer.summaries))
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class CaseRunner:
         """The base case. Raises CaseError, FileError."""
         return BaseCase.read(self.manifest.case, self.manifest.overrides, self.manifest.threads)
 
-    def run(self, row: Row, stop: Stop) -> Report:
+    def run(self, row: ManifestRow, stop: Stop) -> Report:
         """Solve what is missing of a case. Errors are in the report and, if there is no result, in the case's note."""
         began = time.perf_counter()
         if self.manifest.result(row).exists():
@@ -108,22 +108,22 @@ class CaseRunner:
         try:
             solved = self._solve(row, stop)
         except BusyError as error:
-            solved, busy = Solved(error.exit_code, str(error)), True
+            solved, busy = SolvedCase(error.exit_code, str(error)), True
         except FretsolveError as error:
-            solved = Solved(error.exit_code, " ".join(str(error).splitlines()))
+            solved = SolvedCase(error.exit_code, " ".join(str(error).splitlines()))
         except MemoryError:
-            solved = Solved(CaseError.exit_code, "not enough memory; fewer grid.points are needed")
+            solved = SolvedCase(CaseError.exit_code, "not enough memory; fewer grid.points are needed")
         except Exception as error:
             if os.environ.get("FRETSOLVE_DEBUG"):
                 raise
             text = " ".join(str(error).split())
-            solved = Solved(EXIT_BUG, f"internal error: {type(error).__name__}: {text}")
+            solved = SolvedCase(EXIT_BUG, f"internal error: {type(error).__name__}: {text}")
         seconds = time.perf_counter() - began
         report = Report(row.index, solved.code, solved.reason, busy, solved.increments, seconds)
         leave_note(self.manifest, row, report)
         return report
 
-    def _solve(self, row: Row, stop: Stop) -> Solved:
+    def _solve(self, row: ManifestRow, stop: Stop) -> SolvedCase:
         case = self.base.prepare(row.settings, self.manifest.results)
         if case.id != row.id:
             message = "has changed since the sweep began; give the command sweep run again"
@@ -131,7 +131,7 @@ class CaseRunner:
         return solve(case, stop, threads=self.manifest.threads, pause=UNSAVED)
 
 
-def leave_note(manifest: Manifest, row: Row, report: Report) -> None:
+def leave_note(manifest: Manifest, row: ManifestRow, report: Report) -> None:
     """Write beside the results why a case has none, unless it was merely stopped.
 
     A full disk stops nobody here.

@@ -20,7 +20,7 @@ FORMAT = 1
 
 
 @dataclass(frozen=True)
-class Row:
+class ManifestRow:
     """One case. index: its place in the sweep, from 0; id: names its result, the same for equal cases.
 
     seconds: estimated time.
@@ -52,7 +52,7 @@ class Manifest:
     quantities: tuple[str, ...]
     threads: int
     memory: float
-    rows: tuple[Row, ...] = field(repr=False)
+    rows: tuple[ManifestRow, ...] = field(repr=False)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -60,7 +60,7 @@ class Manifest:
         return tuple(dict.fromkeys(setting.key for row in self.rows for setting in row.settings))
 
     @cached_property
-    def unique(self) -> tuple[Row, ...]:
+    def unique(self) -> tuple[ManifestRow, ...]:
         """One row for each result: equal cases are run once."""
         return tuple({row.id: row for row in reversed(self.rows)}.values())[::-1]
 
@@ -69,11 +69,11 @@ class Manifest:
         """The folder of the results."""
         return self.folder / RESULTS_NAME
 
-    def result(self, row: Row) -> Path:
+    def result(self, row: ManifestRow) -> Path:
         """Return the result file of a case."""
         return self.results / f"{row.id}.h5"
 
-    def note(self, row: Row) -> Path:
+    def note(self, row: ManifestRow) -> Path:
         """Return the file that says why a case has ended without a result."""
         return self.results / f"{row.id}.note"
 
@@ -142,9 +142,9 @@ def read_manifest(folder: Path) -> Manifest:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
 
 
-def _row(values: dict[str, Any]) -> Row:
+def _row(values: dict[str, Any]) -> ManifestRow:
     settings = tuple(Setting(key, value) for key, value in values["settings"].items())
-    return Row(values["index"], values["id"], settings, values["seconds"])
+    return ManifestRow(values["index"], values["id"], settings, values["seconds"])
 
 
 def index_list(indices: Sequence[int]) -> str:

@@ -14,7 +14,7 @@ from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.sweep.base_case import BaseCase, with_origins
-from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, Row
+from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, common_values, points_of
 from fretsolve.sweep.quantity import read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
@@ -41,7 +41,7 @@ class _Findings:
     memory, files: estimated bytes, of the largest case and of all results.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[ManifestRow, ...]
     warnings: tuple[str, ...]
     stages: int
     usual: tuple[str, ...]
@@ -96,7 +96,7 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
 
 def _check(base: BaseCase, points: Sequence[Point], folder: Path) -> _Findings:
     """Prepare every case as if it were run. Raises CaseError for all that are not valid."""
-    rows: list[Row] = []
+    rows: list[ManifestRow] = []
     files: dict[str, float] = {}
     problems: dict[str, CaseError] = {}
     warnings: dict[str, None] = {}
@@ -110,7 +110,7 @@ def _check(base: BaseCase, points: Sequence[Point], folder: Path) -> _Findings:
             texts = {text: value for value in point for text in value.setting.overrides(base.stages)}
             problems |= {str(problem): problem for problem in _placed(error, texts)}
             continue
-        rows.append(Row(index, case.id, settings, case.expected.seconds))
+        rows.append(ManifestRow(index, case.id, settings, case.expected.seconds))
         files[case.id] = case.expected.file
         warnings |= dict.fromkeys(case.setup.model.warnings)
         stages = min(stages, len(case.setup.load_path.last_steps))

@@ -12,7 +12,7 @@ from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import contiguous_parts, parts_folder
 from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 
@@ -24,7 +24,7 @@ STATUSES: tuple[Status, ...] = ("complete", "no solution", "running", "stopped",
 class CaseState:
     """How far a case is. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
 
-    row: Row
+    row: ManifestRow
     status: Status
     exit_code: int | None = None
     reason: str = ""
@@ -47,11 +47,11 @@ def states(manifest: Manifest, reports: Iterable[Report] = ()) -> Iterator[CaseS
         yield CaseState(row, known.status, known.exit_code, known.reason, known.increments)
 
 
-def _of_report(row: Row, report: Report) -> CaseState:
+def _of_report(row: ManifestRow, report: Report) -> CaseState:
     return CaseState(row, "no solution" if report.code else "complete", report.code, report.reason)
 
 
-def state_of(manifest: Manifest, row: Row) -> CaseState:
+def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     """Return the state of a case."""
     out = manifest.result(row)
     if out.exists():
@@ -77,17 +77,17 @@ def state_of(manifest: Manifest, row: Row) -> CaseState:
     return CaseState(row, "stopped", increments=increments)
 
 
-def missing(manifest: Manifest, rows: Iterable[Row] | None = None) -> list[Row]:
+def missing(manifest: Manifest, rows: Iterable[ManifestRow] | None = None) -> list[ManifestRow]:
     """Return the cases without a result, each once; a file appears only when it is whole."""
     return [row for row in (manifest.unique if rows is None else rows) if not manifest.result(row).exists()]
 
 
-def has_ended(manifest: Manifest, row: Row) -> bool:
+def has_ended(manifest: Manifest, row: ManifestRow) -> bool:
     """Return whether a case has its result, or a note of why it has none."""
     return manifest.result(row).exists() or manifest.note(row).exists()
 
 
-def is_taken(manifest: Manifest, row: Row) -> bool:
+def is_taken(manifest: Manifest, row: ManifestRow) -> bool:
     """Return whether a case has ended, or a process is running it."""
     return has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
 

@@ -17,7 +17,7 @@ from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import CaseError, FileError, SlidingError
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.quantity import StageQuantity
 from fretsolve.sweep.status import CaseState, states
 from fretsolve.sweep.table_files import Column, column, write_csv, write_hdf5, write_parquet
@@ -115,7 +115,7 @@ def running_condition(result: Result) -> RunningCondition:
     return "partial slip" if (sticking < touching).any() else "stick"
 
 
-def setting_column(key: str, rows: Sequence[Row]) -> Column:
+def setting_column(key: str, rows: Sequence[ManifestRow]) -> Column:
     """Return the values of a key: numbers if all are numbers in the same unit, else texts, empty for none."""
     texts = [next((setting.value for setting in row.settings if setting.key == key), "") for row in rows]
     try:

@@ -22,7 +22,7 @@ from fretsolve.errors import CaseError, FileError, FretsolveError
 from fretsolve.simulation.run_to_file import Stop
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.worker_pool import Warn, WorkerPool, in_rounds
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import is_taken
 from fretsolve.system.optional import how_to_install
 
@@ -39,7 +39,9 @@ LONGEST_WAIT = 15
 """Seconds for a scheduler to answer."""
 
 
-def run_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: Stop, warn: Warn) -> Iterator[Report]:
+def run_on_dask(
+    manifest: Manifest, todo: Sequence[ManifestRow], address: str, stop: Stop, warn: Warn
+) -> Iterator[Report]:
     """Run the cases `todo` on the workers of the scheduler at `address`; yield the reports as tasks end.
 
     warn: is told what the command waits for. Raises CaseError if no scheduler answers or it has no workers, FileError
@@ -60,7 +62,7 @@ def run_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: Sto
             raise CaseError("the scheduler has no workers; start some", (), place)
         halt = Event(f"fretsolve-{manifest.folder}-{time.time_ns()}", client=client)
 
-        def run(left: list[Row]) -> Iterator[Report]:
+        def run(left: list[ManifestRow]) -> Iterator[Report]:
             futures = client.map(run_task, in_tasks(manifest, left, threads), name=halt.name, pure=False)
             yield from _reports(futures, halt, stop)
             if client.status != "running":
@@ -74,7 +76,7 @@ def run_on_dask(manifest: Manifest, todo: Sequence[Row], address: str, stop: Sto
                 halt.set()  # tasks that still run start no other case
 
 
-def in_tasks(manifest: Manifest, rows: Sequence[Row], threads: int) -> list[Manifest]:
+def in_tasks(manifest: Manifest, rows: Sequence[ManifestRow], threads: int) -> list[Manifest]:
     """Return the cases `rows` as tasks, each a manifest of its own; neighbours, which may be alike, are spread."""
     seconds = sum(row.seconds for row in rows)
     count = min(len(rows), max(threads * TASKS_PER_THREAD, math.ceil(seconds / TASK_SECONDS)))

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.errors import CaseError
-from fretsolve.sweep.manifest import Manifest, Row, index_list
+from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list
 from fretsolve.sweep.plan import SweepPlan
 from fretsolve.sweep.spec import SlurmSpec
 from fretsolve.system import atomic_files
@@ -27,7 +27,7 @@ PARENT_BYTES = 150e6
 """Memory of the process that watches the one that solves."""
 
 
-def submit(plan: SweepPlan, todo: Sequence[Row], at_once: int | None) -> str:
+def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None) -> str:
     """Write the job script, and submit tasks for those of the cases `todo` that no task in the queue has.
 
     Returns what was done, for people. Raises CaseError if Slurm refuses, FileError.

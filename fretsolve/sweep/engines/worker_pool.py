@@ -25,7 +25,7 @@ from pebble import ProcessExpired, ProcessPool
 from fretsolve.errors import FretsolveError
 from fretsolve.simulation.run_to_file import Stop
 from fretsolve.sweep.case_run import EXIT_BUG, CaseRunner, Report, leave_note
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import has_ended, is_taken
 from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 
@@ -43,7 +43,11 @@ Warn = Callable[[str], None]
 
 
 def in_rounds(
-    manifest: Manifest, todo: Sequence[Row], stop: Stop, warn: Warn, run: Callable[[list[Row]], Iterator[Report]]
+    manifest: Manifest,
+    todo: Sequence[ManifestRow],
+    stop: Stop,
+    warn: Warn,
+    run: Callable[[list[ManifestRow]], Iterator[Report]],
 ) -> Iterator[Report]:
     """Yield the reports of `run` on the cases `todo`, which gets cases again as long as nothing was heard of them.
 
@@ -62,7 +66,7 @@ def in_rounds(
                 yield report
 
 
-def free_cases(manifest: Manifest, rows: Sequence[Row], stop: Stop, warn: Warn) -> list[Row]:
+def free_cases(manifest: Manifest, rows: Sequence[ManifestRow], stop: Stop, warn: Warn) -> list[ManifestRow]:
     """Return the cases that have not ended and that nobody is running; wait if others are running all that is left."""
     warned = False
     while True:
@@ -76,7 +80,7 @@ def free_cases(manifest: Manifest, rows: Sequence[Row], stop: Stop, warn: Warn) 
         time.sleep(GLANCE)
 
 
-def run_cases(manifest: Manifest, rows: Iterable[Row], jobs: int, stop: Stop) -> Iterator[Report]:
+def run_cases(manifest: Manifest, rows: Iterable[ManifestRow], jobs: int, stop: Stop) -> Iterator[Report]:
     """Run the cases `rows` with `jobs` at a time, see `WorkerPool.run`, and end the processes."""
     pool = WorkerPool(manifest, jobs)
     try:
@@ -96,12 +100,12 @@ class WorkerPool:
         heard, self._stop = context.Pipe(duplex=False)
         self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard), context=context)
 
-    def run(self, rows: Iterable[Row], stop: Stop) -> Iterator[Report]:
+    def run(self, rows: Iterable[ManifestRow], stop: Stop) -> Iterator[Report]:
         """Yield a report as each of the cases `rows` ends; those that `stop` keeps from starting have none.
 
         rows: may be lazy, the next case is taken when a process is free. After a stop the pool runs no more cases.
         """
-        waiting, running, reports = iter(rows), dict[Future[Report], Row](), list[Report]()
+        waiting, running, reports = iter(rows), dict[Future[Report], ManifestRow](), list[Report]()
         try:
             while True:
                 # Give out the next cases before anybody spends time on reports.
@@ -120,7 +124,7 @@ class WorkerPool:
                 self._stop.close()
                 wait(running)
 
-    def _report(self, future: Future[Report], row: Row) -> Report:
+    def _report(self, future: Future[Report], row: ManifestRow) -> Report:
         try:
             return future.result()
         except BrokenProcessPool as error:
@@ -137,7 +141,7 @@ class WorkerPool:
         self._pool.join()
 
 
-def _report_of_end(row: Row, code: int) -> Report:
+def _report_of_end(row: ManifestRow, code: int) -> Report:
     """Return the report on a case whose process ended; code: its exit code, or minus the number of a signal."""
     if code == EXIT_STOPPED:
         return Report(row.index, code)
@@ -190,7 +194,7 @@ def _begin(manifest: Manifest, pipe: Connection) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
 
-def _solve(row: Row) -> Report:
+def _solve(row: ManifestRow) -> Report:
     """Solve a case in a worker process, which ends if a signal has stopped that."""
     process = _processes[0]
     report = process.runner.run(row, process)

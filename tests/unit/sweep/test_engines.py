@@ -17,7 +17,7 @@ from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
 from fretsolve.sweep.engines.dask import TASKS_PER_THREAD, in_tasks
 from fretsolve.sweep.engines.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
-from fretsolve.sweep.manifest import Manifest, Row, write_manifest
+from fretsolve.sweep.manifest import Manifest, ManifestRow, write_manifest
 from fretsolve.sweep.plan import make_plan
 from fretsolve.sweep.status import has_ended, is_taken, missing
 
@@ -62,7 +62,7 @@ def long(tmp_path: Path) -> Manifest:
 def test_cases_are_given_out_as_they_are_asked_for(manifest: Manifest) -> None:
     asked: list[int] = []
 
-    def rows() -> Iterator[Row]:
+    def rows() -> Iterator[ManifestRow]:
         for row in manifest.rows[1:4]:
             asked.append(row.index)
             yield row
@@ -171,7 +171,7 @@ def test_cases_that_have_ended_or_are_running_are_taken(manifest: Manifest) -> N
 def test_cases_without_news_are_given_out_again_but_none_that_has_failed(manifest: Manifest) -> None:
     rounds: list[list[int]] = []
 
-    def run(left: list[Row]) -> Iterator[Report]:
+    def run(left: list[ManifestRow]) -> Iterator[Report]:
         rounds.append([row.index for row in left])
         yield Report(0, 0)  # another process has done it; its result is on the way
         yield Report(1, 75, "the process was ended by SIGKILL")

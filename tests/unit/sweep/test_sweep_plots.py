@@ -9,7 +9,7 @@ import pytest
 from matplotlib.collections import QuadMesh
 
 from fretsolve.errors import PictureError
-from fretsolve.sweep.manifest import Manifest, Row
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.plot import curve, running_condition, surface
 from fretsolve.sweep.points import Setting
 from fretsolve.sweep.status import CaseState
@@ -23,7 +23,7 @@ def table_of(missing: int = -1) -> Table:
     """Three loads crossed with two displacements; work is load times displacement."""
     points = [(load, shift) for load in LOADS for shift in SHIFTS]
     rows = tuple(
-        Row(index, f"{index:x}", (Setting("load_path.0.P", load), Setting("load_path.1.delta_x", shift)), 1.0)
+        ManifestRow(index, f"{index:x}", (Setting("load_path.0.P", load), Setting("load_path.1.delta_x", shift)), 1.0)
         for index, (load, shift) in enumerate(points)
     )
     manifest = Manifest(Path(), Path(), "a $title$", Path(), (), ("work_total",), 1, 1.0, rows)
@@ -83,11 +83,11 @@ def test_what_cannot_be_drawn() -> None:
         curve(table, "delta_x", "load_path.0.P")
     with pytest.raises(PictureError, match=r"load_path.0.P varies as well"):
         surface(table, "work_total", ("load_path.1.delta_x", "load_path.1.delta_x"))
-    mixed = setting_column("title", [Row(0, "0", (Setting("title", "a"),), 1.0)])
+    mixed = setting_column("title", [ManifestRow(0, "0", (Setting("title", "a"),), 1.0)])
     assert mixed.values.tolist() == ["a"]
 
 
 def test_settings_in_different_units_are_texts() -> None:
-    rows = [Row(index, "", (Setting("P", text),), 1.0) for index, text in enumerate(["1 N", "1 kN"])]
+    rows = [ManifestRow(index, "", (Setting("P", text),), 1.0) for index, text in enumerate(["1 N", "1 kN"])]
     assert setting_column("P", rows).values.tolist() == ["1 N", "1 kN"]
     assert setting_column("P", rows[:1]).heading == "P (N)"
