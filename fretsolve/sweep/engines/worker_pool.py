@@ -17,6 +17,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from types import FrameType
 
@@ -96,6 +97,7 @@ class WorkerPool:
         # If the command is killed, multiprocessing is not to warn of the semaphores of Pebble that it clears up.
         os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
         context = multiprocessing.get_context("spawn")
+        resource_tracker.ensure_running()  # its start unblocks signals, which `run` blocks while processes start
         self._manifest, self._jobs = replace(manifest, rows=()), jobs
         heard, self._stop = context.Pipe(duplex=False)
         self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard), context=context)
