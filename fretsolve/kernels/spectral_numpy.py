@@ -6,6 +6,7 @@ Fields and results are complex (n, m). Kernels are real and hold the non-negativ
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import TypeVar
 
 import numpy as np
@@ -85,13 +86,12 @@ def multiply(kernel: FloatArray, odd: bool, field: ComplexArray, result: Complex
 
 def multiply_symmetric(kernels: Matrix[FloatArray], odd: Matrix[bool], fields: tuple[ComplexArray, ...]) -> None:
     """Multiply two or three fields, in place, by a symmetric matrix of kernels; `odd` is even on the diagonal."""
-    results = [np.empty_like(field) for field in fields]
-    product = np.empty_like(fields[0])
-    for row, (result, field) in enumerate(zip(results, fields, strict=True)):
-        multiply(kernels[row][row], False, field, result)
-        for column, other in enumerate(fields):
-            if column != row:
-                multiply(kernels[row][column], odd[row][column], other, product)
-                result += product
-    for field, result in zip(fields, results, strict=True):
-        field[...] = result
+    products = []
+    for row, column in permutations(range(len(fields)), 2):
+        products.append((row, np.empty_like(fields[row])))
+        multiply(kernels[row][column], odd[row][column], fields[column], products[-1][1])
+    for row, field in enumerate(fields):
+        multiply(kernels[row][row], False, field, field)
+    for row, product in products:
+        field = fields[row]
+        field += product
