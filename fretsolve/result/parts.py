@@ -231,7 +231,7 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(self.path, "history"):
             if "rows" in self.file:
                 rows: NDArray[Any] = self.file["rows"][:]
-                return rows
+                return _with_errors(rows, self.file["error_rows"][:]) if "error_rows" in self.file else rows
             history = self.file["history"]
             rows = np.empty(history["step"].shape, _row_type(ERRORS[0].name in history))
             for name in rows.dtype.names or ():
@@ -299,3 +299,12 @@ def _reason(error: Exception, what: str) -> str:
         if part in message:
             return reason.format(what or "the file")
     return f"cannot read {what or 'the file'}: {message}"
+
+
+def _with_errors(rows: NDArray[Any], errors: NDArray[Any]) -> NDArray[Any]:
+    """Return rows with their error bars, of which earlier versions kept a table of its own."""
+    joined = np.empty(rows.shape, _row_type(errors=True))
+    for name in joined.dtype.names or ():
+        former = FORMER_NAMES.get(name, name)
+        joined[name] = rows[name] if name in (rows.dtype.names or ()) else errors[former]
+    return joined

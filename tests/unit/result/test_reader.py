@@ -282,3 +282,26 @@ def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
             assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
     with HistoryWriter.open(out, header, resume=True) as writer:
         assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+
+
+def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(tmp_path: Path) -> None:
+    out, header = tmp_path / "out.h5", replace(fake_header(), errors=True)
+    states = [replace(state, errors=SummaryErrors(*range(len(ERRORS)))) for state in fake_states(2)]
+    with HistoryWriter.open(out, header) as writer:
+        for state in states:
+            writer.append(state)
+    for part in parts_folder(out).glob("*.h5"):
+        with h5py.File(part, "r+") as file:
+            rows = file["rows"][:]
+            del file["rows"]
+            errors = [quantity.name for quantity in ERRORS]
+            file["rows"] = rows[[name for name in rows.dtype.names if name not in errors]].copy()
+            former = rows[errors].copy()
+            former.dtype.names = tuple(FORMER_NAMES.get(name, name) for name in errors)
+            file["error_rows"] = former
+    with open_result(out) as result:
+        assert result.history["P"].tolist() == [state.summary.P for state in states]
+        for quantity in ERRORS:
+            assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
