@@ -33,6 +33,9 @@ from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 GLANCE = 0.1
 """Seconds between looks at whether to stop."""
 
+LONGEST_START = 10.0
+"""Seconds that `close` waits for a process to start."""
+
 ROUNDS = 3
 """How often missing cases are given out: other commands may leave some, a Dask worker that dies may lose some."""
 
@@ -98,9 +101,10 @@ class WorkerPool:
         os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
         context = multiprocessing.get_context("spawn")
         resource_tracker.ensure_running()  # its start unblocks signals, which `run` blocks while processes start
-        self._manifest, self._jobs = replace(manifest, rows=()), jobs
+        self._manifest, self._jobs, self._started = replace(manifest, rows=()), jobs, False
         heard, self._stop = context.Pipe(duplex=False)
-        self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard), context=context)
+        self._begun, begun = context.Pipe(duplex=False)
+        self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard, begun), context=context)
 
     def run(self, rows: Iterable[ManifestRow], stop: Stop) -> Iterator[Report]:
         """Yield a report as each of the cases `rows` ends; those that `stop` keeps from starting have none.
@@ -114,6 +118,7 @@ class WorkerPool:
                 while len(running) < self._jobs and not stop.requested and (row := next(waiting, None)) is not None:
                     with _blocked_signals():  # until the processes have their own handlers
                         running[self._pool.schedule(_solve, (row,))] = row
+                        self._started = True
                 yield from reports
                 if not running:
                     return
@@ -139,6 +144,11 @@ class WorkerPool:
     def close(self) -> None:
         """End the processes, which must have no case."""
         self._stop.close()
+        # A process that ends while it starts would print a traceback, so wait until all have begun.
+        for _ in range(self._jobs if self._started else 0):
+            if not self._begun.poll(LONGEST_START):
+                break
+            self._begun.recv_bytes()
         self._pool.close()  # type: ignore[no-untyped-call]
         self._pool.join()
 
@@ -187,13 +197,14 @@ _processes: list[_Process] = []
 """In a worker process: itself. Pebble gives its initializer no other way to hand something to the tasks."""
 
 
-def _begin(manifest: Manifest, pipe: Connection) -> None:
+def _begin(manifest: Manifest, pipe: Connection, begun: Connection) -> None:
     """Prepare a worker process; Pebble's initializer."""
     os.dup2(2, 1)  # standard output belongs to the command
     _processes.append(_Process(CaseRunner(manifest), pipe))
     for number in SIGNALS:
         signal.signal(number, _processes[0].note)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+    begun.send_bytes(b"begun")
 
 
 def _solve(row: ManifestRow) -> Report:
