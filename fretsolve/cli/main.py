@@ -47,7 +47,7 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     "--error-bars", is_flag=True, help="Estimate the errors of the history from coarse runs (solver.error_bars)."
 )
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or start it.")
-@overwrite_option("a result")
+@overwrite_option("an existing result")
 @click.option(
     "--threads",
     type=click.IntRange(1),
@@ -216,7 +216,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
     metavar="N",
     help="Export this increment instead of all that have fields; may be repeated.",
 )
-@overwrite_option("files")
+@overwrite_option("existing files")
 def export(**options: Any) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
@@ -225,7 +225,7 @@ def export(**options: Any) -> int:
     \b
     vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,
           the surfaces lie in the folder FILE.vtk. Heights are true to scale: scale z up to see them.
-    xdmf  the fields over the increments, for ParaView: FILE.xdmf refers to the data in OUT.
+    xdmf  the fields over the increments, for ParaView: FILE.xdmf refers to OUT and to FILE.xdmf.h5.
     csv   the history, units in the header, for spreadsheets.
     npz   history and fields, for NumPy.
     """
@@ -255,7 +255,7 @@ def new(kind: str, target: Path | None) -> int:
 
 @main.command()
 @output_option("A .json file to write it to.", "FILE", "target")
-@overwrite_option("a file")
+@overwrite_option("an existing file")
 def schema(target: Path | None, overwrite: bool) -> int:
     """Print the JSON Schema of the case file, for editors.
 

@@ -87,4 +87,4 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only erro
 
 def overwrite_option(what: str) -> Callable[[Command], Command]:
     """Return the option `--overwrite`; what: the thing that it replaces."""
-    return click.option("--overwrite", is_flag=True, help=f"Replace {what} that exists.")
+    return click.option("--overwrite", is_flag=True, help=f"Replace {what}.")

@@ -103,7 +103,7 @@ def status(folder: Path) -> int:
 
 @sweep.command()
 @_FOLDER
-@output_option("A name that ends on .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.", "FILE")
+@output_option("A name ending in .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.", "FILE")
 @click.option(
     "--quantity",
     "quantities",
@@ -112,7 +112,7 @@ def status(folder: Path) -> int:
     help="What to collect at the end of a stage (the last by default); by default what the sweep file names.",
 )
 @click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
-@overwrite_option("a FILE")
+@overwrite_option("an existing FILE")
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
     """Write one table of the settings and results of the sweep in DIR, with error bars where there are any.
 

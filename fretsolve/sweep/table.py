@@ -134,12 +134,12 @@ def writer_of(path: Path, *, fields: bool) -> Callable[[Table], None]:
     if ending in (".h5", ".hdf5"):
         return lambda table: _write_hdf5(path, table, fields=fields)
     if fields:
-        raise CaseError("--fields links results, which only HDF5 can; a name that ends on .h5 is needed", (), path)
+        raise CaseError("--fields links results, which only HDF5 can; a name ending in .h5 is needed", (), path)
     if ending == ".csv":
         return lambda table: write_csv(path, _columns(table))
     if ending == ".parquet":
         return lambda table: write_parquet(path, _columns(table))
-    raise CaseError("the format is not known; a name that ends on .csv, .h5 or .parquet is needed", (), path)
+    raise CaseError("the format is not known; a name ending in .csv, .h5 or .parquet is needed", (), path)
 
 
 def _write_hdf5(path: Path, table: Table, *, fields: bool) -> None:

@@ -230,7 +230,7 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in outcome.stderr
     outcome = invoke("sweep", "collect", folder, "-o", folder / "table.xls")
     assert outcome.exit_code == 2
-    assert "a name that ends on .csv, .h5 or .parquet is needed" in outcome.stderr
+    assert "a name ending in .csv, .h5 or .parquet is needed" in outcome.stderr
     outcome = invoke("sweep", "collect", folder, "--quantity", "P@x")
     assert "there is no stage 'x'; one from 1 on is needed" in outcome.stderr
     outcome = invoke("sweep", "work", folder, "--cases", "6-7")
