@@ -101,7 +101,7 @@ class WorkerPool:
         os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker")
         context = multiprocessing.get_context("spawn")
         resource_tracker.ensure_running()  # its start unblocks signals, which `run` blocks while processes start
-        self._manifest, self._jobs, self._started = replace(manifest, rows=()), jobs, False
+        self._manifest, self._jobs, self._starts = replace(manifest, rows=()), jobs, 0
         heard, self._stop = context.Pipe(duplex=False)
         self._begun, begun = context.Pipe(duplex=False)
         self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard, begun), context=context)
@@ -118,7 +118,7 @@ class WorkerPool:
                 while len(running) < self._jobs and not stop.requested and (row := next(waiting, None)) is not None:
                     with _blocked_signals():  # until the processes have their own handlers
                         running[self._pool.schedule(_solve, (row,))] = row
-                        self._started = True
+                        self._starts = self._starts or self._jobs
                 yield from reports
                 if not running:
                     return
@@ -137,6 +137,7 @@ class WorkerPool:
         except BrokenProcessPool as error:
             raise FretsolveError("the processes that solve cases end while they start") from error
         except ProcessExpired as error:
+            self._starts += 1  # another process takes its place
             report = _report_of_end(row, error.exitcode)
             leave_note(self._manifest, row, report)
             return report
@@ -145,7 +146,7 @@ class WorkerPool:
         """End the processes, which must have no case."""
         self._stop.close()
         # A process that ends while it starts would print a traceback, so wait until all have begun.
-        for _ in range(self._jobs if self._started else 0):
+        for _ in range(self._starts):
             if not self._begun.poll(LONGEST_START):
                 break
             self._begun.recv_bytes()
