@@ -8,7 +8,7 @@ modified. A merged part makes those it was merged from superfluous, which may st
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -229,14 +229,13 @@ class Piece(AbstractContextManager["Piece"]):
     def rows(self) -> NDArray[Any]:
         """Return the history, a record per increment, with the error bars if there are any."""
         with damage_reported(self.path, "history"):
-            if "rows" in self.file:
-                rows: NDArray[Any] = self.file["rows"][:]
-                return _with_errors(rows, self.file["error_rows"][:]) if "error_rows" in self.file else rows
-            history = self.file["history"]
-            rows = np.empty(history["step"].shape, _row_type(ERRORS[0].name in history))
-            for name in rows.dtype.names or ():
-                rows[name] = history[name if name in history else FORMER_NAMES.get(name, name)][:]
-        return rows
+            if "rows" not in self.file:
+                return _records(self.file["history"])
+            rows: NDArray[Any] = self.file["rows"][:]
+            if "error_rows" not in self.file:
+                return rows
+            tables = (rows, self.file["error_rows"][:])  # parts of earlier versions keep the error bars apart
+            return _records({name: table[name] for table in tables for name in table.dtype.names or ()})
 
     def summaries(self) -> list[Summary]:
         """Return the summaries of all increments."""
@@ -301,10 +300,9 @@ def _reason(error: Exception, what: str) -> str:
     return f"cannot read {what or 'the file'}: {message}"
 
 
-def _with_errors(rows: NDArray[Any], errors: NDArray[Any]) -> NDArray[Any]:
-    """Return rows with their error bars, of which earlier versions kept a table of its own."""
-    joined = np.empty(rows.shape, _row_type(errors=True))
-    for name in joined.dtype.names or ():
-        former = FORMER_NAMES.get(name, name)
-        joined[name] = rows[name] if name in (rows.dtype.names or ()) else errors[former]
-    return joined
+def _records(columns: Mapping[str, Any]) -> NDArray[Any]:
+    """Return columns, which may have the names of earlier versions, as a record per increment."""
+    records = np.empty(columns["step"].shape, _row_type(ERRORS[0].name in columns))
+    for name in records.dtype.names or ():
+        records[name] = columns[name if name in columns else FORMER_NAMES.get(name, name)][:]
+    return records
