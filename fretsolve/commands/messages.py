@@ -86,6 +86,7 @@ class TextMessages(QuietMessages):
     """Print lines and a table, and a bar on a terminal."""
 
     def start(self, writer: HistoryWriter) -> None:
+        """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
         if kernels.WHY_NOT:
             print(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}", file=sys.stderr)
@@ -156,6 +157,7 @@ class VerboseMessages(TextMessages):
     """Print text, the stages, how the case is computed, and all of the history of each increment."""
 
     def start(self, writer: HistoryWriter) -> None:
+        """Print the same, the stages and how the case is computed."""
         super().start(writer)
         for line in stage_lines(self.setup):
             print(line)
@@ -180,6 +182,7 @@ class JsonMessages(QuietMessages):
     """Print a JSON object per line; its key `event` is start, warning, increment or end."""
 
     def start(self, writer: HistoryWriter) -> None:
+        """Print the event `start`, and a `warning` for each warning of the case."""
         setup, grid = self.setup, self.setup.grid
         json_line(
             "start",
