@@ -39,7 +39,7 @@ from fretsolve.plots.snapshot import (
     view_box,
 )
 from fretsolve.result import Result
-from fretsolve.result.state import Zone
+from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
@@ -208,7 +208,7 @@ def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale,
     draw_frame(axes, box, NAMES[scale.name])
     bar = drawn.colorbar(axes, image, scale.label)
     if scale.name == "zone":
-        bar.set_ticks([zone.value for zone in Zone], labels=[zone.name.lower() for zone in Zone])
+        bar.set_ticks(range(len(ZONE_NAMES)), labels=ZONE_NAMES)
         bar.ax.minorticks_off()
 
 

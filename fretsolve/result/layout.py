@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fretsolve.case.dimensions import HISTORY_QUANTITIES
-from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, Zone
+from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, ZONE_NAMES
 
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
@@ -102,8 +102,8 @@ QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *ER
 """All of them by their names, which are unique."""
 
 ZONE_ATTRIBUTES: dict[str, Any] = {
-    "flag_values": np.array([zone.value for zone in Zone], np.uint8),
-    "flag_meanings": " ".join(zone.name.lower() for zone in Zone),
+    "flag_values": np.arange(len(ZONE_NAMES), dtype=np.uint8),
+    "flag_meanings": " ".join(ZONE_NAMES),
 }
 
 

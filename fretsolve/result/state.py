@@ -8,7 +8,7 @@ exerts on body 2; slip is that of body 1 relative to body 2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,19 @@ def nothing(shape: tuple[int, ...]) -> FloatArray:
     return np.broadcast_to(np.float64(0.0), shape)
 
 
-class Zone(IntEnum):
-    """State of a cell, as stored in the field `zone`."""
+class Zone:
+    """States of a cell, as stored in the field `zone`; `ZONE_NAMES` has their names.
 
-    OPEN = 0
-    STICK = 1
-    SLIP = 2
+    They are plain integers. NumPy looks for attributes of the members of an enumeration, which calls Python, and
+    loses an interrupt that comes meanwhile.
+    """
+
+    OPEN: Final = 0
+    STICK: Final = 1
+    SLIP: Final = 2
+
+
+ZONE_NAMES = ("open", "stick", "slip")
 
 
 @dataclass(frozen=True)
