@@ -1,4 +1,4 @@
-"""Small cases, and the command line called on them: in this process, or as one of its own."""
+"""The command line, called in this process or as one of its own, and what it prints and writes."""
 
 from __future__ import annotations
 
@@ -14,44 +14,6 @@ from click.testing import CliRunner, Result
 import fretsolve
 from fretsolve import open_result
 from fretsolve.cli.main import main
-
-CASE = """\
-title: tiny
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 16}
-friction: 0.1
-load_path:
-  - {P: 400 N, increments: 1}
-  - {Qx: 20 N, increments: 4}
-expect:
-  - {quantity: delta_z, value: 9.066544 um, rel: 1 %}
-  - {quantity: Qx, value: 0 N, abs: 1e-6 N, stage: 1}
-"""
-
-LONG = """\
-title: long
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.06}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.42}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 25}
-friction: 0.1
-load_path:
-  - {P: 400 N, increments: 10}
-  - cycle: {times: 2, stages: [{Qx: 20 N, increments: 8}, {Qx: -20 N, increments: 8}]}
-output: {fields: [pressure, slip, gap], every: 7}
-"""
-"""A case of 42 increments, each some tens of milliseconds long, which depend on all of a restart's fields."""
-
-
-def write_case(folder: Path, text: str = CASE, name: str = "case.yaml") -> Path:
-    """The file of a case."""
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def invoke(*words: object) -> Result:

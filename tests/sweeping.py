@@ -9,22 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from small_cases import SWEPT
 
 from fretsolve import load_case, open_result, run
 from fretsolve.errors import NoSolutionError
-
-CASE = """\
-title: small
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 12}
-friction: 0.1
-load_path:
-  - {P: 400 N, increments: 1}
-  - {Qx: 36 N, increments: 2}
-"""
+from fretsolve.sweep.manifest import Manifest, write_manifest
+from fretsolve.sweep.plan import make_plan
 
 SWEEP = """\
 title: friction and load
@@ -36,12 +26,19 @@ axes:
 """Six cases, of which the first slides."""
 
 
-def write_sweep(folder: Path, sweep: str = SWEEP, case: str = CASE) -> Path:
+def write_sweep(folder: Path, sweep: str = SWEEP, case: str = SWEPT) -> Path:
     """The sweep file, beside its case."""
     (folder / "case.yaml").write_text(case, encoding="utf-8")
     path = folder / "sweep.yaml"
     path.write_text(sweep, encoding="utf-8")
     return path
+
+
+def manifest_of(folder: Path, case: str = SWEPT) -> Manifest:
+    """Return the manifest of the sweep of `case`, written to its folder."""
+    found = make_plan(write_sweep(folder, case=case), folder / "sweep.sweep").manifest
+    write_manifest(found)
+    return found
 
 
 def rows_of(folder: Path) -> list[dict[str, Any]]:

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 from command_line import finish, start
-from sweeping import CASE, assert_as_serial, workers, write_sweep
+from small_cases import SWEPT
+from sweeping import assert_as_serial, workers, write_sweep
 
 import fretsolve
 
@@ -65,7 +66,7 @@ def wait_for_results(folder: Path, count: int, process: subprocess.Popen[str]) -
 
 def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
     address, (victim, _) = cluster
-    path = write_sweep(tmp_path, SWEEP, CASE.replace("increments: 2", "increments: 30"))
+    path = write_sweep(tmp_path, SWEEP, SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"
     line = ("sweep", "run", path, "--on", f"dask:{address}")
     with start(*line) as process:
@@ -84,7 +85,7 @@ def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Pat
 
 
 def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
-    path = write_sweep(tmp_path, SWEEP, CASE.replace("increments: 2", "increments: 100"))
+    path = write_sweep(tmp_path, SWEEP, SWEPT.replace("increments: 2", "increments: 100"))
     folder = tmp_path / "sweep.sweep"
     with start("sweep", "run", path, "--on", f"dask:{cluster[0]}") as process:
         wait_for_results(folder, 1, process)
@@ -99,7 +100,7 @@ def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[
 
 @pytest.mark.skipif("FRETSOLVE_SWEEP_CASES" not in os.environ, reason="waits for the scheduler in vain; for long runs")
 def test_scheduler_that_goes_away(tmp_path: Path) -> None:
-    case = CASE.replace("increments: 2", "increments: 100").replace("points: 12", "points: 48")
+    case = SWEPT.replace("increments: 2", "increments: 100").replace("points: 12", "points: 48")
     path, folder = write_sweep(tmp_path, SWEEP, case), tmp_path / "sweep.sweep"
     script = tmp_path / "cluster.py"
     script.write_text(CLUSTER)

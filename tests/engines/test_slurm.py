@@ -19,7 +19,8 @@ from tempfile import TemporaryDirectory
 import pytest
 from one_node_slurm import running_slurm, why_not
 from pages import ROOT, blocks
-from sweeping import CASE, assert_as_serial, rows_of, workers, write_sweep
+from small_cases import SWEPT
+from sweeping import assert_as_serial, rows_of, workers, write_sweep
 
 import fretsolve
 from fretsolve import open_result
@@ -114,7 +115,7 @@ def wait_until_empty(slurm: dict[str, str], folder: Path) -> None:
 
 
 def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: Path, small_disk: Path) -> None:
-    case = CASE.replace("increments: 2", f"increments: {INCREMENTS}")
+    case = SWEPT.replace("increments: 2", f"increments: {INCREMENTS}")
     path = write_sweep(tmp_path, SWEEP + TASKS, case)
     folder = small_disk / "sweep"
 
@@ -174,7 +175,7 @@ def let_the_disk_be_full(slurm: dict[str, str], folder: Path) -> None:
 @pytest.mark.skipif(not WHOLE, reason="takes a minute; FRETSOLVE_SWEEP_CASES=40 runs it")
 def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -> None:
     limit = "slurm: {cases_per_task: 1, memory: 400M, time: 1, warning: 35}\naxes: [friction: [0.1]]\n"
-    case = CASE.replace("points: 12", "points: 96")
+    case = SWEPT.replace("points: 12", "points: 96")
     path = write_sweep(tmp_path, f"case: case.yaml\n{limit}", case)
     probe = ("run", tmp_path / "case.yaml", "--set", "load_path.1.increments=41", "-o", tmp_path / "probe.h5")
     call(slurm, sys.executable, "-m", "fretsolve", *probe)
@@ -197,7 +198,7 @@ def test_time_limit_is_met_by_a_requeue(slurm: dict[str, str], tmp_path: Path) -
 def test_page_on_clusters_does_what_it_says(slurm: dict[str, str], tmp_path: Path) -> None:
     page = {block.file: block.text for block in blocks(ROOT / "docs" / "howto" / "clusters.md") if block.file}
     script = next(block.text for block in blocks(ROOT / "docs" / "howto" / "clusters.md") if "# job.sh" in block.text)
-    (tmp_path / "press.yaml").write_text(CASE.replace("increments: 2", "increments: 200").replace(": 12", ": 48"))
+    (tmp_path / "press.yaml").write_text(SWEPT.replace("increments: 2", "increments: 200").replace(": 12", ": 48"))
     (tmp_path / "slurm_sweep.yaml").write_text(page["slurm_sweep.yaml"])
     (tmp_path / "job.sh").write_text(script)
     programs = tmp_path / "bin"

@@ -11,7 +11,8 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import CASE, LONG, assert_same_result, finish, python, saved_steps, start, write_case
+from command_line import assert_same_result, finish, python, saved_steps, start
+from small_cases import CASE, LONG, write_case
 
 from fretsolve import open_result
 from fretsolve.system.signals import NOTICE

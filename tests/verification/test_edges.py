@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_cases import SPHERE, write_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, SIMILAR, A, build, grid_of, solve, solve_last
 
 from fretsolve import load_case, run
@@ -16,22 +17,7 @@ from fretsolve.reference.hertz import boussinesq_punch, love_cone
 from fretsolve.reference.tangential import full_slip_torque, full_stick_compliance
 from fretsolve.result.state import Zone
 
-CASE = """\
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 24}
-friction: 0.1
-load_path:
-  - {P: 400 N}
-"""
-
-
-def written(folder: Path, text: str) -> Path:
-    path = folder / "case.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
+CASE = SPHERE.replace("16", "24") + "load_path:\n  - {P: 400 N}\n"
 
 
 def failure(path: Path) -> NoSolutionError:
@@ -51,7 +37,7 @@ class TestWithoutFriction:
 
     def test_any_shear_force_slides(self, tmp_path):
         text = CASE.replace("friction: 0.1", "friction: 0") + "  - {Qx: 1 N}\n"
-        error = failure(written(tmp_path, text))
+        error = failure(write_case(tmp_path, text))
         assert isinstance(error, SlidingError)
         assert error.line == 9
 
@@ -125,7 +111,7 @@ class TestGrossSliding:
         ],
     )
     def test_under_force_control(self, tmp_path, stage, component, size):
-        error = failure(written(tmp_path, CASE + f"  - {stage}\n"))
+        error = failure(write_case(tmp_path, CASE + f"  - {stage}\n"))
         assert isinstance(error, SlidingError)
         assert error.exit_code == 3
         assert error.key == ("load_path", 1, component)
@@ -134,7 +120,7 @@ class TestGrossSliding:
         assert "\n" not in str(error)
 
     def test_states_before_the_sliding_hold(self, tmp_path):
-        states = run(load_case(written(tmp_path, CASE + "  - {Qx: 50 N, increments: 10}\n")))
+        states = run(load_case(write_case(tmp_path, CASE + "  - {Qx: 50 N, increments: 10}\n")))
         forces = [next(states).summary.Qx for _ in range(8)]
         with pytest.raises(SlidingError):
             next(states)
@@ -172,25 +158,25 @@ class TestUnloading:
         assert abs(states[2].summary.P / states[0].summary.P - 1.0) < 1e-6
 
     def test_shear_force_without_pressure_slides(self, tmp_path):
-        error = failure(written(tmp_path, CASE + "  - {Qx: 20 N, increments: 2}\n  - {P: 100 N, increments: 3}\n"))
+        error = failure(write_case(tmp_path, CASE + "  - {Qx: 20 N, increments: 2}\n  - {P: 100 N, increments: 3}\n"))
         assert isinstance(error, SlidingError)
         assert error.line is not None
 
     def test_moment_without_load(self, tmp_path):
         text = CASE.replace("P: 400 N", "P: 0 N, My: 1 N*mm").replace("24}", "24, size: 1 mm}")
-        error = failure(written(tmp_path, text))
+        error = failure(write_case(tmp_path, text))
         assert isinstance(error, ContactLostError)
 
     def test_tilting_over(self, tmp_path):
         text = CASE.replace("P: 400 N", "P: 400 N, My: 200 N*mm").replace("24}", "24, size: 0.8 mm}")
-        error = failure(written(tmp_path, text))
+        error = failure(write_case(tmp_path, text))
         assert isinstance(error, ContactLostError)
         assert "My/P" in str(error)
 
 
 class TestGridEdge:
     def test_the_advised_size_works(self, tmp_path):
-        path = written(tmp_path, CASE.replace("24}", "24, size: 0.4 mm}"))
+        path = write_case(tmp_path, CASE.replace("24}", "24, size: 0.4 mm}"))
         error = failure(path)
         assert isinstance(error, GridEdgeError)
         assert error.key == ("grid", "size")
@@ -201,7 +187,7 @@ class TestGridEdge:
 
     def test_a_tilted_contact_that_leaves_the_grid(self, tmp_path):
         text = CASE.replace("P: 400 N", "P: 400 N, My: 60 N*mm").replace("24}", "24, size: 0.75 mm}")
-        error = failure(written(tmp_path, text))
+        error = failure(write_case(tmp_path, text))
         assert isinstance(error, GridEdgeError)
         assert "+x" in str(error)
         advice = str(error).split("size: [")[1].split("]")[0]
@@ -238,7 +224,7 @@ class TestEverySurfaceIsSized:
         x = np.linspace(-1.0, 1.0, 81)
         np.save(tmp_path / "map.npy", (x[:, None] ** 2 + x[None, :] ** 2) / 20.0)
         text = CASE.replace("{sphere: {radius: 10 mm}}", "{heights: {file: map.npy, spacing: 0.025 mm}}")
-        state = list(run(load_case(written(tmp_path, text))))[-1]
+        state = list(run(load_case(write_case(tmp_path, text))))[-1]
         assert state.summary.max_pressure == pytest.approx(HERTZ.max_pressure, rel=0.01)
 
     def test_displacement_control(self):

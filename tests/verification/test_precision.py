@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import invoke
+from small_cases import write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, open_result, run
@@ -75,14 +75,8 @@ output: {fields: [pressure, shear, slip, slip_path, work_density, zone, gap]}
 """
 
 
-def written(tmp_path: Path, text: str = TEXT) -> Path:
-    path = tmp_path / "case.yaml"
-    path.write_text(text)
-    return path
-
-
 def test_result_has_fields_in_single_precision(tmp_path):
-    path = written(tmp_path)
+    path = write_case(tmp_path, TEXT)
     done = invoke("run", path)
     assert done.exit_code == 0, done.stderr
     with open_result(path.with_suffix(".h5")) as result:
@@ -95,7 +89,7 @@ def test_result_has_fields_in_single_precision(tmp_path):
 
 
 def test_error_bars(tmp_path):
-    states = list(run(load_case(written(tmp_path), ["solver.error_bars=true"])))
+    states = list(run(load_case(write_case(tmp_path, TEXT), ["solver.error_bars=true"])))
     assert len(states) == 4
     done = invoke("run", tmp_path / "case.yaml", "--error-bars")
     assert done.exit_code == 0, done.stderr
@@ -107,14 +101,17 @@ def test_error_bars(tmp_path):
 def test_a_tolerance_below_what_it_certifies_is_refused(tmp_path, tolerance):
     text = TEXT.replace("precision: single", f"precision: single, tolerance: {tolerance}")
     with pytest.raises(CaseError) as caught:
-        load_case(written(tmp_path, text))
+        load_case(write_case(tmp_path, text))
     message = str(caught.value)
     assert message.startswith(f"{tmp_path / 'case.yaml'}:6: solver.tolerance: {float(tolerance):g} is less than single")
     assert "1e-05 or more is needed, or precision: double" in message
 
 
 def test_estimate_tells_what_is_saved(tmp_path):
-    cases = (load_case(written(tmp_path), ["grid.points=2048", f"solver.precision={p}"]) for p in ("double", "single"))
+    cases = (
+        load_case(write_case(tmp_path, TEXT), ["grid.points=2048", f"solver.precision={p}"])
+        for p in ("double", "single")
+    )
     double, single = (estimate(set_up(case)) for case in cases)
     assert single.memory < 0.8 * double.memory
     assert single.file < 0.6 * double.file

@@ -10,8 +10,9 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import CASE, assert_same_result, invoke, write_case
+from command_line import assert_same_result, invoke
 from fake_states import fake_header, fake_states
+from small_cases import CASE, write_case
 from solving import DISSIMILAR, HERTZ, build
 
 from fretsolve import load_case, open_result

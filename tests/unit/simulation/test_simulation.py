@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_cases import SPHERE, write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
@@ -117,25 +118,18 @@ def test_states_do_not_share_what_later_increments_write(states):
 
 
 class TestErrorsAreLocated:
-    TEXT = """\
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 16}
-friction: 0.1
-load_path:
-  - {P: 400 N}
+    TEXT = f"""\
+{SPHERE}load_path:
+  - {{P: 400 N}}
   - cycle:
       times: 2
       stages:
-        - {Qx: 10 N, increments: 1}
-        - {Qx: 60 N, increments: 1}
+        - {{Qx: 10 N, increments: 1}}
+        - {{Qx: 60 N, increments: 1}}
 """
 
     def located(self, folder: Path, text: str, kind):
-        path = folder / "case.yaml"
-        path.write_text(text, encoding="utf-8")
+        path = write_case(folder, text)
         with pytest.raises(kind) as caught:
             list(run(load_case(path)))
         return path, caught.value

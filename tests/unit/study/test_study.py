@@ -14,8 +14,9 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import finish, invoke, start, write_case
+from command_line import finish, invoke, start
 from PIL import Image
+from small_cases import LOOP, write_case
 
 import fretsolve.commands.study as command
 from fretsolve import load_case, open_result
@@ -30,20 +31,6 @@ from fretsolve.study.wording import advice, two_digits
 from fretsolve.sweep.points import Setting
 from fretsolve.sweep.quantity import StageQuantity, usual_quantities
 
-CASE = """\
-title: loop
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 12}
-friction: 0.1
-coupling: none
-load_path:
-  - {P: 400 N}
-  - {Qx: 36 N, increments: 1}
-  - cycle: {times: 1, stages: [{Qx: -36 N, increments: 1}, {Qx: 18 N, increments: 1}]}
-"""
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
 BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")
 EVERY = "load_path.*.increments"
@@ -135,7 +122,7 @@ def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_values_before_anything_runs(varied: str, message: str, tmp_path: Path) -> None:
-    result = invoke("study", write_case(tmp_path, CASE), "--vary", varied)
+    result = invoke("study", write_case(tmp_path, LOOP), "--vary", varied)
     assert result.exit_code == 2
     assert result.stderr.startswith(message)
     assert result.stderr.count("\n") == 1
@@ -143,7 +130,7 @@ def test_invalid_values_before_anything_runs(varied: str, message: str, tmp_path
 
 
 def test_invalid_case_is_its_own_fault(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE.replace("friction: 0.1", "friction: -1"))
+    case = write_case(tmp_path, LOOP.replace("friction: 0.1", "friction: -1"))
     result = invoke("study", case, "--vary", "grid.points=8")
     assert result.exit_code == 2
     assert result.stderr.startswith(f"{case}:7: friction")
@@ -156,7 +143,7 @@ def plan_of(
     folder: Path,
     varied: Sequence[str],
     *,
-    text: str = CASE,
+    text: str = LOOP,
     quantities: Sequence[str] = (),
     kind: ReferenceKind = "finest",
 ) -> StudyPlan:
@@ -164,7 +151,7 @@ def plan_of(
     return make_plan(case, (), varied, quantities, kind, folder / "case.study")
 
 
-def setup_of(folder: Path, text: str = CASE, *overrides: str) -> Any:
+def setup_of(folder: Path, text: str = LOOP, *overrides: str) -> Any:
     return set_up(load_case(write_case(folder, text), overrides))
 
 
@@ -176,10 +163,10 @@ def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) 
     usual = ["delta_z@4", "delta_x@4", "contact_radius@4", "stick_radius@4", "max_pressure@4", "work_total@4"]
     assert names(usual_quantities(setup_of(tmp_path))) == usual
     expected = [*usual[:1], "delta_x@2", *usual[1:]]
-    assert names(usual_quantities(setup_of(tmp_path, CASE + EXPECT))) == expected
-    driven = CASE.replace("Qx: 18 N", "delta_x: 1 um")
+    assert names(usual_quantities(setup_of(tmp_path, LOOP + EXPECT))) == expected
+    driven = LOOP.replace("Qx: 18 N", "delta_x: 1 um")
     assert names(usual_quantities(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
-    smooth = names(usual_quantities(setup_of(tmp_path, CASE, "friction=0")))
+    smooth = names(usual_quantities(setup_of(tmp_path, LOOP, "friction=0")))
     assert "stick_radius@4" not in smooth
 
 
@@ -268,7 +255,7 @@ def test_two_digits(value: float, text: str) -> None:
 
 
 def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     result = invoke("study", case, "--vary", "grid.points=8,12", "--vary", "solver.tolerance=1e-2,1e-6", *BRIEF)
     assert result.exit_code == 0, result.stderr
     lines = result.stdout.splitlines()
@@ -304,7 +291,7 @@ def percentages(rows: list[dict[str, str]], quantity: str) -> list[float]:
 
 
 def test_table_has_all_quantities_and_marks(tmp_path: Path, undrawn: None) -> None:
-    result = invoke("study", write_case(tmp_path, CASE), "--vary", "grid.points=8,10,12")
+    result = invoke("study", write_case(tmp_path, LOOP), "--vary", "grid.points=8,10,12")
     table = result.stdout[result.stdout.index("points") :].splitlines()
     for heading in ("worst", "delta_z", "delta_x", "contact", "stick", "max", "work"):
         assert heading in result.stdout
@@ -318,13 +305,13 @@ def test_table_has_all_quantities_and_marks(tmp_path: Path, undrawn: None) -> No
 def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
     tmp_path: Path, undrawn: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     first = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     before = rows_of(tmp_path / "case.study")
     larger = invoke("study", case, "--vary", "grid.points=8,10,12", *BRIEF)
     assert [run["reused"] for run in runs_of(larger.stdout)] == ["no", "yes", "yes"]
     monkeypatch.setattr("fretsolve.study.runs.run", lambda *_: pytest.fail("something is run"))
-    write_case(tmp_path, CASE.replace("title: loop", "title: renamed") + EXPECT)
+    write_case(tmp_path, LOOP.replace("title: loop", "title: renamed") + EXPECT)
     second = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert (first.exit_code, second.exit_code) == (0, 0)
     assert "2 runs, 2 of them there already" in second.stdout
@@ -333,7 +320,7 @@ def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
 
 
 def test_quiet(tmp_path: Path, undrawn: None) -> None:
-    text = CASE.replace("coupling: none", "coupling: auto")
+    text = LOOP.replace("coupling: none", "coupling: auto")
     (tmp_path / "case.study").mkdir()
     (tmp_path / "case.study" / "study.csv.01ab23cd.tmp").touch()  # as a kill leaves it
     result = invoke("study", write_case(tmp_path, text), "--vary", "grid.points=8,10", *BRIEF, "-q")
@@ -342,7 +329,7 @@ def test_quiet(tmp_path: Path, undrawn: None) -> None:
 
 
 def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     words = ("study", case, "--vary", "grid.points=16,24", "--set", f"{EVERY.replace('*', '1')}=2")
     result = invoke(*words, "--truth", "closed-form", "-o", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
@@ -358,19 +345,19 @@ def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
 @pytest.mark.parametrize(
     ("text", "words", "message"),
     [
-        (CASE.replace("none", "full"), ("--truth", "closed-form"), "no closed form is known for this case"),
+        (LOOP.replace("none", "full"), ("--truth", "closed-form"), "no closed form is known for this case"),
         (
-            CASE,
+            LOOP,
             ("--truth", "closed-form", "--quantity", "max_shear"),
             "max_shear@4: --truth closed-form: it has no closed",
         ),
         (
-            CASE,
+            LOOP,
             ("--truth", "closed-form", "--quantity", "delta_x@2", "--set", "coupling=tangential"),
             "max_pressure; with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which",
         ),
-        (CASE, ("--truth", "expect"), "expect: the case expects nothing that --truth expect could compare with"),
-        (CASE + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value; these have: delta_x@2"),
+        (LOOP, ("--truth", "expect"), "expect: the case expects nothing that --truth expect could compare with"),
+        (LOOP + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value; these have: delta_x@2"),
     ],
 )
 def test_truth_that_is_not_there(text: str, words: tuple[str, ...], message: str, tmp_path: Path) -> None:
@@ -381,7 +368,7 @@ def test_truth_that_is_not_there(text: str, words: tuple[str, ...], message: str
 
 
 def test_expected_truth(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE + EXPECT)
+    case = write_case(tmp_path, LOOP + EXPECT)
     result = invoke("study", case, "--vary", "grid.points=8,16", "--truth", "expect")
     assert result.exit_code == 0
     truth, *rows = rows_of(tmp_path / "case.study")
@@ -391,7 +378,7 @@ def test_expected_truth(tmp_path: Path, undrawn: None) -> None:
 
 
 def test_failures_are_rows_with_their_reason(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     words = ("study", case, "--vary", "grid.points=8,10", "--vary", "solver.max_iterations=1,500", *BRIEF)
     result = invoke(*words)
     assert result.exit_code == 0
@@ -405,7 +392,7 @@ def test_failures_are_rows_with_their_reason(tmp_path: Path, undrawn: None) -> N
 
 
 def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     words = ("--vary", "grid.points=8,10", "--vary", "load_path.1.Qx=50 N")
     result = invoke("study", case, *words, *BRIEF)
     assert result.exit_code == 3
@@ -418,7 +405,7 @@ def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
 
 
 def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
-    case, folder = write_case(tmp_path, CASE), tmp_path / "case.study"
+    case, folder = write_case(tmp_path, LOOP), tmp_path / "case.study"
     folder.mkdir()
     (folder / "study.png").write_bytes(b"of another study")
     result = invoke("study", case, "--vary", "load_path.1.Qx=20 N,30 N", "--vary", "grid.points=8,10", *BRIEF)
@@ -447,14 +434,14 @@ def test_spacing_of_increments_changes_no_problem() -> None:
 
 def test_known_values_hold_for_one_problem(tmp_path: Path) -> None:
     words = ("--vary", "grid.points=8,10", "--vary", "friction=0.1,0.2", "--truth", "closed-form")
-    result = invoke("study", write_case(tmp_path, CASE), *words)
+    result = invoke("study", write_case(tmp_path, LOOP), *words)
     assert result.exit_code == 2
     assert result.stderr.startswith("--vary friction: changes the problem itself, and --truth closed-form holds for")
 
 
 def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn: None) -> None:
     words = ("--vary", "grid.points=8,10", "--truth", "closed-form")
-    linked = write_case(tmp_path, CASE.replace("none", "tangential"))
+    linked = write_case(tmp_path, LOOP.replace("none", "tangential"))
     told = invoke("study", linked, *words).stdout
     assert "left out, without a closed form: delta_x@4, stick_radius@4, work_total@4\n(with Poisson's ratios" in told
     assert "they are exact only with coupling: none" in told
@@ -462,7 +449,7 @@ def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn
 
 def test_known_truth_outlives_a_failing_finest_run(tmp_path: Path, undrawn: None) -> None:
     words = ("--vary", "solver.max_iterations=500,1", "--truth", "closed-form", "--quantity", "delta_x@2")
-    result = invoke("study", write_case(tmp_path, CASE), *words)
+    result = invoke("study", write_case(tmp_path, LOOP), *words)
     assert result.exit_code == 0
     assert result.stdout.count("failed: ") == 1
     assert [row["status"] for row in rows_of(tmp_path / "case.study")] == ["the closed forms", "failed", "complete"]
@@ -470,13 +457,13 @@ def test_known_truth_outlives_a_failing_finest_run(tmp_path: Path, undrawn: None
 
 def test_all_fail(tmp_path: Path, undrawn: None) -> None:
     words = ("--vary", "solver.max_iterations=1", "--truth", "closed-form")
-    result = invoke("study", write_case(tmp_path, CASE), *words)
+    result = invoke("study", write_case(tmp_path, LOOP), *words)
     assert result.exit_code == 3
     assert result.stderr.splitlines()[-1].startswith("none of the runs has a solution: ")
 
 
 def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     result = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y", *BRIEF)
     assert result.exit_code == 0
     assert "left out, since 0: delta_y@4" in result.stdout
@@ -515,7 +502,7 @@ def test_stopped_run_is_resumed(tmp_path: Path) -> None:
 
 
 def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     words = ("study", case, "--vary", f"{EVERY}=5,6,7,8", "--quantity", "work_total@2", "--set", "grid.points=12")
     with start(*words) as process:
         assert process.stdout is not None
@@ -557,7 +544,7 @@ def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_picture(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     varied = ("--vary", "grid.points=8,10,12", "--vary", "solver.tolerance=1e-2,1e-6")
     result = invoke("study", case, *varied, "--quantity", "delta_x", "--quantity", "contact_radius")
     assert result.exit_code == 0, result.stderr
@@ -592,7 +579,7 @@ def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pyt
     for name in [name for name in sys.modules if name.startswith("fretsolve.plots.")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    case, folder = write_case(tmp_path, CASE), tmp_path / "case.study"
+    case, folder = write_case(tmp_path, LOOP), tmp_path / "case.study"
     folder.mkdir()
     (folder / "study.png").write_bytes(b"of another study")
     result = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
@@ -603,13 +590,13 @@ def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pyt
 
 
 def test_folder_that_cannot_be_made(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE)
+    case = write_case(tmp_path, LOOP)
     result = invoke("study", case, "--vary", "grid.points=8", "-o", case)
     assert result.exit_code == 4
     assert result.stderr.endswith(f"{case}: cannot be made a folder: File exists\n")
 
 
 def test_something_must_be_varied(tmp_path: Path) -> None:
-    result = invoke("study", write_case(tmp_path, CASE))
+    result = invoke("study", write_case(tmp_path, LOOP))
     assert result.exit_code == 2
     assert "Missing option '--vary'" in result.stderr

@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 from command_line import finish, invoke, start
 from fake_states import fake_header, fake_states
-from sweeping import CASE, SWEEP, assert_as_serial, rows_of, workers, write_sweep
+from small_cases import SWEPT
+from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
 from fretsolve.case.loading import read_case, validated
 from fretsolve.errors import CaseError
@@ -294,7 +295,7 @@ axes: [friction: [0.1]]
 
 
 def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:
-    path = write_sweep(tmp_path, case=CASE.replace("increments: 2", "increments: 30"))
+    path = write_sweep(tmp_path, case=SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"
 
     code, output, messages = finish("sweep", "run", path, preexec_fn=limit_file_size)
@@ -307,7 +308,7 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     assert "error (exit code 4)" in told
     assert told.endswith("missing: --array=0-5\n")
 
-    # Where the signals meet the cases does not matter here: all goes on from there. Endless cases are in test_engines.
+    # Where the signals meet the cases does not matter here: all goes on from there.
     with start("sweep", "run", path, "-j", 1) as process:
         wait_for(lambda: workers(folder), process)
         for child in workers(folder):
@@ -340,7 +341,7 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     outcome = invoke("sweep", "work", folder, "--cases", "4-5,1,99")
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert missing_of(folder) == [0, 2, 3]
-    (tmp_path / "case.yaml").write_text(CASE.replace("36 N", "20 N"))
+    (tmp_path / "case.yaml").write_text(SWEPT.replace("36 N", "20 N"))
     outcome = invoke("sweep", "work", folder, "--cases", "2-3")
     assert outcome.exit_code == 2
     assert "has changed since the sweep began" in outcome.stderr

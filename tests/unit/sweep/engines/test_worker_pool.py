@@ -1,4 +1,4 @@
-"""Who runs which case: worker processes and what becomes of them, rounds, and the tasks of Dask."""
+"""Who runs which case: worker processes and what becomes of them, and rounds."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sweeping import CASE, SWEEP, workers, write_sweep
+from small_cases import SWEPT
+from sweeping import manifest_of, workers
 
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
-from fretsolve.sweep.engines.dask import TASKS_PER_THREAD, in_tasks
 from fretsolve.sweep.engines.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
-from fretsolve.sweep.manifest import Manifest, ManifestRow, write_manifest
-from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import has_ended, is_taken, missing
 
 PATIENCE = 300.0
@@ -39,21 +38,10 @@ class Stop:
         return self._found
 
 
-def manifest_of(folder: Path, sweep: str = SWEEP, case: str = CASE) -> Manifest:
-    found = make_plan(write_sweep(folder, sweep, case), folder / "sweep.sweep").manifest
-    write_manifest(found)
-    return found
-
-
-@pytest.fixture
-def manifest(tmp_path: Path) -> Manifest:
-    return manifest_of(tmp_path)
-
-
 @pytest.fixture
 def long(tmp_path: Path) -> Manifest:
     """Six cases that last until they are stopped, for all that tests can wait for."""
-    return manifest_of(tmp_path, case=CASE.replace("increments: 2", "increments: 100000"))
+    return manifest_of(tmp_path, case=SWEPT.replace("increments: 2", "increments: 100000"))
 
 
 # Worker processes
@@ -181,20 +169,3 @@ def test_cases_without_news_are_given_out_again_but_none_that_has_failed(manifes
     reports = list(in_rounds(manifest, manifest.rows[:4], Stop(), print, run))
     assert [report.index for report in reports] == [1, 2] * ROUNDS
     assert rounds == [[0, 1, 2, 3], [0, 3], [0, 3]]
-
-
-# Dask
-
-
-def test_tasks_are_some_per_thread_more_of_long_cases_and_have_each_case_once(manifest: Manifest) -> None:
-    def tasks(count: int, seconds: float) -> list[Manifest]:
-        rows = [replace(manifest.rows[0], index=index, seconds=seconds) for index in range(count)]
-        found = in_tasks(manifest, rows, threads=2)
-        assert sorted(row.index for task in found for row in task.rows) == list(range(count))
-        return found
-
-    assert len(tasks(4, 0.1)) == 4
-    assert len(tasks(100, 0.01)) == 2 * TASKS_PER_THREAD
-    assert len(tasks(1000, 0.1)) == 100
-    assert len(tasks(1000, 600.0)) == 1000
-    assert [row.index for row in tasks(40, 0.01)[0].rows] == [0, 20]

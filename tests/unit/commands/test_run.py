@@ -10,7 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import CASE, invoke, saved_steps, write_case
+from command_line import invoke, saved_steps
+from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
 from fretsolve.result.parts import parts_folder

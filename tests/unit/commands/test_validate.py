@@ -8,14 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import CASE, invoke, python, write_case
+from command_line import invoke, python
+from small_cases import CASE, UNLIKE, write_case
 
 from fretsolve import load_case
 from fretsolve.commands.validate import effective_yaml
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import set_up
 
-DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
 ELLIPSOID = "surface={ellipsoid: {radius_x: 10 mm, radius_y: 25 mm, angle: 30 deg}}"
 
 
@@ -41,7 +41,7 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
 
 
 def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:
-    for sets in (NORMAL, (DISSIMILAR,)):
+    for sets in (NORMAL, (UNLIKE,)):
         output, _ = validated(tmp_path, "grid.points=64", *sets)
         table = output.partition("what and why")[2].partition("\nDundurs' constant")[0]
         rows = re.findall(r"^(.+?) +(on|off) +(?:(\d+)% +(\d+)%)?", table, re.MULTILINE)
@@ -66,7 +66,7 @@ def test_coarse_grid_gets_a_warning(tmp_path: Path) -> None:
 
 
 def test_too_few_terms_get_a_warning(tmp_path: Path) -> None:
-    _, messages = validated(tmp_path, "grid.points=64", "coupling=none", DISSIMILAR)
+    _, messages = validated(tmp_path, "grid.points=64", "coupling=none", UNLIKE)
     assert "warning: coupling: none leaves out what pressure and shear do to each other" in messages
 
 
@@ -139,8 +139,8 @@ print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1
     "sets",
     [
         NORMAL,
-        (DISSIMILAR, "load_path.1.increments=1"),
-        (DISSIMILAR, "load_path=[{P: 400 N, increments: 2}]", "expect=[]", "grid.points=512"),
+        (UNLIKE, "load_path.1.increments=1"),
+        (UNLIKE, "load_path=[{P: 400 N, increments: 2}]", "expect=[]", "grid.points=512"),
     ],
     ids=["normal", "coupled", "finer"],
 )

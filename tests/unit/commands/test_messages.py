@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import CASE, finish, invoke, write_case
+from command_line import finish, invoke
+from small_cases import CASE, write_case
 
 from fretsolve import open_result
 from fretsolve.result.layout import HISTORY

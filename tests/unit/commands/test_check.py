@@ -6,7 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from command_line import CASE, invoke, write_case
+from command_line import invoke
+from small_cases import CASE, write_case
 
 from fretsolve.case.models import Expectation
 from fretsolve.commands.check import Comparison

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import CASE, invoke, write_case
+from command_line import invoke
+from small_cases import CASE, UNLIKE, write_case
 
 from fretsolve import load_case
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 
 FINE = CASE.replace("points: 16", "points: 64")
-DISSIMILAR = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
 CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))
 PRESSED = "load_path.1.Qx=0 N"
 
@@ -48,10 +48,10 @@ WARNINGS = {
     ("load_path.1={phi_z: 90 deg}",): "load_path: phi_z moves the surfaces by 1.6 contact radii",
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 76 x 76 that accuracy 1 %",
-    (DISSIMILAR, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
+    (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
         "load_path.0.increments: 30 are fewer than the 91 that accuracy 1 % picks, so it will"
     ),
-    (DISSIMILAR, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
+    (UNLIKE, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }
 
 
@@ -77,9 +77,9 @@ def test_missing_friction(tmp_path: Path) -> None:
     assert found.startswith("friction: not given, so it is 0, although the load path moves Qx; write friction: 0 if")
     pressed = ("load_path=[{P: 400 N}]", "expect=[]")
     assert case_warnings(setup_of(tmp_path, *pressed, text=WITHOUT_FRICTION)) == []
-    (found,) = case_warnings(setup_of(tmp_path, *pressed, DISSIMILAR, text=WITHOUT_FRICTION))
+    (found,) = case_warnings(setup_of(tmp_path, *pressed, UNLIKE, text=WITHOUT_FRICTION))
     assert "although the bodies differ (Dundurs' constant 0.1938)" in found
-    assert case_warnings(setup_of(tmp_path, *pressed, DISSIMILAR, "friction=0")) == []
+    assert case_warnings(setup_of(tmp_path, *pressed, UNLIKE, "friction=0")) == []
 
 
 def test_no_warning_where_the_theory_does_not_apply(tmp_path: Path) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import CASE, invoke, write_case
+from command_line import invoke
+from small_cases import CASE, write_case
 
 from fretsolve.cli import main as cli
 

@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 
 import pytest
-from command_line import CASE, finish, start, write_case
+from command_line import start
+from small_cases import CASE, write_case
 
 
 def shown_on_a_terminal(case: Path, *words: str) -> tuple[int, str]:
@@ -58,29 +59,3 @@ def test_no_color_is_heeded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setenv("NO_COLOR", "1")
     code, shown = shown_on_a_terminal(tmp_path / "case.yaml", "--overwrite")
     assert (code, colour in shown) == (0, False)
-
-
-COMPLETED = {
-    "va": ["validate"],
-    "run --re": ["--resume"],
-    "new mo": ["mode1", "mode2", "mode3"],
-    "export x.h5 --to v": ["vtk"],
-}
-
-
-@pytest.mark.parametrize("typed", COMPLETED)
-def test_shell_completes_commands_options_and_values(typed: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("_FRETSOLVE_COMPLETE", "bash_complete")
-    monkeypatch.setenv("COMP_WORDS", f"fretsolve {typed}")
-    monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
-    code, output, _ = finish()
-    assert code == 0
-    assert output.split() == [f"plain,{word}" for word in COMPLETED[typed]]
-
-
-def test_shell_gets_a_script_for_completion(monkeypatch: pytest.MonkeyPatch) -> None:
-    for shell in ("bash", "zsh", "fish"):
-        monkeypatch.setenv("_FRETSOLVE_COMPLETE", f"{shell}_source")
-        code, script, _ = finish()
-        assert code == 0
-        assert "_FRETSOLVE_COMPLETE" in script

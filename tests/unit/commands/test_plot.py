@@ -1,0 +1,111 @@
+"""``fretsolve plot``: files and their names, and what cannot be drawn is one line that says why."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import finish, invoke
+from PIL import Image
+from small_cases import DRAWN, write_case
+
+from fretsolve.errors import FileError
+
+
+def test_files_by_their_suffix(result_folder: Path, tmp_path: Path) -> None:
+    for suffix, start in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("SVG", b"<?xml")):
+        out = tmp_path / f"loop.{suffix}"
+        done = invoke("plot", result_folder / "torsion.h5", "-o", out)
+        assert (done.exit_code, done.output) == (0, f"{out}\n")
+        assert out.read_bytes().startswith(start)
+        assert 3_000 < out.stat().st_size < 300_000
+    with Image.open(tmp_path / "loop.png") as picture:
+        assert picture.size >= (600, 500)
+    first = (tmp_path / "loop.SVG").read_bytes()
+    invoke("plot", result_folder / "torsion.h5", "loop", "-o", tmp_path / "loop.SVG")
+    assert (tmp_path / "loop.SVG").read_bytes() == first  # the same result, the same file
+
+
+def test_names_by_default(result_folder: Path, tmp_path: Path) -> None:
+    shutil.copy(result_folder / "torsion.h5", tmp_path / "case.h5")
+    done = invoke("plot", tmp_path / "case.h5", "stick-history", "convergence")
+    assert done.exit_code == 0
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["case.convergence.png", "case.h5", "case.stick-history.png"]
+
+
+ERRORS = {
+    ("fretting", "loop", "-o", "x.jpg"): "x.jpg: not a name for loop; one ending in .png, .pdf, .svg is needed",
+    ("fretting", "loop", "-o", "x"): "x: not a name for loop; one ending in .png, .pdf, .svg is needed",
+    ("fretting", "animate", "-o", "x.png"): "not a name for animate; one ending in .gif, .mp4 is needed",
+    ("fretting", "loop", "map", "-o", "x.png"): "one file cannot hold 2 pictures: name a folder",
+    ("fretting", "loop", "--step", "1"): "--step has no effect on loop; leave it out",
+    ("fretting", "map", "--step", "99"): "map: there is no increment 99; there are 0 to 16",
+    ("fretting", "map", "--step", "1", "--step", "2"): "map: shows one increment, not 2: give --step once",
+    ("fretting", "map", "--field", "sheer"): "map: there is no field 'sheer'; stored are pressure, shear, slip,",
+    ("fretting", "profiles", "--at", "3,0"): "profiles: x = 3 mm is off the grid, whose cells lie from -0.35 to 0.35",
+    ("fretting", "profiles", "--at", "here"): "'here' is not a point; two numbers in mm such as 0.1,-0.05 are needed",
+    ("fretting", "slip-angle", "--step", "2"): "slip-angle: no tangential load changes in increment 2, so that",
+    ("fretting", "loup"): "'loup' is not one of 'loop', 'profiles',",
+    ("fretting", "loop", "--all"): "--all takes all kinds; leave KIND out.",
+    ("fretting", "--all", "-o", "x.pdf"): "x.pdf: --all writes many files; the name of a folder is needed",
+    ("mindlin", "map", "--step", "6"): "map: the fields of increment 6 are not stored (output.every); the nearest",
+    ("hertz", "streamlines"): "streamlines: the field 'shear' is not stored, only pressure, zone; output.fields",
+    ("hertz", "slip-angle"): "slip-angle: the field 'shear' is not stored, only pressure, zone; output.fields",
+    ("hertz", "stick-history"): "stick-history: nothing sticks or slips without friction and shear traction",
+    ("torsion", "slip-angle", "--step", "0"): "slip-angle: nothing slips in increment 0",
+    ("torsion", "streamlines", "--step", "0"): "streamlines: shear and slip are 0 everywhere in increment 0",
+}
+
+
+@pytest.mark.parametrize("words", ERRORS, ids=" ".join)
+def test_what_cannot_be_drawn_is_one_line(
+    words: tuple[str, ...], result_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("plot", result_folder / f"{words[0]}.h5", *words[1:])
+    assert done.exit_code == 2
+    assert ERRORS[words] in done.stderr
+    assert done.output.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_picture_that_cannot_be_written(result_folder: Path, tmp_path: Path) -> None:
+    done = invoke("plot", result_folder / "torsion.h5", "-o", tmp_path / "missing" / "x.svg")
+    assert done.exit_code == FileError.exit_code
+    assert done.stderr == f"{tmp_path}/missing/x.svg: cannot be written: No such file or directory\n"
+    (tmp_path / "taken").touch()
+    done = invoke("plot", result_folder / "torsion.h5", "--all", "-o", tmp_path / "taken")
+    assert (done.exit_code, done.output.count("\n")) == (4, 1)
+    assert invoke("plot", tmp_path / "no.h5").exit_code == 4
+
+
+def test_without_matplotlib(result_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = invoke("plot", result_folder / "torsion.h5")
+    assert (done.exit_code, done.output.count("\n")) == (2, 1)
+    assert done.stderr.endswith("pip install '.[plot]' in a clone of fretsolve\n")
+
+
+def test_letters_that_the_font_lacks_are_no_warning(result_folder: Path, tmp_path: Path) -> None:
+    text = DRAWN["hertz"].replace("bodies:", "title: 微动 接触\nbodies:").replace("points: 40", "points: 12")
+    assert invoke("run", write_case(tmp_path, text), "-q").exit_code == 0
+    code, output, messages = finish("plot", tmp_path / "case.h5", "loop")
+    assert (code, output, messages) == (0, f"{tmp_path}/case.loop.png\n", "")
+    with Image.open(tmp_path / "case.loop.png") as picture:
+        picture.verify()
+
+
+def test_a_folder_for_several_pictures_is_made(result_folder: Path, tmp_path: Path) -> None:
+    result = result_folder / "fretting.h5"
+    made = tmp_path / "with.dots" / "pictures"
+    done = invoke("plot", result, "loop", "convergence", "-o", made)
+    assert (done.exit_code, len(list(made.iterdir()))) == (0, 2)
+    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'v1.0'}/")
+    assert [path.name for path in (tmp_path / "v1.0").iterdir()] == ["fretting.loop.png"]
+    (tmp_path / "taken").write_text("a file")
+    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'taken'}/")
+    assert done.exit_code == 4
+    assert "cannot be made a folder" in done.stderr

@@ -1,0 +1,135 @@
+"""Pictures of the history: loops, stick zones and iterations."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from pictures import heading, legend_texts, panels, with_path
+
+from fretsolve import plots
+from fretsolve.plots.load_history import cycles, moved_pairs
+from fretsolve.result import Result
+
+
+def area(xy: np.ndarray) -> float:
+    x, y = xy.T
+    return 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+
+
+def test_loop_is_the_history_cycle_by_cycle(results: dict[str, Result]) -> None:
+    result = results["fretting"]
+    history = result.history
+    figure = plots.loop(result)
+    tangential, normal = panels(figure)
+    assert tangential.get_xlabel() == r"rigid displacement along x $\delta_x$ (µm)"
+    assert tangential.get_ylabel() == r"tangential force along x $Q_x$ (N)"
+    assert normal.get_xlabel() == r"normal approach $\delta_z$ (µm)"
+    parts = [slice(0, 5), slice(4, 11), slice(10, 17)]
+    assert len(tangential.lines) == len(parts)
+    for line, part in zip(tangential.lines, parts, strict=True):
+        np.testing.assert_allclose(line.get_xdata(), 1e3 * history["delta_x"][part])
+        np.testing.assert_allclose(line.get_ydata(), history["Qx"][part])
+    looks = {(line.get_linestyle(), line.get_marker(), line.get_color()) for line in tangential.lines}
+    assert len({look[:2] for look in looks}) == 3
+    np.testing.assert_allclose(normal.lines[0].get_ydata(), history["P"])
+    assert legend_texts(normal) == ["first loading", "Hertz (closed form)"]
+    assert f"{1e3 * history['work_total'][-1]:.4g} µJ" in heading(figure)
+    assert heading(figure).startswith("Fretting <mode> $I$ & $\\mathbf")
+
+
+@pytest.mark.parametrize(("increments", "marked", "told"), [(40, 41, ""), (120, 41, ", one in 3 increments marked")])
+def test_each_increment_of_a_loop_is_marked_or_it_is_said(
+    increments: int, marked: int, told: str, results: dict[str, Result]
+) -> None:
+    result = results["fretting"]
+    case = result.effective_case
+    case["load_path"] = [{"P": 400.0}, {"Qx": 36.0}]
+    result = with_path(result, case, loads=np.linspace(0.0, 36.0, increments + 1).tolist())
+    line = panels(plots.loop(result))[0].lines[0]
+    first, every = line.get_markevery()
+    assert len(line.get_xdata()[first::every]) == marked
+    assert str(line.get_label()) == f"first loading{told}"
+
+
+def test_work_of_closed_cycles_is_shaded_and_labelled(results: dict[str, Result]) -> None:
+    history = results["fretting"].history
+    axes = panels(plots.loop(results["fretting"]))[0]
+    work = 1e3 * np.diff(history["work_total"][[4, 10, 16]])
+    labels = [f"{value:.4g} µJ dissipated in cycle {k}" for k, value in enumerate(work, start=1)]
+    assert legend_texts(axes) == ["first loading", "cycle 1", "cycle 2", *labels]
+    for patch, part in zip(axes.patches, (slice(4, 11), slice(10, 17)), strict=True):
+        expected = np.column_stack([1e3 * history["delta_x"][part], history["Qx"][part]])
+        np.testing.assert_allclose(patch.get_xy()[: len(expected)], expected)
+
+
+def test_shaded_area_is_the_work_in_the_limit_of_small_increments(results: dict[str, Result]) -> None:
+    history = results["mindlin"].history
+    (patch,) = panels(plots.loop(results["mindlin"]))[0].patches
+    work = 1e3 * (history["work_total"][30] - history["work_total"][6])
+    assert area(patch.get_xy()) == pytest.approx(work, rel=0.01)  # N times µm is µJ
+
+
+def test_many_cycles_have_a_colour_bar(results: dict[str, Result]) -> None:
+    result = results["fretting"]
+    case = result.effective_case
+    case["load_path"] = [{"P": 400.0}, {"cycle": {"times": 9, "stages": [{"Qx": -36.0}, {"Qx": 36.0}]}}]
+    (pair, *_) = moved_pairs(with_path(result, case, loads=[0.0, *[-36.0, 36.0] * 9]))
+    assert [cycle.closed for cycle in cycles(result, pair)] == [False] + [True] * 8 + [False]
+    axes = panels(plots.loop(result))[0]
+    assert len(axes.child_axes) == 1
+    assert axes.child_axes[0].get_ylabel() == "cycle (0: first loading)"
+    assert [text for text in legend_texts(axes) if text.startswith("cycle")] == []
+    assert len(axes.patches) == 1
+    assert legend_texts(axes)[-1].endswith("dissipated in cycle 8")
+
+
+def test_errors_are_drawn_where_the_result_has_them(results: dict[str, Result]) -> None:
+    result = results["fretting"]
+    assert not panels(plots.loop(result))[0].containers
+    count = result.increments
+    result.history = {**result.history, "delta_x_error": np.full(count, 2e-5), "work_total_error": np.full(count, 3e-5)}
+    figure = plots.loop(result)
+    (container,) = panels(figure)[0].containers
+    (bars,) = container[2]
+    lengths = [float(np.ptp(segment[:, 0])) for segment in bars.get_segments()]
+    np.testing.assert_allclose(lengths, 2 * 1e3 * 2e-5)
+    assert re.search(r" \d+\.\d{3} ± 0\.030 µJ", heading(figure))
+    assert "estimated errors" in legend_texts(panels(figure)[0])
+
+
+def test_torsion_is_a_loop_of_moment_over_rotation(results: dict[str, Result]) -> None:
+    result = results["torsion"]
+    (axes,) = panels(plots.loop(result))
+    assert axes.get_xlabel() == r"rotation about the z axis $\varphi_z$ (mrad)"
+    assert axes.get_ylabel() == r"torsional moment $M_z$ (N·mm)"
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), 1e3 * result.history["phi_z"])
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), result.history["Mz"])
+
+
+def test_stick_history(results: dict[str, Result]) -> None:
+    result = results["mindlin"]
+    (axes,) = panels(plots.stick_history(result))
+    ratio = result.history["stick_radius"] / result.history["contact_radius"]
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), result.history["Qx"][:7])
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), ratio[:7])
+    form = next(line for line in axes.lines if line.get_label() == "Cattaneo-Mindlin (closed form)")
+    np.testing.assert_allclose(form.get_ydata(), ratio, atol=0.03)
+    assert axes.get_ylabel() == "stick radius over contact radius, c/a (1)"
+    (twisted,) = panels(plots.stick_history(results["torsion"]))
+    assert legend_texts(twisted)[-1] == "Lubkin (closed form)"
+    np.testing.assert_allclose(twisted.lines[-1].get_ydata(), twisted.lines[0].get_ydata(), atol=0.04)
+
+
+def test_convergence(results: dict[str, Result]) -> None:
+    result = results["fretting"]
+    counts, residuals = panels(plots.convergence(result))
+    assert legend_texts(counts) == ["normal iterations", "tangential iterations", "staggered iterations"]
+    for line, name in zip(counts.lines, ("iterations_normal", "iterations_tangential", "alternations"), strict=False):
+        np.testing.assert_array_equal(line.get_ydata(), result.history[name])
+    assert legend_texts(residuals) == ["gap", "stick", "slip", "friction limit", "load", "tolerance 1e-06"]
+    np.testing.assert_allclose(residuals.lines[0].get_ydata(), np.maximum(result.history["residual_gap"], 1e-10))
+    tolerance = next(line for line in residuals.lines if line.get_label() == "tolerance 1e-06")
+    np.testing.assert_allclose(tolerance.get_ydata(), 1e-6)
+    assert residuals.get_yscale() == "log"

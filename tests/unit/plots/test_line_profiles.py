@@ -1,0 +1,45 @@
+"""Profiles along lines through the contact."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from pictures import figure_texts, panels
+
+from fretsolve import plots
+from fretsolve.plots.load_history import chosen_stage_ends
+from fretsolve.result import Result
+
+
+def test_profiles_are_the_cells_through_the_centre_with_closed_forms(results: dict[str, Result]) -> None:
+    result = results["mindlin"]
+    figure = plots.profiles(result, steps=[5, 32])
+    axes = panels(figure)
+    assert [one.get_ylabel() for one in axes[::2]] == ["pressure (MPa)", "shear traction x (MPa)", "slip x (µm)"]
+    assert [one.get_title() for one in axes[:2]] == ["along x at y = 0 mm", "along y at x = 0 mm"]
+    middle = len(result.y) // 2
+    for one, name, factor in zip(axes[::2], ("pressure", "shear_x", "slip_x"), (1.0, 1.0, 1e3), strict=True):
+        expected = factor * result.field(name, 32)[:, middle - 1 : middle + 1].mean(axis=1)
+        line = next(line for line in one.lines if "increment 32" in str(line.get_label()))
+        inside = np.isin(result.x, line.get_xdata())
+        assert inside.sum() == len(line.get_xdata()) > 30
+        np.testing.assert_allclose(line.get_ydata(), expected[inside], rtol=1e-9, atol=1e-12)
+    assert set(figure_texts(figure)) == {
+        "increment 5: P = 400 N, Qx = 30 N",
+        "increment 32: P = 400 N, Qx = 10 N",
+        "Hertz (closed form)",
+        "Cattaneo-Mindlin (closed form)",
+    }
+
+
+def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -> None:
+    figure = plots.profiles(results["fretting"], at=(0.1, 0.05))
+    titles = [axes.get_title() for axes in panels(figure)[:2]]
+    assert titles == ["along x at y = 0.05 mm", "along y at x = 0.1 mm"]
+    assert panels(figure)[2].get_ylabel() == "shear traction x and y (MPa)"
+    assert "y component: thin, filled markers" in figure_texts(figure)
+    ends = chosen_stage_ends(results["fretting"])
+    assert ends == [2, 4, 7, 10, 13, 16]
+    labels = [text for text in figure_texts(figure) if text.startswith("increment")]
+    assert [int(re.findall(r"\d+", text)[0]) for text in labels] == ends

@@ -1,0 +1,35 @@
+"""Pictures of results that failed or are still growing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import invoke
+from fake_states import fake_header, fake_states
+from pictures import heading, image_of, panels
+
+from fretsolve import plots
+from fretsolve.result import HistoryWriter, Result, open_result
+
+
+def test_failed_and_growing_results(results: dict[str, Result], tmp_path: Path) -> None:
+    figure = plots.loop(results["sliding"])
+    assert heading(figure).startswith("failed with 4 increments: sliding.h5")
+    np.testing.assert_allclose(panels(figure)[0].lines[0].get_ydata(), [0.0, 10.0, 20.0, 30.0], atol=1e-9)
+    with HistoryWriter.open(tmp_path / "out.h5", fake_header()) as writer:
+        with open_result(tmp_path / "out.h5") as empty, pytest.raises(plots.PictureError, match="no increment yet"):
+            plots.loop(empty)
+        done = invoke("plot", tmp_path / "out.h5", "--all", "-o", tmp_path / "pictures")
+        assert (done.exit_code, done.stderr) == (2, f"{tmp_path}/out.h5: the result has no increment yet\n")
+        assert not (tmp_path / "pictures").exists()
+        for state in fake_states(4):
+            writer.append(state)
+        with open_result(tmp_path / "out.h5") as growing:
+            figure = plots.contact_map(growing)
+            assert heading(figure).startswith("running with 4 increments: made up")
+            np.testing.assert_allclose(
+                image_of(panels(figure)[0]).compressed(), growing.field("pressure").T[growing.field("zone").T > 0]
+            )
+            assert len(panels(plots.loop(growing))) >= 1
