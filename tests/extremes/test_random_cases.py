@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.model.required_terms import derive_model
-from fretsolve.result.state import State
+from fretsolve.result.state import State, Zone
 
 ASKED = int(os.environ.get("FRETSOLVE_RANDOM_CASES", "0"))
 LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
@@ -187,12 +187,34 @@ def energy_defect(run: Run, before: State, after: State) -> tuple[float, float]:
     return abs(float(works.sum()) - (stored + sheared + opened) * grid.cell_area), scale
 
 
+def check_laws(run: Run) -> None:
+    """Check each increment's friction, gap, zones and slip, and the loads imposed by the end of each stage."""
+    friction = run.setup.model.friction
+    for state in run.states:
+        fields, summary = state.fields, state.summary
+        within = TOLERANCE * max(1.0, friction) * summary.max_pressure
+        assert (np.hypot(*fields.shear) <= friction * fields.pressure + within).all()
+        gap = fields.gap[np.isfinite(fields.gap)]
+        assert gap.min() >= -TOLERANCE * max(abs(summary.delta_z), np.ptp(gap))
+        assert ((fields.zone == Zone.OPEN) == (fields.pressure == 0.0)).all()
+        assert (np.hypot(*fields.slip) <= fields.slip_path * (1.0 + 1e-12) + 1e-300).all()
+    path, reach = run.setup.load_path, max(run.setup.grid.size)
+    heaviest = max(state.summary.P for state in run.states)
+    for last, stage in zip(path.last_steps, run.setup.case.stages(), strict=True):
+        end = run.states[last].summary
+        scales = dict.fromkeys(("Qx", "Qy"), friction * end.P) | {"Mz": friction * end.P * reach}
+        scales |= {"P": heaviest} | dict.fromkeys(("Mx", "My"), heaviest * reach)
+        for name, value in stage.targets:
+            assert abs(getattr(end, name) - value) <= 2.0 * TOLERANCE * scales.get(name, 0.0) + 1e-10 * abs(value)
+
+
 @examples(40)
-@given(cases())
-def test_increments_are_certified_and_balance_their_energy(parts: Parts) -> None:
-    run = solved(parts)
+@given(cases(), st.sampled_from(["auto", "auto", "none", "tangential", "full"]))
+def test_increments_are_certified_lawful_and_balance_their_energy(parts: Parts, coupling: str) -> None:
+    run = solved(parts | {"coupling": coupling})
     assume(run is not None)
     assert run is not None
+    check_laws(run)
     for before, after in pairwise(run.states):
         defect, scale = energy_defect(run, before, after)
         assert defect <= 1e-6 * scale

@@ -3,78 +3,22 @@
 The reference has residuals below 1e-7 on 256 x 256 cells (mode II: 128 x 128), with 10 increments per stage where
 coupled and one elsewhere, and agrees with CONTACT's published results. Here the cases run on 128 x 128 cells: rigid
 displacements within 0.1 %, pressures and other tractions within 0.2 %, radii within one cell (the reference counts
-cells).
+cells). The history's values stand in the cases' ``expect``, which ``tests/regression`` checks.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import HERTZ, MATERIAL, A, solve_last
+from solving import HERTZ, MATERIAL
 
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 
 RIGID, TRACTION = 1e-3, 2e-3
 MINDLIN = cattaneo_mindlin(HERTZ, 0.1, 36.0, MATERIAL.tangential)
 LUBKIN = lubkin(HERTZ, 0.1, 5.0, MATERIAL.torsional)
-A_POINT, B, C, D, E = range(2, 7)
+A_POINT, D, E = 2, 5, 6
 """Stages of the mode I loop, after the indentation."""
-
-
-@pytest.mark.parametrize(
-    "name", ["mode1_similar_uncoupled", "mode1_similar", "mode3_similar_uncoupled", "mode3_similar"]
-)
-def test_contact_radius_of_similar_bodies(shipped, name):
-    """Certified: +0.06 % on 256 x 256, +0.7 % on 64 x 64; the paper counts +0.75 %."""
-    deviation = shipped(name).at(2).summary.contact_radius / A - 1.0
-    assert abs(deviation) < 0.002
-
-
-def test_contact_radius_on_the_coarser_grid():
-    """+0.7 % on 64 x 64 with a cell of 2.4 a/64, if its centre and the cells' agree as here."""
-    found = solve_last(grid={"points": 64}).summary.contact_radius / A - 1.0
-    assert abs(found) < 2.4 / 64
-
-
-@pytest.mark.parametrize(
-    ("name", "stage", "quantity", "value", "tolerance"),
-    [
-        ("mode1_similar", A_POINT, "delta_x", MINDLIN.delta_x * (1 - 0.00084), RIGID),
-        ("mode1_dissimilar", A_POINT, "max_pressure", HERTZ.max_pressure * 1.0167, TRACTION),
-        ("mode1_dissimilar", A_POINT, "delta_z", HERTZ.delta_z * (1 - 0.00057), RIGID),
-        ("mode1_dissimilar", A_POINT, "delta_x", MINDLIN.delta_x * 1.2091, RIGID),
-        ("mode1_dissimilar", A_POINT, "delta_x", 1.044335e-3, RIGID),
-        ("mode1_dissimilar", B, "delta_x", 0.345111e-3, RIGID),
-        ("mode1_dissimilar", C, "delta_x", -0.685202e-3, RIGID),
-        ("mode1_dissimilar", D, "delta_x", 0.013253e-3, RIGID),
-        ("mode1_dissimilar", E, "delta_x", 0.986285e-3, RIGID),
-        ("mode2_dissimilar", 1, "max_pressure", HERTZ.max_pressure * 1.0369, TRACTION),
-        ("mode3_similar", 2, "phi_z", LUBKIN.phi_z * (1 - 0.00022), RIGID),
-        ("mode3_dissimilar", 2, "max_pressure", HERTZ.max_pressure * 1.0379, TRACTION),
-        ("mode3_dissimilar", 2, "delta_z", HERTZ.delta_z * (1 - 0.00160), RIGID),
-        ("mode3_dissimilar", 2, "phi_z", LUBKIN.phi_z * 1.179, RIGID),
-    ],
-)
-def test_rigid_displacements_and_pressures(shipped, name, stage, quantity, value, tolerance):
-    found = getattr(shipped(name).at(stage).summary, quantity)
-    assert found == pytest.approx(value, rel=tolerance)
-
-
-@pytest.mark.parametrize(
-    ("name", "stage", "radius"),
-    [
-        ("mode1_similar", A_POINT, MINDLIN.stick_radius),
-        ("mode1_dissimilar", A_POINT, 0.0675),
-        ("mode1_dissimilar", B, 0.2459),
-        ("mode1_dissimilar", E, 0.1300),
-        ("mode2_dissimilar", 1, 0.487 * A),
-        ("mode3_similar", 2, LUBKIN.stick_radius * 1.0013),
-        ("mode3_dissimilar", 2, LUBKIN.stick_radius * (1 - 0.636)),
-    ],
-)
-def test_stick_radii(shipped, name, stage, radius):
-    solved = shipped(name)
-    assert solved.at(stage).summary.stick_radius == pytest.approx(radius, abs=solved.grid.dx)
 
 
 class TestModeOneSimilar:
@@ -107,6 +51,7 @@ class TestModeOneDissimilar:
 
     def test_the_loop_does_not_close(self, shipped):
         solved = shipped("mode1_dissimilar")
+        assert solved.at(D).summary.delta_x == pytest.approx(0.013253e-3, rel=RIGID)
         step = solved.at(E).summary.delta_x - solved.at(A_POINT).summary.delta_x
         assert step == pytest.approx(0.986285e-3 - 1.044335e-3, rel=0.01)
 
