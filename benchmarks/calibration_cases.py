@@ -76,7 +76,7 @@ def _path(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, An
 
 
 def _alone(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, Any]:
-    """Without cross influence, as the closed forms of shear have it."""
+    """Without in-plane coupling, as the closed forms of shear have it."""
     return {**_path(points, {"P": LOAD}, *stages), "coupling": "none", **parts}
 
 

@@ -104,7 +104,7 @@ def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]
 
 
 def torsion(torque: float) -> Callable[[Compliances], Truth]:
-    """Pressed, and twisted by a share of the torque of full slip."""
+    """Pressed, and twisted by a share of the torque of gross slip."""
 
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)

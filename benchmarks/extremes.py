@@ -68,7 +68,7 @@ class Row:
         """In words: how many were certified, refused, and failed."""
         failed = sum(bool(verdict.problem) for verdict in self.verdicts)
         refused = sum(bool(verdict.message) and not verdict.problem for verdict in self.verdicts)
-        counts = {"certified": len(self.verdicts) - failed - refused, "refused in words": refused, "**failed**": failed}
+        counts = {"certified": len(self.verdicts) - failed - refused, "refused": refused, "**failed**": failed}
         return ", ".join(f"{count} {what}" for what, count in counts.items() if count)
 
     @property

@@ -19,7 +19,7 @@ from families.driving import Family, Probe, in_single, judge
     ],
 )
 def test_ends_as_it_has_to(probe: Probe, tmp_path: Path) -> None:
-    """Certified and near its limit in theory, or refused in words: see `families.driving`."""
+    """Certified and near its limit in theory, or refused: see `families.driving`."""
     assert judge(probe, tmp_path).problem == ""
 
 

@@ -1,4 +1,4 @@
-"""Random cases: every increment certified and lawful, symmetric, the same in all units; or the case refused in words.
+"""Random cases: every increment certified and lawful, symmetric, the same in all units; or the case refused.
 
 ``FRETSOLVE_RANDOM_CASES=1000`` runs that many of each kind, other ones each time.
 """
@@ -133,7 +133,7 @@ def model_of(parts: Parts) -> Case:
 
 
 def solved(parts: Parts) -> Run | None:
-    """The case, with every increment examined; None where it is refused in words."""
+    """The case, with every increment examined; None where it is refused."""
     findings, ending = Findings(), "not solved"
     with TemporaryDirectory() as folder, time_limit(60.0):
         try:
@@ -141,11 +141,11 @@ def solved(parts: Parts) -> Run | None:
             ending = "certified"
         except REFUSED as error:
             found = None
-            ending = "refused in words"
+            ending = "refused"
             assert "\n" not in str(error)
             assert "nan" not in str(error)
         except NotConvergedError:
-            ending = "given up in words"
+            ending = "given up"
             raise
         finally:
             count(ending)

@@ -1,4 +1,4 @@
-"""A case driven to an extreme, and how it has to end: certified and near its limit in theory, or refused in words.
+"""A case driven to an extreme, and how it has to end: certified and near its limit in theory, or refused.
 
 Probes go the way of a user's case: written to a file, read, solved. Whatever else comes out (NaN, a warning, an
 increment beyond the tolerance, too long a run, another error) is named as the verdict's problem.

@@ -1,4 +1,4 @@
-"""Indentation of unlike bodies with next to no friction, and with so much that all sticks."""
+"""Indentation of dissimilar bodies with next to no friction, and with so much that all sticks."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ BONDED_SPHERE = Family(
 )
 
 NO_WORK = Family(
-    "work where everything sticks",
+    "dissipated energy where everything sticks",
     "friction 1e3, 1e6",
     "none, of P delta_z or Q delta_x",
     (

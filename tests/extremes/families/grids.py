@@ -149,7 +149,7 @@ FAR = Family(
 
 LARGE = Family(
     "large grid",
-    "4096 x 4096; P, then Q = mu P/2 without cross influence",
+    "4096 x 4096; P, then Q = mu P/2 without in-plane coupling",
     "Hertz, Mindlin",
     (
         Probe(

@@ -25,7 +25,7 @@ def mirrored(run: Run) -> float:
 
 
 def scaled(length: float, stress: float) -> Parts:
-    """A case with moments, unlike bodies and every kind of load, in other units."""
+    """A case with moments, dissimilar bodies and every kind of load, in other units."""
     force, moment = stress * length**2, stress * length**3
     return {
         "bodies": [body | {"young_modulus": body["young_modulus"] * stress} for body in DISSIMILAR],
@@ -105,7 +105,7 @@ POISSON = Family(
 )
 
 POISSON_PAIRS = Family(
-    "Poisson's ratio at its ends, unlike bodies",
+    "Poisson's ratio at its ends, dissimilar bodies",
     "nu 0.5, 0, -0.9, -0.999999, rigid; friction 0.1, 1",
     "bodies swapped: the mirror image",
     tuple(
@@ -261,7 +261,7 @@ TINY_PARTS: dict[str, Parts] = {
 }
 
 NEXT_TO_NOTHING = Family(
-    "next to nothing instead of 0",
+    "almost nothing instead of 0",
     "Qx, delta_x, My, phi_x, Mz, angle, center, friction of 1e-60",
     "those of 0",
     tuple(

@@ -193,7 +193,7 @@ CLOSED_FORMS = Family(
 SEVERAL = Family(
     "several contacts, rings, roughness",
     "1 ring to thousands of spots, saddle, punches",
-    "Jaeger's superposition: shear, delta_x",
+    "Jaeger's superposition: shear traction, delta_x",
     (
         Probe(
             "ring",
@@ -249,7 +249,7 @@ SEVERAL = Family(
 MAPS = Family(
     "height maps",
     "holes, steps, spikes and pits of 1e-6 to 1e6 mm",
-    "Jaeger's superposition: shear, delta_x",
+    "Jaeger's superposition: shear traction, delta_x",
     (
         *(
             Probe(

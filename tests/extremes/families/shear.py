@@ -92,7 +92,7 @@ SMALL = Family(
 
 CATTANEO = Family(
     "mode I, partial slip",
-    "Q/mu P 0.1 to 1 - 1e-8, without cross influence",
+    "Q/mu P 0.1 to 1 - 1e-8, without in-plane coupling",
     "Mindlin's delta_x, c within a cell",
     tuple(
         Probe(
@@ -107,7 +107,7 @@ CATTANEO = Family(
 )
 
 TRANSVERSE = Family(
-    "mode I, next to mu P, all influence",
+    "mode I, near mu P, all terms",
     "Q/mu P 1 - 1e-6 to 1 - 2e-9",
     "delta_x grows like (1 - Q/mu P)^-1/2",
     tuple(
@@ -119,7 +119,7 @@ TRANSVERSE = Family(
 AT_THE_LIMIT = Family(
     "mode I, at mu P and beyond",
     "Q/mu P 1 - 1e-10 to 1e6",
-    "sliding: exit 3",
+    "gross slip: exit 3",
     tuple(
         Probe(
             f"{name} Q/mu P {share!r}", sheared(share, bodies=bodies), refused=SlidingError, says="mu P = 40 N.*delta_x"
@@ -181,7 +181,7 @@ SHAKEN = Family(
 
 LUBKIN = Family(
     "mode III, torque",
-    "Mz over that of full slip 1e-12 to 0.999",
+    "Mz over that of gross slip 1e-12 to 0.999",
     "Lubkin's phi_z, c within a cell",
     tuple(
         Probe(
@@ -202,7 +202,7 @@ def near_full_slip(share: float) -> Parts:
 
 
 TORQUE_LIMIT = Family(
-    "mode III, next to full slip",
+    "mode III, near gross slip",
     "Mz over the limit 1 - 1e-6 to 1 - 1e-8 and 1 - 1e-12 to 2",
     "Lubkin's limit: certified below, exit 3 from there on",
     (

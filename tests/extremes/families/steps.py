@@ -77,8 +77,8 @@ def cycles(first: Parts, *stages: Parts, times: int, increments: int = 2) -> lis
 
 TINY = Family(
     "thousands of tiny increments",
-    "1 to 2000 for 0.9 mu P, equal bodies without cross influence",
-    "one increment: shear, delta_x, 100 times the work",
+    "1 to 2000 for 0.9 mu P, equal bodies without in-plane coupling",
+    "one increment: shear traction, delta_x, 100 times the dissipated energy",
     tuple(
         Probe(
             f"{count} increments",
@@ -93,7 +93,7 @@ TINY = Family(
 )
 
 UNLIKE_TINY = Family(
-    "thousands of tiny increments, unlike bodies",
+    "thousands of tiny increments, dissimilar bodies",
     "1000 of P, 1000 of Q",
     "certified",
     (
@@ -130,7 +130,7 @@ AT_ONCE = Family(
 REVERSED = Family(
     "reversal within rounding",
     "1e-3 to 4e-16 of Qx, P, delta_x, and none",
-    "shear as before",
+    "shear traction as before",
     tuple(
         Probe(
             f"{name} {component} {part:g}",
@@ -148,7 +148,7 @@ REVERSED = Family(
 HELD = Family(
     "loads held, at tight tolerance",
     "tolerance 1e-6 to 1e-12",
-    "shear as before",
+    "shear traction as before",
     tuple(
         Probe(
             f"{name} tolerance {tolerance:g}",
@@ -226,7 +226,7 @@ FLOOR = Family(
 STEADY = Family(
     "shakedown and steady cycles",
     "1000 increments of Qx, Mz, delta_x, P",
-    "work per cycle steady, or none",
+    "dissipated energy per cycle steady, or none",
     (
         *(
             Probe(
