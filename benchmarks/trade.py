@@ -7,9 +7,9 @@
 
 The page shows the worst error of a run; ``--into`` also writes those of all quantities to ``data/trade_*.csv``.
 
-The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. Truth: the finest run of
-each study, of which nothing is known but that it is finer than the others. Cost: operator applications times cells, in
-millions, which no machine changes, and seconds of the processor, of one thread.
+The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. The reference is the finest
+run of each study, which has an error of its own. Cost: operator applications times cells, in millions, which no machine
+changes, and seconds of the processor, of one thread.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ from tempfile import gettempdir
 
 from marked import data_file, put_parts_into, write_csv
 
+from fretsolve.case.quantities import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import make_plan
 from fretsolve.study.runs import make_runs
-from fretsolve.study.wording import percent, two_digits
+from fretsolve.study.wording import two_digits
 from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -128,16 +129,37 @@ def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
                 print("|", " | ".join([mode, *_costs(row), _worst(found, row)]), "|")
 
 
+def print_precisions(modes: Sequence[str], asked: Asked) -> None:
+    """Print the same for double and single precision side by side, with a row for each mode and tolerance."""
+    print("| mode | tolerance | million applications x cells: double, single | seconds | worst error, % |")
+    print("| --- " * 5 + "|")
+    for mode in modes:
+        found = by_work(studied(mode, "precision", asked))
+        for tolerance in SINGLE_TOLERANCES:
+            pair = [_in_precision(found, tolerance, precision) for precision in ("double", "single")]
+            columns = ([work(row) for row in pair], [row.outcome.seconds for row in pair])
+            costs = [", ".join(map(two_digits, column)) for column in columns]
+            print("|", " | ".join([mode, tolerance, *costs, ", ".join(_worst(found, row) for row in pair)]), "|")
+
+
+def _in_precision(study: Assessment, *settings: str) -> AssessedRun:
+    """Return the run with these values of tolerance and precision."""
+    return next(row for row in study.rows if tuple(_settings(row)) == settings)
+
+
+def _settings(row: AssessedRun) -> list[str]:
+    return [setting.value for setting in row.outcome.trial.settings]
+
+
 def _costs(row: AssessedRun) -> list[str]:
     """Return the settings of a run, its work and its seconds."""
-    settings = [setting.value for setting in row.outcome.trial.combination.settings]
-    return [*settings, two_digits(work(row)), two_digits(row.outcome.seconds)]
+    return [*_settings(row), two_digits(work(row)), two_digits(row.outcome.seconds)]
 
 
 def _worst(study: Assessment, row: AssessedRun) -> str:
     if row.outcome.failure:
         return "no solution"
-    if row.is_truth:
+    if row.is_reference:
         return "reference"
     return f"{percent(row.worst)} ({max(study.names, key=lambda name: study.error_of(row, name))})"
 
@@ -185,6 +207,7 @@ def main() -> None:
     simulation._working_seconds = processor_seconds
     asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
     parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
+    parts["precision"] = partial(print_precisions, words.modes, asked)
     if words.into:
         put_parts_into(words.into, parts)
         for study in STUDIES:
