@@ -1,4 +1,4 @@
-"""What each kind of scene costs beside the full model: applications, time and memory.
+"""What each kind of case costs beside the full model: applications, time and memory.
 
     python benchmarks/scenes.py                     # a table, some minutes on one core
     python benchmarks/scenes.py --into docs/scenes.md
@@ -59,7 +59,7 @@ class Cost:
 
 
 def setup_of(name: str, full: bool, points: int) -> ProblemSetup:
-    """A scene, or the same with the full model."""
+    """A case, or the same with the full model."""
     sets = ("expect=[]", "output.fields=[]", *SCENES[name], *(FULL if full else ()), f"grid.points={points}")
     return set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets))
 
@@ -92,7 +92,7 @@ def print_bytes_per_cell(name: str, full: bool) -> None:
 
 def print_scenes() -> None:
     """The table."""
-    print("| scene | kept | applications | full | seconds | full | bytes per cell | full |")
+    print("| case | kept | applications | full | seconds | full | bytes per cell | full |")
     print("| --- " * 8 + "|")
     for name in SCENES:
         least, full = cost(name, False), cost(name, True)
@@ -128,7 +128,7 @@ TIMES, SIDE = 8, 0.72
 KEPT = {
     "normal problem": "p",
     "tangential problem": "q",
-    "ux from qy, uy from qx": "cross",
+    "ux from qy, uy from qx": "in-plane",
     "between pressure and shear": "coupling",
     "slip and work": "slip",
 }
