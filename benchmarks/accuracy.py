@@ -1,4 +1,4 @@
-"""Whether an accuracy that is asked for is met: by the run's own error bars, and in truth; and what it costs.
+"""Whether an accuracy that is asked for is met: by the run's own error bars, and by the true error; and what it costs.
 
     python benchmarks/accuracy.py               # all cases, about forty minutes on one core
     python benchmarks/accuracy.py Mindlin II    # those whose names begin so
@@ -6,7 +6,7 @@
 
 The cases are those of the error bars (`calibration_cases`), without their points and increments, which the accuracy
 picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
-the points of the draft, 96 to 384, and automatic increments taken eight times. Such a run is no truth for `reference`,
+the points of the draft, 96 to 384, and automatic increments taken eight times. such a run is no reference for `reference`,
 which is therefore measured on the closed forms, and on a few other cases as far as its own error bars tell. The cost is
 cells times increments, with the coarse runs, against 128 x 128 cells with 10 increments per stage, 40 where the
 slip depends on the path, which is what a careful hand would take.
@@ -55,7 +55,7 @@ REFERENCE_TOO = ("I.2, cycle", "I.3, 5 increments", "III.3", "x, then y")
 class Row:
     """A case run with an accuracy.
 
-    error: the worst true one in parts of its scale, NaN where it is not known; cost: against a hand's settings.
+    error: the worst true one in parts of its scale, NaN where it is not known; cost: against settings by hand.
     """
 
     case: str
@@ -69,7 +69,7 @@ class Row:
 
     @property
     def true(self) -> bool:
-        """Whether the accuracy is met in truth, as far as that is known."""
+        """Whether the accuracy is met by the true error, as far as that is known."""
         return self.error <= self.verdict.accuracy
 
     @property
@@ -124,7 +124,7 @@ def true_ends(case: CalibrationCase) -> Ends:
 
 
 def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
-    """Run a case with an accuracy and compare with the truth, if there is one."""
+    """Run a case with an accuracy and compare with the reference, if there is one."""
     setup = set_up(case_of(case, solver={"accuracy": level}))
     rows = list(run_with_error_bars(setup))
     history = history_of(rows)
@@ -167,23 +167,23 @@ def rows_of(names: Sequence[str]) -> Iterator[Row]:
 
 
 def report(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield the lines of the page: shares by accuracy, then the runs that missed it in truth."""
+    """Yield the lines of the page: shares by accuracy, then the runs that missed it."""
     yield "| | " + " | ".join(LEVELS) + " |"
     yield "| --- " * (1 + len(LEVELS)) + "|"
     groups = [[row for row in rows if row.level == level] for level in LEVELS]
     for label, share in {
         "cases": lambda part: str(len(part)),
         "met by its own error bars": lambda part: of(sum(row.verdict.met for row in part), len(part)),
-        "met in truth": lambda part: of(sum(row.true for row in part), sum(row.true or row.false for row in part)),
-        "said to be met, but not so": lambda part: str(sum(row.verdict.met and row.false for row in part)),
+        "met by the true error": lambda part: of(sum(row.true for row in part), sum(row.true or row.false for row in part)),
+        "claimed to be met, but not met": lambda part: str(sum(row.verdict.met and row.false for row in part)),
         "median of the worst error bar": lambda part: percent(statistics.median(row.verdict.worst for row in part)),
         "median of the worst true error": lambda part: percent(
             statistics.median(row.error for row in part if row.true or row.false)
         ),
-        "median of the cost against a hand's settings": lambda part: f"{statistics.median(r.cost for r in part):.2g}",
+        "median of the cost against settings by hand": lambda part: f"{statistics.median(r.cost for r in part):.2g}",
     }.items():
         yield f"| {label} | " + " | ".join(share(part) for part in groups) + " |"
-    yield from ("", "Not met in truth:", "")
+    yield from ("", "Not met by the true error:", "")
     yield "| case | accuracy | worst error bar | worst true error |"
     yield "| --- | --- | --- | --- |"
     yield from (row.line() for row in rows if row.false)
@@ -192,7 +192,7 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
 def write_runs(file: Path, rows: Sequence[Row]) -> None:
     """Write a row per run; errors are in per cent of their scale."""
     bar = ("worst_bar_percent", "bar_quantity", "met_by_bars")
-    error = ("worst_true_error_percent", "error_quantity", "met_in_truth")
+    error = ("worst_true_error_percent", "error_quantity", "met_by_true_error")
     headings = ("case", "accuracy", "points", "increments", *bar, *error, "cost")
     write_csv(file, headings, (row.cells for row in rows))
 
