@@ -5,11 +5,11 @@
     python benchmarks/accuracy.py --into docs/accuracy.md    # also writes data/accuracy.csv beside it
 
 The cases are those of the error bars (`calibration_cases`), without their points and increments, which the accuracy
-picks. True errors are those against closed forms where these are exact, and else against a finer run: three times
-the points of the draft, 96 to 384, and automatic increments taken eight times. such a run is no reference for `reference`,
-which is therefore measured on the closed forms, and on a few other cases as far as its own error bars tell. The cost is
-cells times increments, with the coarse runs, against 128 x 128 cells with 10 increments per stage, 40 where the
-slip depends on the path, which is what a careful hand would take.
+picks. True errors are against closed forms where these are exact, and else against a finer run: three times the points
+of the draft, 96 to 384, and automatic increments taken eight times. Such a run is not exact enough for the accuracy
+`reference`, which is measured on the closed forms and, by its own error bars alone, on a few other cases. The cost is
+cells times increments, with the coarse runs, relative to settings by hand: 128 x 128 cells with 10 increments per
+stage, 40 where the slip depends on the path.
 """
 
 from __future__ import annotations
@@ -174,7 +174,9 @@ def report(rows: Sequence[Row]) -> Iterator[str]:
     for label, share in {
         "cases": lambda part: str(len(part)),
         "met by its own error bars": lambda part: of(sum(row.verdict.met for row in part), len(part)),
-        "met by the true error": lambda part: of(sum(row.true for row in part), sum(row.true or row.false for row in part)),
+        "met by the true error": lambda part: of(
+            sum(row.true for row in part), sum(row.true or row.false for row in part)
+        ),
         "claimed to be met, but not met": lambda part: str(sum(row.verdict.met and row.false for row in part)),
         "median of the worst error bar": lambda part: percent(statistics.median(row.verdict.worst for row in part)),
         "median of the worst true error": lambda part: percent(
