@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
@@ -33,8 +34,8 @@ PATIENCE = 4
 """Rounds without halving the residual after which the contact zone is taken to cycle ..."""
 
 CAUTION = 0.6
-"""... and from which on only cells that penetrate by this part of the deepest join it (next time by this part of what
-is left to 1): on a rough surface those beside them need not join."""
+"""... and after which cells join the zone only if they penetrate by this part of the deepest, since on a rough surface
+their neighbours need not join. Each further stall takes the same share of what is left to 1."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class NormalSolver:
         iterations, rounds, caution, rigid = 0, 0, 0.0, rigid.copy()
         least, since_halved = np.inf, 0
         last_tolerance = tolerance if last_tolerance is None else last_tolerance
-        # N1: the contact zone and the displacement of the estimate
+        # N1: contact zone and displacement of the estimate
         np.copyto(self._gap, pressure)
         self._start_zone(separation, control, pressure)
         if gap_scale:
@@ -95,8 +96,9 @@ class NormalSolver:
         else:
             self.operator.normal(pressure, self._uz)
         while True:
-            # N2, N3: rigid displacements [25], then the gap; cells that penetrate join the zone
+            # N2: forced rigid displacements by least squares of the gap, N' g = 0
             rigid = self._rigid_displacement(separation, control, rigid)
+            # N3: gap by (T1); cells that penetrate join the zone
             errors = self._update_gap_and_zone(separation, rigid, tolerance, caution)
             # N4: stop at the tolerance, or where rounding allows no better
             residual, scale = errors.residual, errors.gap_scale
@@ -108,14 +110,22 @@ class NormalSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             if stalled:  # the zone cycles: from now on only the deepest cells join
                 caution, since_halved = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
-            # N5: CG reduces the gap on the fixed zone (T10); the zone is widened below if only the loads are missed
+            # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, widen the zone
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
                 reduction = max(REDUCTION, 0.3 * tolerance / residual)
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
-            # N6, N7, N8: cells under tension leave, imposed resultants are restored [26]; the new displacement
-            self._correct(control, pressure, errors.largest if residual > tolerance else 0.0)
+                np.copyto(self._gap, pressure)
+                cg.add(pressure[None], self._cg.solution, errors.largest / self.operator.unit)
+                # N6: cells under tension leave the zone
+                self._release_tension(control, pressure)
+            else:
+                np.copyto(self._gap, pressure)
+                self._widen(control, pressure)
+            # N7: restore the imposed loads
+            self._restore_balance(control, pressure)
+            # N8: displacement of the change of the pressure
             self._update_displacement(pressure, last_tolerance * scale)
             rounds += 1
 
@@ -126,7 +136,7 @@ class NormalSolver:
         add_displacement(self.operator, ElasticOperator.normal, self._uz, change, self._workspace, allowed)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
-        """Start with contact where the estimate presses; everywhere, at an even pressure, if a load finds none."""
+        """Start with contact where the estimate is positive, or everywhere if a load is imposed and it is nowhere."""
         np.isinf(separation, out=self._no_material)
         np.maximum(pressure, 0.0, out=pressure)
         pressure[self._no_material] = 0.0
@@ -146,7 +156,7 @@ class NormalSolver:
         self._gram = self.modes.gram(self._contact)
 
     def _press_on_one_side(self, control: LoadControl, pressure: FloatArray) -> None:
-        """Where moments are imposed without contact, tilt the body until it touches on the side that they press on."""
+        """If moments are imposed and no cell is in contact, let the side that they press down touch (N1, N6)."""
         _, mx, my = control.imposed_resultant
         if not (mx or my) or self._contact.any():
             return
@@ -158,19 +168,17 @@ class NormalSolver:
         self._restore_balance(control, pressure)
 
     def _rigid_displacement(self, separation: FloatArray, control: LoadControl, rigid: Vector) -> Vector:
-        """Return the rigid displacements, forced ones by least squares of the gap over the contact zone [25]."""
-        imposed, forced = control.imposed_displacement, control.forced_index
-        if not self._gram[0, 0]:
-            return self._rigid_displacement_when_open(separation, control, rigid)
-        if is_singular(self._gram, forced):
-            imposed = np.where(control.forced, rigid, imposed)  # a row of cells keeps its tilt
-        gaps = self.modes.gap_sums(separation, self._uz[0], imposed, self._contact)
-        return imposed + solve_modes(self._gram, gaps, forced)
+        """Return the rigid displacements, forced ones by least squares of the gap over the contact zone.
 
-    def _rigid_displacement_when_open(self, separation: FloatArray, control: LoadControl, rigid: Vector) -> Vector:
-        """Return the same without contact: a forced delta_z lets the surfaces just touch, forced tilts stay."""
-        imposed = control.imposed_displacement
+        Without contact a forced delta_z lets the surfaces just touch, and forced tilts stay.
+        """
+        imposed, forced = control.imposed_displacement, control.forced_index
         found = np.where(control.forced, rigid, imposed)
+        if self._gram[0, 0]:
+            if is_singular(self._gram, forced):
+                imposed = found  # a row of cells keeps its tilt
+            gaps = self.modes.gap_sums(separation, self._uz[0], imposed, self._contact)
+            return imposed + solve_modes(self._gram, gaps, forced)
         found[0] = 0.0
         self.modes.gap(separation, self._uz[0], found, self._contact, self._gap)
         found[0] = self._gap.min() if control.forced[0] else imposed[0]
@@ -179,9 +187,9 @@ class NormalSolver:
     def _update_gap_and_zone(
         self, separation: FloatArray, rigid: Vector, threshold: float, caution: float
     ) -> GapErrors:
-        """Compute the true gap; cells that penetrate by `caution` of the deepest, or at all, join the contact.
+        """Compute the gap and return its errors; then let cells join the contact that penetrate.
 
-        Returns the errors of the gap before that.
+        caution: part of the deepest penetration that a cell must have to join; 0 for all.
         """
         gap, contact = self._gap, self._contact
         errors = self.modes.gap(separation, self._uz[0], rigid, contact, gap)
@@ -194,13 +202,11 @@ class NormalSolver:
     def _rounding(self, separation: FloatArray, rigid: Vector) -> float:
         """Return the rounding error of gaps (mm)."""
         height = float(np.max(np.abs(separation), where=self._contact, initial=0.0))
-        dz, tilt_x, tilt_y = np.abs(rigid)
-        tilted = tilt_x * np.abs(self.modes.y).max() + tilt_y * np.abs(self.modes.x).max()
         elastic = rounding_of(self.operator.dtype) * float(np.abs(self._uz).max())
-        return max(elastic, ROUNDING * float(max(height, dz, tilted)))
+        return max(elastic, ROUNDING * max(height, abs(float(rigid[0])), self.modes.tilted(rigid)))
 
     def _unbalance(self, control: LoadControl, pressure: FloatArray) -> float:
-        """Return the largest error of an imposed resultant over the load (a moment: times the reach of the grid)."""
+        """Return the largest error of an imposed resultant over the load (of a moment: times its arm)."""
         if not control.forced_index:
             return 0.0
         if not self._contact.any():
@@ -210,11 +216,10 @@ class NormalSolver:
         load = max(float(found[0]), float(imposed[0]))
         if load <= 0.0:
             return np.inf if error.any() else 0.0
-        reach = np.array([1.0, np.ptp(self.modes.y) or 1.0, np.ptp(self.modes.x) or 1.0])
-        return float(np.max((error / (reach * load))[control.forced_index], initial=0.0))
+        return float(np.max((error / (self.modes.arms * load))[control.forced_index]))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG the zone, the gap over its `largest` value (mm), and the rigid motions of imposed forces."""
+        """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10)."""
         np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = np.eye(3)
@@ -223,45 +228,33 @@ class NormalSolver:
             tilts[1:, 0] = -middle_y, -middle_x
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
 
-    def _correct(self, control: LoadControl, pressure: FloatArray, largest: float) -> None:
-        """Add the solution of CG, whose residual was over `largest` (mm), and change the zone; 0: the gap needs no
-        correction, but the zone cannot balance the load. The pressure before is left in `_gap`."""
-        np.copyto(self._gap, pressure)
-        if largest:
-            cg.add(pressure[None], self._cg.solution, largest / self.operator.unit)
-            self._release_tension(control, pressure)
-        else:
-            self._widen(control, pressure)
-        self._restore_balance(control, pressure)
-
     def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
-        """Open the cells under tension, except the nearest ones that the load needs on its other side."""
+        """Open the cells under tension.
+
+        If all others lie on one side of the point where the load acts, the first row of them beyond it stays.
+        """
         tension = pressure < 0.0
-        if tension.any():
-            needed = self._needed(control, self._contact & ~tension, tension)
-            pressure[tension] = 0.0
-            self._contact &= ~tension
-            if needed is not None:
+        if not tension.any():
+            return
+        pressure[tension] = 0.0
+        self._contact &= ~tension
+        for axis, places, point, side in self._loaded_sides(control, self._contact):
+            beyond = tension.any(axis=axis) & (side * (places - point) >= 0.0)
+            if beyond.any():
+                nearest = np.argmin(np.where(beyond, np.abs(places - point), np.inf))
+                needed = tension & np.expand_dims(np.arange(places.size) == nearest, axis)
                 pressure[needed] = float(pressure.max()) or 1.0
                 self._contact |= needed
-            self._press_on_one_side(control, pressure)
-            self._gram = self.modes.gram(self._contact)
-
-    def _needed(self, control: LoadControl, left: BoolArray, tension: BoolArray) -> BoolArray | None:
-        """Return the cells of `tension` in the first row beyond the point where the load acts, if the cells `left` all
-        lie on one side of it."""
-        for axis, places, point, side in self._loaded_sides(control, left):
-            held = tension.any(axis=axis) & (side * (places - point) >= 0.0)
-            if held.any():
-                nearest = np.zeros_like(held)
-                nearest[np.argmin(np.where(held, np.abs(places - point), np.inf))] = True
-                needed: BoolArray = tension & np.expand_dims(nearest, axis)
-                return needed
-        return None
+                break
+        self._press_on_one_side(control, pressure)
+        self._gram = self.modes.gram(self._contact)
 
     def _loaded_sides(self, control: LoadControl, contact: BoolArray) -> Iterator[tuple[int, Vector, float, int]]:
-        """Yield the directions in which the load acts beyond all of `contact`: axis to sum over, places along the other
-        one, point where the load acts, and the side (-1, 1) on which it lies."""
+        """Yield each direction in which the point where the load acts lies outside of `contact`.
+
+        Yielded are the axis to sum over, the cells' places along the other axis, the point's place there, and the side
+        (-1 or 1) on which it lies.
+        """
         load, mx, my = control.imposed_resultant
         for mode, moment, axis, places in ((1, mx, 0, self.modes.y), (2, my, 1, self.modes.x)):
             ends = places[contact.any(axis=axis)]
@@ -271,7 +264,7 @@ class NormalSolver:
                     yield axis, places, point, 1 if point > ends.max() else -1
 
     def _widen(self, control: LoadControl, pressure: FloatArray) -> None:
-        """If the cells in contact cannot balance the load, let those beside them join, up to where it acts."""
+        """If the cells in contact cannot balance the load, let their neighbours join, up to where it acts."""
         if not any(self._loaded_sides(control, self._contact)) and not is_singular(self._gram, control.forced_index):
             return
         wider = grown(self._contact)
@@ -283,7 +276,7 @@ class NormalSolver:
         self._gram = self.modes.gram(self._contact)
 
     def _restore_balance(self, control: LoadControl, pressure: FloatArray) -> None:
-        """Correct the pressure by p (a + b y + c x) so that it has the imposed resultants [26]."""
+        """Add p (a + b y + c x) to the pressure p, so that it has the imposed resultants."""
         forced = control.forced_index
         if not forced or not self._contact.any():
             return
@@ -294,10 +287,5 @@ class NormalSolver:
 
 def grown(contact: BoolArray) -> BoolArray:
     """Return `contact` and the cells beside it."""
-    wider = contact.copy()
-    for axis in (0, 1):
-        along = np.moveaxis(wider, axis, 0)
-        before = along.copy()
-        along[1:] |= before[:-1]
-        along[:-1] |= before[1:]
+    wider: BoolArray = np.logical_or.reduce(sliding_window_view(np.pad(contact, 1), (3, 3)), axis=(2, 3))
     return wider

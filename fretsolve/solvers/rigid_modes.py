@@ -17,7 +17,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
 
 OPEN = 1e-6
-"""Scale of gaps without contact, as a part of the rigid displacement."""
+"""Scale of gaps without contact, as a part of the rigid displacement: only rounding passes."""
 
 SINGULAR = 1e-12
 """Eigenvalue of a Gram matrix with unit diagonal that counts as 0."""
@@ -49,10 +49,17 @@ class GapErrors:
 
 
 class _Modes:
-    """Cells of a grid, their middle and moments."""
+    """Cells of a grid, their middle and moments.
+
+    arms: (3,), half the grid's longer side (mm) for rotations and 1 for the others. Times its arm, a rotation is
+    compared with displacements; over its arm, a moment is compared with forces.
+    """
+
+    _rotations: tuple[bool, bool, bool]
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
+        self.arms = np.where(self._rotations, max(grid.size) / 2.0, 1.0)
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
@@ -60,8 +67,8 @@ class _Modes:
         x, y = (0.5 * float(ends[0] + ends[-1]) if ends.size else 0.0 for ends in places)
         return x, y
 
-    def _moments(self, weight: FloatArray | BoolArray) -> DoubleArray:
-        """Return the weighted sums of products of 1, y, x, 3 x 3."""
+    def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
+        """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
         result = np.zeros((3, 3))
         kernels.gram(weight, self.x, self.y, result)
         return result
@@ -70,26 +77,30 @@ class _Modes:
 class NormalModes(_Modes):
     """The modes (1, y, x) on a grid; integrals are over its cells' area."""
 
-    def sums(self, field: FloatArray) -> Vector:
-        """Return the sums of field (nx, ny) times each mode over the cells."""
-        sums = np.zeros(3)
-        kernels.sum_modes(field, self.x, self.y, sums)
-        return sums
+    _rotations = (False, True, True)
 
     def resultants(self, pressure: FloatArray) -> Vector:
-        """Return P (N), Mx, My (N mm) of a pressure (MPa)."""
-        return self.sums(pressure) * self.cell_area
-
-    def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
-        """Return the weighted sums of products of the modes, 3 x 3."""
-        return self._moments(weight)
+        """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
+        sums = np.zeros(3)
+        kernels.sum_modes(pressure, self.x, self.y, sums)
+        return sums * self.cell_area
 
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
     ) -> GapErrors:
-        """Write the gap (nx, ny) between the surfaces at a rigid displacement into `out`; return its errors."""
-        in_contact, penetration, highest = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
-        return GapErrors(in_contact, penetration, self._gap_scale(highest, contact, rigid))
+        """Write the gap (nx, ny) between the surfaces at a rigid displacement into `out`; return its errors (T1).
+
+        Their scale is the largest normal displacement in contact. For Hertz's contact it is delta_z, but it does not
+        grow with an offset or a tilt of the surfaces.
+        """
+        in_contact, penetration, scale = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
+        if scale <= 0.0 and not contact.any():
+            scale = OPEN * (abs(float(rigid[0])) + self.tilted(rigid))
+        return GapErrors(in_contact, penetration, max(scale, TINY))
+
+    def tilted(self, rigid: Vector) -> float:
+        """Return the largest displacement of a cell (mm) that phi_x and phi_y may cause."""
+        return float(abs(rigid[1]) * np.abs(self.y).max() + abs(rigid[2]) * np.abs(self.x).max())
 
     def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
         """Return the sums over the contact of the same gap times each mode."""
@@ -101,17 +112,6 @@ class NormalModes(_Modes):
         """Add to the pressure (nx, ny) itself times a rigid displacement, but let none become negative."""
         kernels.stretch(pressure, rigid, self.x, self.y)
 
-    def _gap_scale(self, highest: float, contact: BoolArray, rigid: Vector) -> float:
-        """Return the length (mm) that gaps are measured against: `highest`, the largest normal displacement in contact.
-
-        For Hertz's contact it is delta_z, but it does not grow with an offset or a tilt of the surfaces. Without
-        contact it is `OPEN` of the rigid displacement, so that only rounding passes.
-        """
-        if highest > 0.0 or contact.any():
-            return max(highest, TINY)
-        dz, tilt_x, tilt_y = np.abs(rigid)
-        return max(OPEN * float(dz + tilt_x * np.abs(self.y).max() + tilt_y * np.abs(self.x).max()), TINY)
-
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
         np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
@@ -120,6 +120,8 @@ class NormalModes(_Modes):
 class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
 
+    _rotations = (False, False, True)
+
     def sums(self, field: FloatArray) -> Vector:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""
         x_along_y = field[0].sum(axis=0, dtype=np.float64)
@@ -127,12 +129,12 @@ class TangentialModes(_Modes):
         return np.array([x_along_y.sum(), y_along_x.sum(), y_along_x @ self.x - x_along_y @ self.y])
 
     def resultants(self, shear: FloatArray) -> Vector:
-        """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa)."""
+        """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa) (T3)."""
         return self.sums(shear) * self.cell_area
 
-    def gram(self, weight: FloatArray) -> DoubleArray:
+    def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
         """Return the weighted sums of products of the modes, 3 x 3."""
-        (total, y, x), (_, yy, _), (_, _, xx) = self._moments(weight)
+        (total, y, x), (_, yy, _), (_, _, xx) = super().gram(weight)
         return np.array([[total, 0.0, -y], [0.0, total, x], [-y, x, xx + yy]])
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
@@ -155,10 +157,8 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
     if eliminated is not None:
         amplitudes[forced] = eliminated
     else:
-        block = gram[forced][:, forced]
-        scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
-        scale[scale == 0.0] = 1.0
-        values, vectors = np.linalg.eigh(block / scale / scale[:, None])
+        block, scale = _with_unit_diagonal(gram, forced)
+        values, vectors = np.linalg.eigh(block)
         kept = values > SINGULAR
         components = (right[forced] / scale) @ vectors
         components = np.divide(components, values, out=np.zeros_like(values), where=kept)
@@ -189,6 +189,12 @@ def is_singular(gram: DoubleArray, forced: list[int]) -> bool:
     """Return whether some combination of the forced modes has almost no weight in their Gram matrix (3 x 3)."""
     if not forced or _eliminated(gram, np.zeros(3), forced) is not None:
         return False
+    return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
+
+
+def _with_unit_diagonal(gram: DoubleArray, forced: list[int]) -> tuple[DoubleArray, Vector]:
+    """Return the block of the forced modes, scaled so that its diagonal is 1 or 0, and the scale of each mode."""
     block = gram[forced][:, forced]
-    scale = np.sqrt(np.maximum(block.diagonal(), TINY))
-    return bool(np.linalg.eigvalsh(block / scale / scale[:, None])[0] < NEARLY_SINGULAR)
+    scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
+    scale[scale == 0.0] = 1.0
+    return block / scale / scale[:, None], scale

@@ -68,7 +68,6 @@ class TangentialSolver:
         self._contact = self._cg.zone
         self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
         self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
-        self._reach = max(grid.size) / 2.0
 
     def solve(
         self,
@@ -86,14 +85,14 @@ class TangentialSolver:
         (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
         the residual. On return `slipping` holds the slip zone.
         """
-        iterations, unborne, least, since_halved = 0, 0, np.inf, 0
+        iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
         # TG1: zones and shear of the estimate
         np.copyto(self._slip, shear)
         self._start_zones(control, friction_limit, shear)
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
-            # TG2, TG3: slip and rigid motion [44]; cells that slip against their shear stick
+            # TG2, TG3: slip (T2), with the forced rigid motion by least squares; cells that slip backwards stick
             rigid = self._update_slip_and_zones(elastic_slip, control, friction_limit)
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(rigid, scales)
@@ -105,44 +104,28 @@ class TangentialSolver:
             )
             if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
-            # TG5: CG reduces the residual of the Newton equation (T11) at fixed zones
-            correction = largest if residual > tolerance else 0.0
-            if correction:
+            corrected = residual > tolerance
+            only_loads_missed = 0 if corrected else only_loads_missed + 1
+            # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones
+            if corrected:
                 self._prepare_cg(control, largest)
                 floor, limit = 0.3 * tolerance * scale / largest, max_iterations - iterations
                 elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
                 iterations += self._cg.solve(elastic, inverse, REDUCTION, floor, limit)
-            # TG6, TG7, TG8: excess returns to the circle and slips, resultants are restored [45]; the new elastic slip
-            unborne = 0 if correction else unborne + 1
-            release = unborne > 0 and unborne % PATIENCE == 0
-            self._correct(control, friction_limit, shear, correction, excess > tolerance, release)
+            np.copyto(self._slip, shear)
+            if corrected:
+                cg.add(shear, self._cg.solution, largest / self.operator.unit)
+            # TG6: shear beyond the friction limit slips, or all sticks, where the slip zone cannot carry the loads
+            if only_loads_missed and only_loads_missed % PATIENCE == 0:
+                self.slipping[:] = False
+                self._normal[:] = 0.0
+                np.copyto(self._cg.weight, self._contact)
+            elif corrected or excess > tolerance:
+                friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+            # TG7: restore the imposed loads
+            self._restore_balance(control, self._cg.weight, shear)
+            # TG8: elastic slip of the change of the shear
             self._update_elastic_slip(elastic_slip, shear, last_tolerance * scale, largest or 1.0)
-
-    def _correct(
-        self,
-        control: LoadControl,
-        friction_limit: FloatArray,
-        shear: FloatArray,
-        largest: float,
-        exceeds: bool,
-        release: bool,
-    ) -> None:
-        """Correct shear and zones, and leave the shear before in `_slip`.
-
-        largest: the solution of CG is added, whose residual was over this (mm), 0 for none; exceeds: some shear is
-        beyond the friction limit; release: all cells stick, since all slip as they should in zones that cannot carry
-        the load.
-        """
-        np.copyto(self._slip, shear)
-        if largest:
-            cg.add(shear, self._cg.solution, largest / self.operator.unit)
-        if release:
-            self.slipping[:] = False
-            self._normal[:] = 0.0
-            np.copyto(self._cg.weight, self._contact)
-        elif largest or exceeds:
-            friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
-        self._restore_balance(control, self._cg.weight, shear)
 
     def _update_elastic_slip(
         self, elastic_slip: FloatArray, shear: FloatArray, allowed: float, expected: float
@@ -154,7 +137,7 @@ class TangentialSolver:
         )
 
     def _start_zones(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> None:
-        """Start with contact where friction can carry shear; what is missing of the load is added where it can be."""
+        """Take contact where the friction limit is positive, and restore the imposed loads there (TG6, TG7)."""
         np.greater(friction_limit, 0.0, out=self._contact)
         shear *= self._contact
         self.slipping &= self._contact
@@ -166,26 +149,24 @@ class TangentialSolver:
 
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
         """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where all slips."""
-        fresh = self._contact & ~shear.any(axis=0)
-        at = np.nonzero(fresh)
-        if at[0].size == 0 or at[0].size == np.count_nonzero(self._contact):
+        row, column = np.nonzero(self._contact & ~shear.any(axis=0))
+        if not 0 < row.size < np.count_nonzero(self._contact):
             return
         padded = np.pad(shear, [(0, 0), (1, 1), (1, 1)])
-        around = np.zeros((2, at[0].size))
-        for i in (-1, 0, 1):
-            for j in (-1, 0, 1):
-                around += padded[:, at[0] + 1 + i, at[1] + 1 + j]
+        around = sum((padded[:, row + i, column + j] for i in range(3) for j in range(3)), np.zeros((2, row.size)))
         length = np.hypot(around[0], around[1])
         moved = length > 0.0
-        cells = (at[0][moved], at[1][moved])
-        shear[:, cells[0], cells[1]] = around[:, moved] / length[moved] * friction_limit[cells]
-        self.slipping[cells] = True
+        row, column = row[moved], column[moved]
+        shear[:, row, column] = around[:, moved] / length[moved] * friction_limit[row, column]
+        self.slipping[row, column] = True
 
     def _update_slip_and_zones(
         self, elastic_slip: FloatArray, control: LoadControl, friction_limit: FloatArray
     ) -> Vector:
-        """Compute the slip, with the forced rigid motion by weighted least squares; cells that slip against their shear
-        stick [44]. Returns the rigid motion."""
+        """Compute the slip and let cells stick that slip against their shear; return the rigid motion.
+
+        The forced part of the motion is that of least squares, N' W T s = 0.
+        """
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = control.imposed_displacement
         released = True
@@ -199,7 +180,7 @@ class TangentialSolver:
             friction.move(
                 self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )
-            # Where all slip the same way, the first cells that stick determine how far, not those that slip.
+            # If all cells slip the same way, the motion is determined only by those that stick then: do it again
             released = undetermined and int(np.count_nonzero(self.slipping)) < before
         return imposed + forced
 
@@ -210,28 +191,27 @@ class TangentialSolver:
         return max(elastic, ROUNDING * float(max(scales.displacement, dx, dy, turn * self.modes.farthest)))
 
     def _violation(self, rigid: Vector, scales: SlipScales) -> tuple[float, float, float]:
-        """Return the violation of the slip law, the largest slip (mm) in it, and the smaller one of its scales (mm).
+        """Return the residual of the slip law, the largest error in it (mm), and the smaller one of its scales (mm).
 
-        The violation is the largest |slip| in the stick zone over the motion, or the largest part of a slip across the
-        shear over the largest slip.
+        Errors are slips of sticking cells, over the rigid motion, and in the slip zone the part of a slip across the
+        shear, over the largest slip.
         """
-        scale = max(scales.motion, abs(rigid[0]), abs(rigid[1]), abs(rigid[2]) * self._reach, TINY)
+        scale = max(scales.motion, *np.abs(rigid) * self.modes.arms, TINY)
         largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 
     def _unbalance(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> float:
-        """Return the largest error of an imposed resultant over what friction could carry."""
+        """Return the largest error of an imposed resultant over what friction can carry (a torque: times its arm)."""
         if not control.forced_index:
             return 0.0
         error = np.abs(self.modes.resultants(shear) - control.imposed_resultant)
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
-        return float(np.max((error / (capacity * np.array([1.0, 1.0, self._reach])))[control.forced_index]))
+        return float(np.max((error / (capacity * self.modes.arms))[control.forced_index]))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG the tangential slip over its `largest` value (mm), the directions of the shear, and the rigid motions
-        of the imposed forces."""
+        """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
         friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
         # the modes with the turn about the contact's middle, as far as imposed forces allow the same set
@@ -241,7 +221,7 @@ class TangentialSolver:
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
-        """Add the weighted rigid pattern, tangential in the slip zone, that restores the imposed resultants [45]."""
+        """Add the rigid pattern W T N a to the shear, so that it has the imposed resultants."""
         forced = control.forced_index
         if not forced:
             return

@@ -48,10 +48,10 @@ class TestNormalModes:
         np.testing.assert_allclose(out, 1.0 + 2.0 * GRID.y[None, :] + 3.0 * GRID.x[:, None])
 
     def test_work_of_a_rigid_motion(self, fields):
-        """sums and displacement are adjoint: the virtual work of a pressure is that of its resultants."""
+        """Resultants and displacement are adjoint: the virtual work of a pressure is that of its resultants."""
         rigid, out = np.array([0.3, -0.7, 1.1]), np.empty(GRID.shape)
         self.MODES.displacement(rigid, out)
-        assert np.vdot(out, fields[0]) == pytest.approx(rigid @ self.MODES.sums(fields[0]))
+        assert np.vdot(out, fields[0]) == pytest.approx(rigid @ self.MODES.resultants(fields[0]) / GRID.cell_area)
 
     def test_gram(self, fields):
         weight = np.abs(fields[0])
