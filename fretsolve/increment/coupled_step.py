@@ -67,7 +67,7 @@ def solve_coupled(
     slipping = slips(shear, problem.friction * pressure, within) & shear.any(axis=0)
     first = CoupledState(pressure, shear, slipping, np.zeros_like(shear), rigid)
     # the coupled Newton method from there
-    newton = CoupledNewton(level.operator, level.grid, level.tangential.workspace)
+    newton = CoupledNewton(level.operator, level.grid)
     end = newton.solve(problem, first, target, most)
     work.iterations_normal += newton.iterations
     work.iterations_tangential += newton.iterations

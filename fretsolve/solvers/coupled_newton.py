@@ -13,7 +13,6 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, TINY
-from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
@@ -21,23 +20,23 @@ from fretsolve.solvers.coupled_equations import CoupledEquations
 from fretsolve.solvers.normal import grown
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
-from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 MOST_STEPS = 30
-"""Newton steps before the loads are applied in smaller parts."""
+"""Newton steps of an attempt."""
 
 ROUGHLY, CLOSELY = 1e-2, 1e-6
-"""Factors by which a step reduces the residual of its linear equations: at first, and where the steps then do not
-converge. At strong friction a pressure too small to show in the residual may hold a large shear."""
+"""Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong
+friction an edge cell may hold a large shear under a pressure that is too small to count in the residual."""
 
 LEAST_PART = 0.01
-"""Smallest part of the loads; an increment that needs smaller ones is given up."""
+"""Smallest part of the loads that is tried."""
 
 DIVERGED = 100.0
-"""Residual above which no step comes back."""
+"""Residual above which the steps do not converge any more."""
 
 ESTIMATE_TOLERANCE = 1e-3
-"""Tolerance of the estimates at parts of the loads."""
+"""Tolerance at parts of the loads, which only give estimates."""
 
 
 @dataclass(frozen=True)
@@ -75,21 +74,15 @@ class CoupledState:
 
 
 class CoupledNewton:
-    """Solves for pressure and shear together on one grid, in the arrays of its tangential solver's `workspace`.
+    """Solves for pressure and shear together on one grid; iterations: of GMRES in all attempts."""
 
-    iterations: of GMRES in all attempts.
-    """
-
-    def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace):
+    def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
         self._normal, self._tangential = NormalModes(grid), TangentialModes(grid)
-        shape = grid.shape
-        self._uz, self._uz_before, self._gap, self._forward, self._scratch = (np.zeros(shape) for _ in range(5))
-        self._moved, self._slip, self._workspace = np.zeros((2, *shape)), workspace.double, workspace
-        self._contact: BoolArray = np.zeros(shape, dtype=bool)
-        self._left: BoolArray = np.zeros(shape, dtype=bool)
-        self._reach = max(grid.size) / 2.0
-        self._arms = np.array([1.0, self._reach, self._reach, 1.0, 1.0, self._reach])
+        self._arms = np.concatenate([self._normal.arms, self._tangential.arms])
+        self._uz, self._uz_before, self._gap, self._forward = (np.zeros(grid.shape) for _ in range(4))
+        self._moved, self._slip = np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape))
+        self._contact: BoolArray = np.zeros(grid.shape, dtype=bool)
         self.iterations = self._most = 0
 
     def solve(
@@ -97,14 +90,14 @@ class CoupledNewton:
     ) -> CoupledState | None:
         """Return the solution, or None where none is found.
 
-        start: a state at other loads, which are moved to the problem's in as few parts as possible; max_iterations: of
-        GMRES for each attempt.
+        start: a state at other loads; from there the loads change to the problem's in as few parts as possible;
+        max_iterations: of GMRES for each attempt.
         """
         self.begin(problem, max_iterations)
         loads, rigid = self.resultants(start), start.rigid.copy()
         reached, part, reduction = 0.0, 1.0, ROUGHLY
         while reached < 1.0:
-            # CN9: the problem with part of the change of the loads, at first all of it
+            # CN9: the problem with a part of the change of the loads, at first all of it
             to = min(1.0, reached + part)
             partial = replace(
                 problem,
@@ -113,10 +106,10 @@ class CoupledNewton:
             )
             wanted = tolerance if to == 1.0 else ESTIMATE_TOLERANCE
             found = self.solve_from(partial, start, wanted, reduction)
-            if found is None and reduction == ROUGHLY:
+            if found is None and reduction == ROUGHLY:  # CN8: again, with GMRES to six digits
                 reduction = CLOSELY
                 found = self.solve_from(partial, start, wanted, reduction)
-            # then go on with twice the part, or try a quarter of it
+            # CN9: go on with twice the part, or try a quarter of it
             if found is not None:
                 start, reached, part = found, to, 2.0 * part
             elif (part := part / 4.0) < LEAST_PART:
@@ -126,11 +119,11 @@ class CoupledNewton:
     def begin(self, problem: CoupledProblem, max_iterations: int) -> None:
         """Prepare to solve a problem, whole and in parts."""
         self.iterations, self._most = 0, max_iterations
+        self._forced = np.array([*problem.normal.forced, *problem.tangential.forced])
         self._uz_before.fill(0.0)
         if problem.pressure.any():
-            np.copyto(self._scratch, problem.pressure)
-            np.copyto(self._slip, problem.shear)
-            self.operator.all(self._scratch, self._slip, self._uz_before, self._moved)
+            pressure, shear = problem.pressure.astype(np.float64), problem.shear.astype(np.float64)
+            self.operator.all(pressure, shear, self._uz_before, self._moved)
 
     def resultants(self, state: CoupledState) -> Vector:
         """Return P, Mx, My, Qx, Qy, Mz (N, N mm)."""
@@ -142,13 +135,12 @@ class CoupledNewton:
     ) -> CoupledState | None:
         """Return the solution, or None where the Newton steps from `start` do not converge.
 
-        reduction: of the residual of a step's linear equations. Three ways are tried: cells that join the contact slip
-        if those beside them do; they all slip; or all of the contact slips at first.
+        reduction: factor by which GMRES reduces the residual of (T13).
         """
-        # CN8
+        # CN8: cells that join the contact slip if a neighbour does; all of them slip; and this from gross slip
         ways = [(start, False), (start, True)]
         if problem.tangential.imposed_displacement.any():
-            ways.append((self._slid(problem, start), True))
+            ways.append((self._in_gross_slip(problem, start), True))
         for first, joining_slip in ways:
             found = self._newton(problem, deepcopy(first), tolerance, joining_slip, reduction)
             if found is not None:
@@ -159,39 +151,48 @@ class CoupledNewton:
         self, problem: CoupledProblem, work: CoupledState, tolerance: float, joining_slip: bool, reduction: float
     ) -> CoupledState | None:
         """Return `work`, changed to the solution by Newton steps; joining_slip: cells that join the contact slip."""
-        np.greater(work.pressure, 0.0, out=self._contact)
-        self._left[:] = False
+        self._contact = contact = work.pressure > 0.0
+        left = np.zeros_like(contact)
         last = self.iterations + self._most
         for step in range(MOST_STEPS):
-            # CN1: shear beyond the friction limit returns to the circle and slips
+            # CN1: shear beyond the friction limit slips; in the slip zone q = b n
             self._put_on_circle(problem, work)
-            # CN2, CN3: displacements, then gap, slip and missing loads
-            self._displace(problem, work)
+            # CN2: displacements of the tractions; in the first step a fit of the rigid displacements
+            pressure, shear = work.pressure - problem.pressure, work.shear - problem.shear
+            self.operator.all(pressure, shear, self._uz, self._moved)
+            self._uz += self._uz_before
             if step == 0:
                 self._fit_rigid(problem, work)
+            # CN3: gap (T1), slip (T2), lam = s.n, and missing loads (T3)
             errors = self._take_gap_and_slip(problem, work)
-            missing = self._missing(problem, work)
-            # CN4: stop at the tolerance
+            imposed = np.concatenate([problem.normal.imposed_resultant, problem.tangential.imposed_resultant])
+            missing = np.where(self._forced, imposed - self.resultants(work), 0.0)
+            # CN4: stop at the tolerance, or give up
             residuals = errors.residual, self._slip_residual(problem, work), self._unbalance(problem, work, missing)
             worst = float(np.max(residuals))
             if worst <= tolerance:
                 return work
             if not worst < DIVERGED or self.iterations >= last:
                 return None
-            # CN5 to CN7: new zones, then the linear equations at these zones
-            self._change_zones(work, 0.3 * tolerance * errors.gap_scale, joining_slip)
-            if not self._step(problem, work, missing, reduction, last - self.iterations):
+            # CN5: slipping cells with lam < 0 stick; penetrating cells join, and slip if a neighbour does or if they
+            # have left under tension before, since then they can neither stick nor be open
+            backwards = work.slipping & (self._forward < 0.0)
+            work.slipping &= ~backwards
+            work.direction[:, backwards] = 0.0
+            joining = ~contact & (self._gap < -0.3 * tolerance * errors.gap_scale)
+            contact |= joining
+            self._let_slip(work, joining if joining_slip else joining & (grown(work.slipping) | left))
+            # CN6: GMRES on (T13) at these zones
+            if not self._add_correction(problem, work, missing, reduction, last - self.iterations):
                 return None
+            # CN7: cells under tension leave the contact and lose their shear
+            np.maximum(work.pressure, 0.0, out=work.pressure)
+            left |= contact & (work.pressure == 0.0)
+            contact &= work.pressure > 0.0
+            work.shear *= contact
         return None
 
-    def _displace(self, problem: CoupledProblem, work: CoupledState) -> None:
-        """Compute uz, and the tangential displacement by the change of the tractions from the problem's."""
-        np.subtract(work.pressure, problem.pressure, out=self._scratch)
-        np.subtract(work.shear, problem.shear, out=self._slip)
-        self.operator.all(self._scratch, self._slip, self._uz, self._moved)
-        self._uz += self._uz_before
-
-    def _slid(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
+    def _in_gross_slip(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
         """Return `start` with all of its contact slipping along the imposed motion."""
         work = deepcopy(start)
         np.greater(work.pressure, 0.0, out=work.slipping)
@@ -202,8 +203,7 @@ class CoupledNewton:
 
     def _put_on_circle(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Let shear beyond the friction limit slip, and give it the length of the limit in the slip zone."""
-        length = np.hypot(work.shear[0], work.shear[1])
-        friction_limit = np.multiply(work.pressure, problem.friction, out=self._scratch)
+        length, friction_limit = np.hypot(work.shear[0], work.shear[1]), work.pressure * problem.friction
         work.slipping |= length > friction_limit
         work.slipping &= self._contact
         turned = work.slipping & (length > 0.0)
@@ -212,16 +212,14 @@ class CoupledNewton:
         work.shear[:, work.slipping] = (friction_limit * work.direction)[:, work.slipping]
 
     def _fit_rigid(self, problem: CoupledProblem, work: CoupledState) -> None:
-        """Estimate the rigid displacements of forced modes by least squares of gap and slip over the contact."""
+        """Estimate the forced rigid displacements by least squares of gap and slip over the contact."""
         work.rigid[:3] = np.where(problem.normal.forced, work.rigid[:3], problem.normal.imposed_displacement)
         work.rigid[3:] = problem.tangential.imposed_displacement
         self._take_gap_and_slip(problem, work)
-        forced, gram = problem.normal.forced_index, self._normal.gram(self._contact)
         gaps = self._normal.gap_sums(problem.separation, self._uz, work.rigid[:3], self._contact)
-        work.rigid[:3] += solve_modes(gram, gaps, forced)
-        x, y, weight = self._normal.x, self._normal.y, self._contact.astype(np.float64)
-        gram = np.zeros((3, 3))
-        friction.gram(weight, work.direction, x, y, gram)
+        work.rigid[:3] += solve_modes(self._normal.gram(self._contact), gaps, problem.normal.forced_index)
+        gram, weight = np.zeros((3, 3)), self._contact.astype(np.float64)
+        friction.gram(weight, work.direction, self._normal.x, self._normal.y, gram)
         across = (self._slip - self._forward * work.direction) * self._contact
         work.rigid[3:] -= solve_modes(gram, self._tangential.sums(across), problem.tangential.forced_index)
 
@@ -233,96 +231,69 @@ class CoupledNewton:
         np.einsum("kij,kij->ij", self._slip, work.direction, out=self._forward)
         return self._normal.gap(problem.separation, self._uz, work.rigid[:3], self._contact, self._gap)
 
-    def _missing(self, problem: CoupledProblem, work: CoupledState) -> Vector:
-        """Return what is missing of the imposed resultants (N, N mm)."""
-        imposed = np.concatenate([problem.normal.imposed_resultant, problem.tangential.imposed_resultant])
-        return np.where(_forced(problem), imposed - self.resultants(work), 0.0)
-
     def _slip_residual(self, problem: CoupledProblem, work: CoupledState) -> float:
         """Return the largest error of the slip over its scale, as in `tangential`."""
         moved = np.abs(np.concatenate([work.rigid[:3] - problem.before, work.rigid[3:]])) * self._arms
         motion = max(problem.motion, float(moved.max()), TINY)
-        slip = self._slip * self._contact
-        largest, in_slip, in_stick = friction.violation(slip, work.direction, work.slipping)
+        largest, in_slip, in_stick = friction.violation(self._slip * self._contact, work.direction, work.slipping)
         largest = max(largest, LEAST_SLIP * motion, problem.least_slip)
         return float(np.maximum(in_stick / motion, in_slip / largest))
 
     def _unbalance(self, problem: CoupledProblem, work: CoupledState, missing: Vector) -> float:
-        """Return the largest missing resultant over P, or over what friction could carry."""
+        """Return the largest missing resultant over P, or over what friction can carry (moments: times their arms)."""
         load = float(work.pressure.sum()) * self._normal.cell_area
         scale = np.maximum(np.repeat([load, problem.friction * load], 3) * self._arms, TINY)
         return float(np.max(np.abs(missing) / scale))
 
-    def _change_zones(self, work: CoupledState, deep: float, joining_slip: bool) -> None:
-        """Let cells that slip against their shear stick, and cells that penetrate by more than `deep` (mm) join.
-
-        Joining cells slip if those beside them do, or if they have left under tension before, since then they can
-        neither stick nor be open; all of them slip if `joining_slip`.
-        """
-        backwards = work.slipping & (self._forward < 0.0)
-        work.slipping &= ~backwards
-        work.direction[:, backwards] = 0.0
-        joining = ~self._contact & (self._gap < -deep)
-        self._contact |= joining
-        fresh = joining if joining_slip else joining & (grown(work.slipping) | self._left)
+    def _let_slip(self, work: CoupledState, cells: BoolArray) -> None:
+        """Let `cells` (nx, ny) slip in the direction in which they move."""
         length = np.hypot(self._slip[0], self._slip[1])
-        fresh &= length > 0.0
-        work.direction[:, fresh] = self._slip[:, fresh] / length[fresh]
-        work.slipping |= fresh
+        cells = cells & (length > 0.0)
+        work.direction[:, cells] = self._slip[:, cells] / length[cells]
+        work.slipping |= cells
 
-    def _step(self, problem: CoupledProblem, work: CoupledState, missing: Vector, reduction: float, most: int) -> bool:
-        """Make a Newton step at the present zones, then open cells under tension; return whether it could be made."""
-        contact, unit = self._contact, self.operator.unit
+    def _add_correction(
+        self, problem: CoupledProblem, work: CoupledState, missing: Vector, reduction: float, most: int
+    ) -> bool:
+        """Add the solution of (T13) at the present zones; return whether there is one."""
+        contact, unit, cell_area = self._contact, self.operator.unit, self._normal.cell_area
         if not contact.any():
             return False
-        forced = np.flatnonzero(_forced(problem))
-        right, normal = np.array([-self._gap[contact], *self._slip[:, contact]]), work.direction[:, contact]
+        forced, normal = np.flatnonzero(self._forced), work.direction[:, contact]
+        right = np.array([-self._gap[contact], *self._slip[:, contact]])
         right[1:] -= np.einsum("kn,kn->n", right[1:], normal) * normal
-        right /= unit
-        wanted = (missing / self._arms)[forced] / self._normal.cell_area
         try:
-            equations = self._equations(problem, work, forced)
-            change, amplitudes, iterations = equations.solve(right, wanted, reduction, most)
+            change, amplitudes, iterations = self._equations(problem, work).solve(
+                right / unit, (missing / self._arms)[forced] / cell_area, reduction, most
+            )
         except np.linalg.LinAlgError:  # numbers that overflow, from zones that cannot carry the load
             return False
         self.iterations += iterations
-        # CN6: add the changes
         work.pressure[contact] += change[0]
         work.shear[:, contact] += change[1:]
         work.rigid[forced] += amplitudes * unit / self._arms[forced]
-        # CN7: cells under tension leave the contact
-        np.maximum(work.pressure, 0.0, out=work.pressure)
-        self._left |= contact & (work.pressure == 0.0)
-        contact &= work.pressure > 0.0
-        work.shear *= contact
         return True
 
-    def _equations(self, problem: CoupledProblem, work: CoupledState, forced: IndexArray) -> CoupledEquations:
-        """Return the linear equations at the present zones, with the motions of the `forced` modes."""
+    def _equations(self, problem: CoupledProblem, work: CoupledState) -> CoupledEquations:
+        """Return (T13) at the present zones, with rigid motions over their arms."""
         contact, unit = self._contact, self.operator.unit
         slipping, friction_limit = work.slipping[contact], problem.friction * work.pressure[contact]
         stiffness = np.full(friction_limit.shape, STIFFEST)
         np.divide(self._forward[contact], friction_limit * unit, out=stiffness, where=friction_limit * unit > 0.0)
         stiffness = np.where(slipping, np.clip(stiffness, 0.0, STIFFEST), 0.0)
         row, column = np.nonzero(contact)
-        x, y = self._normal.x[row] / self._reach, self._normal.y[column] / self._reach
-        motions = np.zeros((6, 3, friction_limit.size))
+        x, y = self._normal.x[row] / self._arms[2], self._normal.y[column] / self._arms[1]
+        motions = np.zeros((6, 3, row.size))
         motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
         normal, drag = work.direction[:, contact], problem.friction * slipping
-        arrays, cells = (self._scratch, self._uz, self._moved), np.flatnonzero(contact)
-        return CoupledEquations(self.operator, self._workspace, arrays, cells, normal, drag, stiffness, motions[forced])
+        return CoupledEquations(self.operator, contact, normal, drag, stiffness, motions[self._forced])
 
 
 def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:
-    """Return what is imposed after part of the way from `loads` and `rigid`."""
+    """Return what is imposed after a part of the way from `loads` and `rigid`."""
     if part == 1.0:
         return control
     before = np.where(control.forced, loads, rigid)
     x, y, z = (float(b + part * (v - b)) for b, v in zip(before, control.values, strict=True))
     return LoadControl(control.forced, (x, y, z))
-
-
-def _forced(problem: CoupledProblem) -> BoolArray:
-    """Return for each of the six modes whether its resultant is imposed."""
-    return np.array([*problem.normal.forced, *problem.tangential.forced])
