@@ -97,9 +97,13 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
 
 def share_of_inverse(stats: pstats.Stats) -> float:
     """Return the share of the preconditioner in the time of all convolutions."""
-    convolve = next(at for at in stats.stats if Path(at[0]).stem == "convolution" and at[2] == "apply")
-    times = {caller: entry[3] for caller, entry in stats.stats[convolve][4].items()}
-    return sum(time for caller, time in times.items() if Path(caller[0]).stem == "preconditioner") / sum(times.values())
+    times: dict[str, float] = defaultdict(float)
+    for function, (*_, callers) in stats.stats.items():
+        if Path(function[0]).stem == "convolution" and function[2] in ("apply", "apply_in_plane"):
+            for caller, entry in callers.items():
+                times[Path(caller[0]).stem] += entry[3]
+    times.pop("convolution", None)
+    return times["preconditioner"] / sum(times.values())
 
 
 def print_table(grids: list[int]) -> None:

@@ -19,16 +19,15 @@ ux = Kzx P + Kxx qx, which is one symmetric real matrix per wave vector.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.elastic.fftw_wisdom import plan, planner_effort
-from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.elastic.transform_length import padded_length
 from fretsolve.kernels import spectral
 from fretsolve.system.arrays import ComplexArray, FloatArray
@@ -36,8 +35,8 @@ from fretsolve.system.arrays import ComplexArray, FloatArray
 CACHE_BYTES = 400 * 1024
 """Size of the buffer of a block of rows or columns: three or four fit into the second-level cache of a core."""
 
-ALIGNMENT = 64
-"""Bytes of a cache line and of the longest vector instructions."""
+Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
+"""A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
 
 
 @dataclass(frozen=True)
@@ -59,26 +58,6 @@ KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
 """Kernels from each field (column) to each displacement (row)."""
 
 
-class RowSpectra:
-    """Memory for row spectra, shared by convolutions that never work at the same time."""
-
-    def __init__(self) -> None:
-        self._bytes: NDArray[np.uint8] = np.empty(0, np.uint8)
-
-    def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
-        """Return `count` arrays that are valid until the next call. They are not cleared."""
-        size = shape[0] * shape[1] * dtype.itemsize
-        stride = size + -size % ALIGNMENT
-        if self._bytes.size < count * stride:
-            self._bytes = pyfftw.empty_aligned(count * stride, np.uint8, n=ALIGNMENT)
-        parts = (self._bytes[index * stride : index * stride + size] for index in range(count))
-        return [part.view(dtype).reshape(shape) for part in parts]
-
-    def release(self) -> None:
-        """Free the memory until it is needed again."""
-        self._bytes = np.empty(0, np.uint8)
-
-
 @dataclass(frozen=True)
 class _Block:
     """A buffer for a block of padded lines, with the plans of their transforms in place."""
@@ -89,7 +68,7 @@ class _Block:
 
 
 class PaddedConvolution:
-    """Plans and buffers for convolutions of fields ``(nx, ny)``.
+    """Plans and buffers for convolutions of fields ``(nx, ny)``; both are made at the first convolution.
 
     padded: the periods, where they are not to be those in which nothing wraps around.
     """
@@ -98,7 +77,7 @@ class PaddedConvolution:
         self,
         shape: tuple[int, int],
         dtype: type[np.floating] = np.float64,
-        threads: ThreadTeam = ONE_THREAD,
+        team: ThreadTeam | None = None,
         padded: tuple[int, int] | None = None,
     ):
         self.shape = shape
@@ -106,38 +85,54 @@ class PaddedConvolution:
         self.columns = self.padded[1] // 2 + 1
         self._float = np.dtype(dtype)
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
-        self._threads = threads
+        self._team = team or ThreadTeam()
         mx, my = self.padded
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = _parts(self._pairs, size * my)
         self._column_parts = _parts(self.columns, size * mx)
         # Each thread has blocks of its own.
-        self._row_blocks = [self._block(self._row_parts[0].stop, my) for _ in threads.members(self._row_parts)]
-        self._column_blocks: list[list[_Block]] = [[] for _ in threads.members(self._column_parts)]
+        self._row_blocks: list[list[_Block]] = [[] for _ in self._team.members(self._row_parts)]
+        self._column_blocks: list[list[_Block]] = [[] for _ in self._team.members(self._column_parts)]
 
     def apply(
         self,
         kernels: KernelMatrix,
         fields: Sequence[FloatArray],
         displacements: Sequence[FloatArray],
-        row_spectra: RowSpectra,
-        turn_field: bool = False,
-        turn_displacement: bool = False,
+        turned: tuple[bool, bool] = (False, False),
     ) -> None:
         """Compute ``displacements = kernels @ fields``, m fields (nx, ny) from n fields (nx, ny).
 
-        turn_field: multiply the spectrum of the first field by i; turn_displacement: that of the first displacement by
-        -i (see the top of this file). A displacement may be the array of a field.
+        turned: whether to multiply the spectrum of the first field by i, and that of the first displacement by -i (see
+        the top of this file). A displacement may be the array of a field.
         """
         count = max(len(fields), len(displacements))
-        spectra = row_spectra.arrays(count, (self.shape[0], self.columns), self._complex)
+        self._provide_blocks(count)
+        spectra = self._team.arrays(count, (self.shape[0], self.columns), self._complex)
         for field, spectrum in zip(fields, spectra, strict=False):
             self._transform_rows(field, spectrum)
-        turned = turn_field, turn_displacement
         self._multiply_columns(kernels, spectra[: len(fields)], spectra[: len(displacements)], turned)
         for displacement, spectrum in zip(displacements, spectra, strict=False):
             self._transform_rows(displacement, spectrum, back=True)
+
+    def apply_in_plane(
+        self, spectra: Mapping[Influence, KernelSpectrum], coupling: bool, field: FloatArray, result: FloatArray
+    ) -> None:
+        """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
+
+        Without `coupling` each direction is computed alone. Where it is 0, neither transform nor spectrum is needed.
+        """
+        if coupling:
+            kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
+            self.apply(kernels, (*field,), (*result,))
+            return
+        directions: tuple[Influence, Influence] = ("xx", "yy")
+        for direction, part, part_of_result in zip(directions, field, result, strict=True):
+            if part.any():
+                self.apply(((spectra[direction],),), (part,), (part_of_result,))
+            else:
+                part_of_result[:] = 0.0
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..ny-1, ``(nx, ny)``."""
@@ -155,9 +150,9 @@ class PaddedConvolution:
         """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1), or `back`."""
 
         def transform(member: int, part: slice) -> None:
-            block = self._row_blocks[member]
+            """Transform the rows of a part and, as their imaginary parts, as many of the lower half."""
+            (block,) = self._row_blocks[member]
             lines = block.values[: part.stop - part.start]
-            # the rows that become the real and the imaginary parts of the lines
             upper, lower = part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
             if back:
                 spectral.join_spectra(spectrum[upper], spectrum[lower], lines)
@@ -168,7 +163,7 @@ class PaddedConvolution:
                 block.forward.execute()
                 spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
 
-        self._threads.share(transform, self._row_parts)
+        self._team.share(transform, self._row_parts)
 
     def _multiply_columns(
         self,
@@ -178,12 +173,12 @@ class PaddedConvolution:
         turned: tuple[bool, bool],
     ) -> None:
         """Compute the row spectra of the displacements from those of the fields, both (nx, my//2 + 1)."""
-        self._provide_column_blocks(max(len(fields), len(displacements)))
 
         def multiply(member: int, columns: slice) -> None:
+            """Compute some columns of the displacements."""
             blocks = self._column_blocks[member]
             lines = [block.values[: columns.stop - columns.start] for block in blocks]
-            # Transform the block's columns of all fields along x.
+            # Transform the columns of all fields along x.
             for index, spectrum in enumerate(fields):
                 spectral.take_columns(spectrum[:, columns], lines[index])
                 if turned[0] and index == 0:
@@ -198,19 +193,23 @@ class PaddedConvolution:
                     lines[index] *= -1j
                 spectral.give_columns(lines[index], spectrum[:, columns])
 
-        self._threads.share(multiply, self._column_parts)
+        self._team.share(multiply, self._column_parts)
+
+    def _provide_blocks(self, count: int) -> None:
+        """Make a block of rows and `count` blocks of columns for each thread, if they are not there yet."""
+        if len(self._column_blocks[0]) >= count:
+            return
+        (mx, my), rows, columns = self.padded, self._row_parts[0].stop, self._column_parts[0].stop
+        for own in self._row_blocks:
+            own.extend(self._block(rows, my) for _ in range(1 - len(own)))
+        for own in self._column_blocks:
+            own.extend(self._block(columns, mx) for _ in range(count - len(own)))
 
     def _block(self, lines: int, length: int) -> _Block:
         values = pyfftw.zeros_aligned((lines, length), self._complex)
         options: dict[str, Any] = {"axes": (1,), "flags": (planner_effort(self.padded), "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
-
-    def _provide_column_blocks(self, count: int) -> None:
-        """Make `count` blocks of columns for each thread, if they are not there yet."""
-        for blocks in self._column_blocks:
-            while len(blocks) < count:
-                blocks.append(self._block(self._column_parts[0].stop, self.padded[0]))
 
 
 def _multiply(

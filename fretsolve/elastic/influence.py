@@ -16,17 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
-from typing import Literal
+from itertools import product
 
 import numpy as np
 
-from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
 from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray
-
-Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
-"""A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
 
 Function = Callable[[DoubleArray, DoubleArray], DoubleArray]
 Integral = Callable[[DoubleArray, DoubleArray, float, float], DoubleArray]
@@ -164,19 +160,12 @@ def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: fl
 
 def _gauss(integrand: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float, points: int) -> DoubleArray:
     """Integrate over each cell by Gauss-Legendre quadrature with `points` nodes per side."""
-    nodes, weights = _gauss_legendre(points)
     total = np.zeros((x.size, y.size))
-    for node_x, weight_x in zip(nodes, weights, strict=True):
-        for node_y, weight_y in zip(nodes, weights, strict=True):
-            weight = 0.25 * weight_x * weight_y * dx * dy
-            total += weight * integrand(x[:, None] + 0.5 * dx * node_x, y[None, :] + 0.5 * dy * node_y)
+    nodes = zip(*np.polynomial.legendre.leggauss(points), strict=True)
+    for (node_x, weight_x), (node_y, weight_y) in product(nodes, repeat=2):
+        weight = 0.25 * weight_x * weight_y * dx * dy
+        total += weight * integrand(x[:, None] + 0.5 * dx * node_x, y[None, :] + 0.5 * dy * node_y)
     return total
-
-
-@lru_cache
-def _gauss_legendre(points: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    return tuple(nodes), tuple(weights)
 
 
 def _cubed(u: DoubleArray, v: DoubleArray) -> DoubleArray:

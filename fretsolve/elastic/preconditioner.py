@@ -10,14 +10,14 @@ the symbol, down to negative values if dx and dy differ.
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import KernelSpectrum, PaddedConvolution, RowSpectra
-from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
+from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.elastic.transform_length import fast_length
 from fretsolve.model.materials import Compliances
+from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
 
 APART = 2
@@ -25,100 +25,77 @@ APART = 2
 
 
 class Preconditioner:
-    """Computes tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`.
-
-    in_plane_coupling: qx depends on uy as well, and qy on ux; row_spectra: memory for row spectra, shared with others.
-    """
+    """Computes tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`."""
 
     def __init__(
         self,
         shape: tuple[int, int],
         spacing: tuple[float, float],
         compliances: Compliances,
-        in_plane_coupling: bool,
+        terms: Terms,
         factor: float,
-        threads: ThreadTeam = ONE_THREAD,
-        row_spectra: RowSpectra | None = None,
+        team: ThreadTeam | None = None,
         dtype: type[np.floating] = np.float64,
     ):
-        self.shape, self._spacing, self._material, self._in_plane = shape, spacing, compliances, in_plane_coupling
-        self._size = (fast_length(shape[0] + APART), fast_length(shape[1] + APART))
-        self._factor, self._dtype, self._threads = factor, dtype, threads
-        self._row_spectra = row_spectra or RowSpectra()
-
-    @cached_property
-    def _convolution(self) -> PaddedConvolution:
-        return PaddedConvolution(self.shape, self._dtype, self._threads, self._size)
+        mx, my = size = fast_length(shape[0] + APART), fast_length(shape[1] + APART)
+        self._convolution = PaddedConvolution(shape, dtype, team, size)
+        self._in_plane = terms.in_plane_coupling
+        # FFTW leaves the factor 1/(mx my) out of inverse transforms.
+        self._spectra: dict[Influence, KernelSpectrum] = {
+            name: KernelSpectrum(values, odd_x=name == "xy").scaled(factor / (mx * my), dtype)
+            for name, values in _inverse_symbol(shape, size, spacing, compliances, terms).items()
+        }
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
-        self._separately((self._normal,), displacement, traction)
+        self._convolution.apply(((self._spectra["zz"],),), (*displacement,), (*traction,))
 
     def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
-        along_x, along_y, mixed = self._tangential
-        if self._in_plane:
-            kernels = ((along_x, mixed), (mixed, along_y))
-            self._convolution.apply(kernels, (*displacement,), (*traction,), self._row_spectra)
-        else:
-            self._separately((along_x, along_y), displacement, traction)
+        self._convolution.apply_in_plane(self._spectra, self._in_plane, displacement, traction)
 
-    def _separately(self, kernels: tuple[KernelSpectrum, ...], fields: FloatArray, tractions: FloatArray) -> None:
-        """Compute each component by itself, without a transform where the field is 0."""
-        for kernel, field, traction in zip(kernels, fields, tractions, strict=True):
-            if field.any():
-                self._convolution.apply(((kernel,),), (field,), (traction,), self._row_spectra)
-            else:
-                traction[:] = 0.0
 
-    @cached_property
-    def _normal(self) -> KernelSpectrum:
-        return self._scaled(1.0 / self._symbol())
+def _inverse_symbol(
+    shape: tuple[int, int], size: tuple[int, int], spacing: tuple[float, float], compliances: Compliances, terms: Terms
+) -> dict[Influence, FloatArray]:
+    """Return the inverse of the symbol, (my//2 + 1, mx//2 + 1), of each component that `terms` keep.
 
-    @cached_property
-    def _tangential(self) -> tuple[KernelSpectrum, KernelSpectrum, KernelSpectrum]:
-        """Spectra from ux to qx, from uy to qy, and from each to the other (the inverse of the 2 x 2 symbol)."""
-        share = self._material.B / self._material.A
-        kx, ky = self._wave_numbers()
-        length = np.hypot(kx, ky)
-        length[0, 0] = 1.0
-        along_x, along_y = kx / length, ky / length
-        inverse = 1.0 / self._symbol()
-        if not self._in_plane:
-            ux_to_qx, uy_to_qy = inverse / (1.0 + share * along_y**2), inverse / (1.0 + share * along_x**2)
-            return self._scaled(ux_to_qx), self._scaled(uy_to_qy), self._scaled(np.zeros((1, 1)))
-        inverse /= 1.0 + share
-        ux_to_qx, uy_to_qy = inverse * (1.0 + share * along_x**2), inverse * (1.0 + share * along_y**2)
-        inverse *= share * along_x * along_y
-        # The highest wave number of an even period stands for both signs; the odd function is 0 there.
-        (mx, my) = self._size
-        if mx % 2 == 0:
-            inverse[:, -1] = 0.0
-        if my % 2 == 0:
-            inverse[-1] = 0.0
-        return self._scaled(ux_to_qx), self._scaled(uy_to_qy), self._scaled(inverse, odd_x=True)
+    zz: from uz to p; xx: from ux to qx; yy: from uy to qy; xy: from each of the two to the other.
+    """
+    kx, ky = (2.0 * math.pi * np.fft.rfftfreq(count, side) for count, side in zip(size, spacing, strict=True))
+    kx, ky = kx[None, :], ky[:, None]
+    shortest = math.pi / max(count * side for count, side in zip(shape, spacing, strict=True))
+    inverse = 1.0 / (compliances.A * _mean_symbol(kx, ky, spacing, shortest))
+    if not terms.tangential:
+        return {"zz": inverse}
+    # the inverse of the symmetric 2 x 2 symbol of shear
+    share = compliances.B / compliances.A
+    length = np.hypot(kx, ky)
+    length[0, 0] = 1.0
+    along_x, along_y = kx / length, ky / length
+    if not terms.in_plane_coupling:
+        return {"zz": inverse, "xx": inverse / (1.0 + share * along_y**2), "yy": inverse / (1.0 + share * along_x**2)}
+    in_plane = inverse / (1.0 + share)
+    ux_to_qx, uy_to_qy = in_plane * (1.0 + share * along_x**2), in_plane * (1.0 + share * along_y**2)
+    in_plane *= share * along_x * along_y
+    # The highest wave number of an even period stands for both signs; the odd function is 0 there.
+    if size[0] % 2 == 0:
+        in_plane[:, -1] = 0.0
+    if size[1] % 2 == 0:
+        in_plane[-1] = 0.0
+    return {"zz": inverse, "xx": ux_to_qx, "yy": uy_to_qy, "xy": in_plane}
 
-    def _scaled(self, spectrum: FloatArray, odd_x: bool = False) -> KernelSpectrum:
-        """Multiply by the factor, and by the one that FFTW leaves out of inverse transforms."""
-        return KernelSpectrum(spectrum, odd_x).scaled(self._factor / (self._size[0] * self._size[1]), self._dtype)
 
-    def _wave_numbers(self) -> tuple[FloatArray, FloatArray]:
-        """Return the non-negative angular wave numbers along x ``(1, mx//2 + 1)`` and y ``(my//2 + 1, 1)``."""
-        (mx, my), (dx, dy) = self._size, self._spacing
-        return 2.0 * math.pi * np.fft.rfftfreq(mx, dx)[None, :], 2.0 * math.pi * np.fft.rfftfreq(my, dy)[:, None]
+def _mean_symbol(kx: FloatArray, ky: FloatArray, spacing: tuple[float, float], shortest: float) -> FloatArray:
+    """Return 1/k times the spectrum of a cell, summed over the nearest aliases, at wave numbers (1, n) and (m, 1).
 
-    def _symbol(self) -> FloatArray:
-        """Return A/k times the spectrum of a cell, summed over the nearest aliases.
-
-        A wave longer than the grid counts as one of its length, because A/k is infinite at k = 0.
-        """
-        kx, ky = self._wave_numbers()
-        dx, dy = self._spacing
-        shortest = math.pi / max(self.shape[0] * dx, self.shape[1] * dy)
-        total = np.zeros((ky.size, kx.size))
-        for shifted_x in (kx, kx - 2 * math.pi / dx):
-            for shifted_y in (ky, ky - 2 * math.pi / dy):
-                length = np.hypot(shifted_x, shifted_y)
-                np.maximum(length, shortest, out=length)
-                total += np.sinc(shifted_x * dx / (2 * math.pi)) * np.sinc(shifted_y * dy / (2 * math.pi)) / length
-        return self._material.A * total
+    A wave longer than the grid counts as one of its length, the wave number `shortest`, because 1/k is infinite at 0.
+    """
+    dx, dy = spacing
+    total = np.zeros((ky.size, kx.size))
+    for shifted_x in (kx, kx - 2 * math.pi / dx):
+        for shifted_y in (ky, ky - 2 * math.pi / dy):
+            length = np.hypot(shifted_x, shifted_y)
+            np.maximum(length, shortest, out=length)
+            total += np.sinc(shifted_x * dx / (2 * math.pi)) * np.sinc(shifted_y * dy / (2 * math.pi)) / length
+    return total

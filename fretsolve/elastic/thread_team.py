@@ -1,20 +1,33 @@
-"""Threads that share the independent parts of a task."""
+"""Threads that share the independent parts of a task, with the memory for its spectra."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.elastic.fftw import pyfftw
+from fretsolve.system.arrays import ComplexArray
+
+ALIGNMENT = 64
+"""Bytes of a cache line and of the longest vector instructions."""
 
 Part = TypeVar("Part")
 
 
 class ThreadTeam:
-    """`count` threads, the caller's among them. Results do not depend on which thread does which part."""
+    """`count` threads, the caller's among them. Results do not depend on which thread does which part.
+
+    A team works on one convolution at a time, so the same memory for row spectra serves all of them.
+    """
 
     def __init__(self, count: int = 1):
         self.count = count
         self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
+        self._memory: NDArray[np.uint8] = np.empty(0, np.uint8)
 
     def members(self, parts: Sequence[Part]) -> range:
         """Return the numbers of the threads that `parts` keep busy."""
@@ -39,5 +52,15 @@ class ThreadTeam:
         for other in others:
             other.result()
 
+    def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
+        """Return `count` arrays that are valid until the next call. They are not cleared."""
+        size = shape[0] * shape[1] * dtype.itemsize
+        stride = size + -size % ALIGNMENT
+        if self._memory.size < count * stride:
+            self._memory = pyfftw.empty_aligned(count * stride, np.uint8, n=ALIGNMENT)
+        parts = (self._memory[index * stride : index * stride + size] for index in range(count))
+        return [part.view(dtype).reshape(shape) for part in parts]
 
-ONE_THREAD = ThreadTeam()
+    def release(self) -> None:
+        """Free the memory until it is needed again."""
+        self._memory = np.empty(0, np.uint8)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.models import Case, ElasticBody
-from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.fftw_wisdom import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import FretsolveError
 from fretsolve.model.materials import compliances
 from fretsolve.model.required_terms import Terms
@@ -89,9 +89,9 @@ def _body_operators(case: Case, result: Result) -> list[ElasticOperator | None]:
     shape = len(result.x), len(result.y)
     spacing = float(result.x[1] - result.x[0]), float(result.y[1] - result.y[0])
     first, second = (body if isinstance(body, ElasticBody) else None for body in case.bodies)
-    row_spectra = RowSpectra()  # both can use it, as they run one after the other
+    team = ThreadTeam()  # both can use it, as they run one after the other
     return [
-        ElasticOperator(shape, spacing, compliances(*pair), terms, row_spectra=row_spectra) if any(pair) else None
+        ElasticOperator(shape, spacing, compliances(*pair), terms, team) if any(pair) else None
         for pair in ((first, None), (None, second))
     ]
 

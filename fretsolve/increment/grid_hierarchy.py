@@ -10,10 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import slips
-from fretsolve.elastic.thread_team import ONE_THREAD, ThreadTeam
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
 from fretsolve.increment.grid_transfer import GridTransfer
 from fretsolve.increment.load_checks import require_supported
@@ -37,28 +36,19 @@ NEAR_THE_LIMIT = 0.2
 class GridLevel:
     """Operator and solvers on `grid`, with a coarser level below while there are enough points."""
 
-    def __init__(
-        self,
-        grid: Grid,
-        model: Model,
-        threads: ThreadTeam = ONE_THREAD,
-        row_spectra: RowSpectra | None = None,
-        dtype: type[np.floating] = np.float64,
-    ):
+    def __init__(self, grid: Grid, model: Model, team: ThreadTeam | None = None, dtype: type[np.floating] = np.float64):
         self.grid = grid
         self._has_shear = model.has_shear
-        row_spectra = row_spectra or RowSpectra()
-        self.operator = ElasticOperator(
-            grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, threads, row_spectra, dtype
-        )
+        team = team or ThreadTeam()
+        self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, dtype)
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
-        self.coarser = None if coarse is None else GridLevel(coarse, model, threads, row_spectra, dtype)
+        self.coarser = None if coarse is None else GridLevel(coarse, model, team, dtype)
 
     @cached_property
     def normal(self) -> NormalSolver:
         """Solver of the normal problem on this grid; it shares the arrays of the tangential one, where there is one."""
-        workspace = self.tangential.workspace.first_component() if self._has_shear else None
+        workspace = self.tangential.workspace if self._has_shear else None
         return NormalSolver(self.operator, self.grid, workspace)
 
     @cached_property

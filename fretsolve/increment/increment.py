@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.convolution import RowSpectra
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
@@ -63,8 +62,8 @@ class IncrementSolver:
     ):
         self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
         self.tolerance, self.max_iterations, self._precision = tolerance, max_iterations, precision
-        self._threads, self._row_spectra = ThreadTeam(threads), RowSpectra()
-        self.level = GridLevel(grid, model, self._threads, self._row_spectra, precision)
+        self._team = ThreadTeam(threads)
+        self.level = GridLevel(grid, model, self._team, precision)
         self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision)
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
@@ -135,7 +134,7 @@ class IncrementSolver:
         """Free the memory of one part of an increment before the next needs its own, on a large grid."""
         if self._large:
             level.release()
-            self._row_spectra.release()
+            self._team.release()
 
     def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
         """Return a region that holds the expected contact, and the iteration on it; those of the last ones are kept."""
@@ -151,7 +150,7 @@ class IncrementSolver:
             level = self.level
             if region.count < self.grid.nx * self.grid.ny:
                 part = region.part_of(self.grid)
-                level = GridLevel(part, self.model, self._threads, self._row_spectra, self._precision)
+                level = GridLevel(part, self.model, self._team, self._precision)
             separation = self.separation[region.cells]
             iteration = StaggeredIteration(level, separation, self.model, self.max_iterations, self.tolerance)
         self._iterations[region] = iteration
@@ -195,7 +194,7 @@ class IncrementSolver:
                 operator.tangential_from_pressure(work.pressure, displacement)
         previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
-            self._row_spectra.release()
+            self._team.release()
         motion = work.rigid - start.rigid
         return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous)
 

@@ -60,8 +60,8 @@ class NormalSolver:
     def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace | None = None):
         self.operator = operator
         self.modes = NormalModes(grid)
-        self._workspace = workspace or Workspace.zeros(1, grid.shape, operator.inner.dtype)
-        self._cg = ProjectedCG(self._workspace)
+        self._workspace = workspace or Workspace(1, grid.shape, operator.inner.dtype)
+        self._cg = ProjectedCG(self._workspace, components=1)
         self._gap, self._uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)
@@ -132,7 +132,7 @@ class NormalSolver:
     def _update_displacement(self, pressure: FloatArray, allowed: float) -> None:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
         np.subtract(pressure, self._gap, out=self._gap)
-        change = self._workspace.double
+        change = self._workspace.double[:1]
         add_displacement(self.operator, ElasticOperator.normal, self._uz, change, self._workspace, allowed)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:

@@ -38,9 +38,10 @@ class ProjectedCG:
     `solution` holds x.
     """
 
-    def __init__(self, workspace: Workspace):
-        self.solution, self.residual, self.weight = workspace.solution, workspace.residual, workspace.weight
-        self._direction, self._image = workspace.direction, workspace.image
+    def __init__(self, workspace: Workspace, components: int = 2):
+        self.solution, self.residual = workspace.solution[:components], workspace.residual[:components]
+        self._direction, self._image = workspace.direction[:components], workspace.image[:components]
+        self.weight = workspace.weight
         vector, shape, dtype = self.solution.shape, self.weight.shape, self.solution.dtype
         alone = len(self.solution) == 1
         self.zone: BoolArray = np.zeros(shape, dtype=bool)

@@ -62,7 +62,7 @@ class TangentialSolver:
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
         self.modes = TangentialModes(grid)
-        self.workspace = Workspace.zeros(2, grid.shape, operator.inner.dtype)
+        self.workspace = Workspace(2, grid.shape, operator.inner.dtype)
         self._slip, self._normal = self.workspace.double, np.zeros((2, *grid.shape))
         self._cg = ProjectedCG(self.workspace)
         self._contact = self._cg.zone

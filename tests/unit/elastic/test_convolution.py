@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import convolve2d
 
 from fretsolve.elastic import convolution
-from fretsolve.elastic.convolution import PaddedConvolution, RowSpectra
+from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.transform_length import padded_length
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
@@ -30,7 +30,7 @@ def whole(values, odd_x, odd_y):
 
 def convolve(padded, kernels, fields, turn_field=False):
     results = [np.empty(padded.shape, dtype=fields[0].dtype) for _ in kernels]
-    padded.apply(kernels, fields, results, RowSpectra(), turn_field)
+    padded.apply(kernels, fields, results, (turn_field, False))
     return results
 
 
@@ -91,14 +91,3 @@ def test_single_precision():
         found.append(convolve(padded, ((kernel,),), [field.astype(dtype)])[0])
     assert found[1].dtype == np.float32
     np.testing.assert_allclose(found[1], found[0], atol=1e-4 * np.abs(found[0]).max())
-
-
-def test_memory_for_spectra_is_shared_and_freed():
-    row_spectra = RowSpectra()
-    first = row_spectra.arrays(2, (4, 5), np.dtype(np.complex128))
-    again = row_spectra.arrays(1, (5, 6), np.dtype(np.complex64))
-    assert np.shares_memory(first[0], again[0])
-    assert not np.shares_memory(*first)
-    assert all(array.ctypes.data % 64 == 0 for array in first)
-    row_spectra.release()
-    assert not np.shares_memory(first[0], row_spectra.arrays(1, (4, 5), np.dtype(np.complex128))[0])

@@ -22,7 +22,7 @@ METHODS = {
 
 
 def add(name, displacement, change, allowed, sign=1.0):
-    workspace = Workspace.zeros(2, SHAPE, np.float32)
+    workspace = Workspace(2, SHAPE, np.float32)
     workspace.double[: len(change)] = change
     change = workspace.double[: len(change)]
     add_displacement(OPERATOR, METHODS[name][0], displacement, change, workspace, allowed, sign)

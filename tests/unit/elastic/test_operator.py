@@ -127,9 +127,9 @@ def test_x_and_y_change_places_on_a_square_grid():
 def test_threads_change_no_bit(tractions, terms, monkeypatch):
     monkeypatch.setattr(convolution, "CACHE_BYTES", 2048)  # blocks enough to share out
     found = []
-    for threads in (ThreadTeam(1), ThreadTeam(2), ThreadTeam(5)):
+    for team in (ThreadTeam(1), ThreadTeam(2), ThreadTeam(5)):
         displacement = np.empty((3, *SHAPE))
-        operator(terms, threads=threads).all(tractions[0], tractions[1:], displacement[0], displacement[1:])
+        operator(terms, team=team).all(tractions[0], tractions[1:], displacement[0], displacement[1:])
         found.append(displacement)
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])

@@ -13,7 +13,7 @@ MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=0.0)
 
 
 def inverse(shape, spacing=(0.1, 0.12), in_plane_coupling=True, factor=1.0, dtype=np.float64):
-    return Preconditioner(shape, spacing, MATERIAL, in_plane_coupling, factor, dtype=dtype)
+    return Preconditioner(shape, spacing, MATERIAL, Terms(True, in_plane_coupling, False), factor, dtype=dtype)
 
 
 def matrix(apply, components, shape):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+import numpy as np
 import pytest
 
 from fretsolve.elastic.thread_team import ThreadTeam
@@ -34,3 +35,14 @@ def test_errors_come_back(failing: int) -> None:
 
     with pytest.raises(OverflowError, match=f"of member {failing}"):
         ThreadTeam(2).share(work, range(2))
+
+
+def test_memory_for_spectra_is_shared_and_freed():
+    team = ThreadTeam()
+    first = team.arrays(2, (4, 5), np.dtype(np.complex128))
+    again = team.arrays(1, (5, 6), np.dtype(np.complex64))
+    assert np.shares_memory(first[0], again[0])
+    assert not np.shares_memory(*first)
+    assert all(array.ctypes.data % 64 == 0 for array in first)
+    team.release()
+    assert not np.shares_memory(first[0], team.arrays(1, (4, 5), np.dtype(np.complex128))[0])

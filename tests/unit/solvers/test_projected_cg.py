@@ -36,7 +36,7 @@ def dense(components):
 @pytest.mark.parametrize("forced", [[], [0], [0, 1, 2]])
 def test_normal_solution_is_that_of_the_dense_system(forced):
     modes, contact = NormalModes(GRID), zone()
-    cg = ProjectedCG(Workspace.zeros(1, GRID.shape, np.float32))
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
     residual = np.random.default_rng(0).normal(size=(1, *GRID.shape)) * contact
     cg.residual[:], cg.zone[:], cg.weight[:] = residual, contact, contact
     cg.constrain(forced, lambda mode, out: modes.displacement(np.eye(3)[mode], out[0]))
@@ -58,7 +58,7 @@ def test_tangential_solution_is_that_of_the_dense_system(forced):
     angle = random.uniform(0.0, 6.3, GRID.shape)
     normal = np.array([np.cos(angle), np.sin(angle)]) * slipping
     stiffness = 10.0 ** random.uniform(-5, 5, GRID.shape) * slipping
-    cg = ProjectedCG(Workspace.zeros(2, GRID.shape, np.float32))
+    cg = ProjectedCG(Workspace(2, GRID.shape, np.float32))
     residual = random.normal(size=(2, *GRID.shape)) * contact
     cg.residual[:], cg.zone[:], cg.normal[:], cg.stiffness[:] = residual, contact, normal, stiffness
     cg.weight[:] = contact / (1.0 + stiffness)
@@ -101,7 +101,7 @@ def tangent_basis(contact, normal):
 def test_one_cell_resists_no_rotation():
     """The constraints of a single cell are one: of their Gram matrix one direction is inverted; nothing can move."""
     modes = NormalModes(GRID)
-    cg = ProjectedCG(Workspace.zeros(1, GRID.shape, np.float32))
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
     cg.zone[3, 4] = cg.weight[3, 4] = cg.residual[0, 3, 4] = 1
     cg.constrain([0, 1, 2], lambda mode, out: modes.displacement(np.eye(3)[mode], out[0]))
     assert np.linalg.matrix_rank(cg._inverse_gram, tol=1e-3) == 1
@@ -110,11 +110,11 @@ def test_one_cell_resists_no_rotation():
 
 
 def test_two_solvers_share_a_workspace():
-    workspace = Workspace.zeros(2, GRID.shape, np.float32)
-    vector, sharing = ProjectedCG(workspace), ProjectedCG(workspace.first_component())
+    workspace = Workspace(2, GRID.shape, np.float32)
+    vector, sharing = ProjectedCG(workspace), ProjectedCG(workspace, components=1)
     assert np.shares_memory(sharing.solution, vector.solution)
     assert not np.shares_memory(sharing.zone, vector.zone)
-    own = ProjectedCG(Workspace.zeros(1, GRID.shape, np.float32))
+    own = ProjectedCG(Workspace(1, GRID.shape, np.float32))
     residual = np.random.default_rng(0).normal(size=(1, *GRID.shape))
     for cg in (sharing, own):
         cg.zone[:] = cg.weight[:] = zone()
@@ -125,7 +125,7 @@ def test_two_solvers_share_a_workspace():
 
 
 def test_the_limit_of_iterations_holds():
-    cg = ProjectedCG(Workspace.zeros(1, GRID.shape, np.float32))
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
     cg.zone[:] = cg.weight[:] = zone()
     cg.residual[:] = np.random.default_rng(0).normal(size=(1, *GRID.shape))
     cg.constrain([], lambda mode, out: None)
