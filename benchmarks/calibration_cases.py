@@ -14,7 +14,7 @@ from calibration_truth import LOAD, RADIUS, Truth, cone, driven, elliptic, gross
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.tangential import full_slip_torque
+from fretsolve.reference.tangential import gross_slip_torque
 from fretsolve.setup.problem_setup import set_up
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
@@ -63,7 +63,7 @@ class CalibrationCase:
         return self.parts.get("friction", 0.1) > 0.0 and self.parts.get("bodies", SIMILAR) != SIMILAR
 
 
-TORQUE = full_slip_torque(hertz_sphere(LOAD, RADIUS, 109890.10989010989), 0.1)
+TORQUE = gross_slip_torque(hertz_sphere(LOAD, RADIUS, 109890.10989010989), 0.1)
 """At which the contact of two steel bodies turns."""
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
-from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque, lubkin
+from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
 
 Truth = Mapping[int, Mapping[str, float]]
 """Values of the history at the end of stages (1-based)."""
@@ -108,7 +108,7 @@ def torsion(torque: float) -> Callable[[Compliances], Truth]:
 
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-        found = lubkin(contact, 0.1, torque * full_slip_torque(contact, 0.1), pair.torsional)
+        found = lubkin(contact, 0.1, torque * gross_slip_torque(contact, 0.1), pair.torsional)
         return {**hertz(pair), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
 
     return exact

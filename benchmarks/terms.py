@@ -26,7 +26,7 @@ import fretsolve
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.tangential import full_slip_torque
+from fretsolve.reference.tangential import gross_slip_torque
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import set_up
 
@@ -115,7 +115,7 @@ def solved(
     hertz = hertz_sphere(LOAD, RADIUS, material.contact_modulus)
     stages = [
         stage.replace("}", f", increments: {increments}}}")
-        for stage in path(mode, friction, full_slip_torque(hertz, friction))
+        for stage in path(mode, friction, gross_slip_torque(hertz, friction))
     ]
     side = SIZE * hertz.contact_radius
     case = fretsolve.load_case(

@@ -26,14 +26,14 @@ def model_lines(model: Model) -> list[str]:
 def model_table(setup: ProblemSetup) -> Iterator[str]:
     """Yield the parts of the model as a table: share of memory and time, what each takes, and why it is kept."""
     shares = estimate(setup).shares
-    memory, seconds = (sum(getattr(share, name) for share in shares.values()) for name in ("memory", "seconds"))
+    memory, seconds = map(sum, zip(*shares.values(), strict=True))
     width = max(len(decision.part) for decision in setup.model.decisions)
     yield f"{'part':{width}}       {'memory':>6}  {'time':>5}  what and why"
     for decision in setup.model.decisions:
         cells, why = ("off", "", ""), decision.reason
         if decision.kept:
-            share = shares[decision.part]
-            cells = ("on", f"{share.memory / memory:.0%}", f"{share.seconds / seconds:.0%}")
+            own_memory, own_seconds = shares[decision.part]
+            cells = ("on", f"{own_memory / memory:.0%}", f"{own_seconds / seconds:.0%}")
             why = f"{decision.takes}: {why}"
         yield f"{decision.part:{width}}  {cells[0]:3}  {cells[1]:>6}  {cells[2]:>5}  {why}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,8 +13,8 @@ from fretsolve.case.loading import load_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
 from fretsolve.errors import CaseError, FileError, dotted
-from fretsolve.reference.tangential import cattaneo_mindlin, full_slip_torque
-from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
+from fretsolve.setup.closed_forms import GrossSlip
+from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
 
@@ -31,9 +32,8 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             for line in report(setup):
                 print(line)
             print(flush=True)
-            warn(setup, *case_warnings(setup))
-            too_large = memory_problem(setup), disk_problem(setup, path.with_suffix(".h5"))
-            warn(setup, *(f"{dotted(error.key)}: {error.message}" for error in too_large if error is not None))
+            too_large = filter(None, (memory_problem(setup), disk_problem(setup, path.with_suffix(".h5"))))
+            warn(setup, *case_warnings(setup), *(f"{dotted(error.key)}: {error.message}" for error in too_large))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
             code = max(code, error.exit_code)
@@ -50,12 +50,13 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield "\n# grid"
     yield grid_line(setup)
     yield from accuracy_lines(setup)
-    yield f"\n# load path of {setup.load_path.increments} increments"
+    count = setup.load_path.increments
+    yield f"\n# load path of {count} increment{'s' * (count > 1)}"
     yield from stage_lines(setup)
     yield from hertz_lines(setup)
     yield from punch_lines(setup)
     yield "\n# cost"
-    yield from estimate(setup).lines()
+    yield from cost_lines(setup)
 
 
 def effective_yaml(setup: ProblemSetup) -> str:
@@ -79,22 +80,17 @@ class _Dumper(yaml.SafeDumper):
 
 def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield Hertz's contact at the largest normal load, the loads of gross slip there, and the smallest stick zone."""
-    hertz, model, stick = setup.closed_forms.largest, setup.model, setup.closed_forms.smallest_stick()
+    forms, modulus = setup.closed_forms, setup.model.compliances.contact_modulus
+    hertz, stick = forms.largest, forms.smallest_stick
     if hertz is None:
         return
-    contact, (first, second), modulus = hertz.contact, hertz.contact.semi_axes, hertz.modulus
+    contact, (first, second) = hertz.contact, hertz.contact.semi_axes
     size = f"a = {first:.6g} mm" if first == second else f"semi-axes {first:.6g} and {second:.6g} mm"
     yield "\n# Hertz at the largest load"
     yield f"P = {contact.load:.6g} N: {size}, p0 = {contact.max_pressure:.6g} MPa, delta_z = {contact.delta_z:.6g} mm"
     yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {contact.max_pressure / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{cells_across(setup):.1f} cells across the contact"
-    limit, circle = model.friction * contact.load, hertz.circle
-    if limit:
-        torque = f", at Mz = {full_slip_torque(circle, model.friction):.6g} N*mm" if circle is not None else ""
-        yield f"gross slip at Q = mu P = {limit:.6g} N{torque}"
-    if limit and circle is not None and not model.coupled:
-        sliding = cattaneo_mindlin(circle, model.friction, limit, model.compliances.tangential)
-        yield f"that is at a displacement of {sliding.delta_x:.6g} mm ({sliding.source})"
+    yield from _gross_slip_lines(forms.gross_slip(contact.load, hertz))
     if stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (
@@ -112,5 +108,24 @@ def punch_lines(setup: ProblemSetup) -> Iterator[str]:
     yield "\n# Boussinesq at the largest load"
     yield f"P = {punch.load:.6g} N: a = {a:.6g} mm, mean pressure = {mean:.6g} MPa, delta_z = {punch.delta_z:.6g} mm"
     yield f"delta_z/a = {punch.delta_z / a:.3g}, mean pressure/E* = {mean / modulus:.3g}, E* = {modulus:.6g} MPa"
-    if setup.model.friction:
-        yield f"gross slip at Q = mu P = {setup.model.friction * punch.load:.6g} N"
+    yield from _gross_slip_lines(setup.closed_forms.gross_slip(punch.load))
+
+
+def _gross_slip_lines(limit: GrossSlip) -> Iterator[str]:
+    if limit.force:
+        torque = f" or at Mz = {limit.torque:.6g} N*mm" if math.isfinite(limit.torque) else ""
+        yield f"gross slip begins at Q = mu P = {limit.force:.6g} N{torque}"
+    if limit.delta_x is not None:
+        yield f"gross slip under Q begins at a displacement of {limit.delta_x:.6g} mm (Cattaneo-Mindlin)"
+
+
+def cost_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield the estimate of memory and time in words."""
+    cost = estimate(setup)
+    yield f"about {rounded_bytes(cost.memory)} of memory, a result file of about {rounded_bytes(cost.file)}"
+    yield (
+        f"about {cost.applications // setup.load_path.increments} operator applications per increment,"
+        f" roughly {rounded_time(cost.seconds)} in all on one thread"
+    )
+    if cost.saved:
+        yield f"single precision saves {rounded_bytes(cost.saved)} of memory and half of the file, but little time"

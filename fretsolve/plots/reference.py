@@ -10,10 +10,8 @@ import numpy as np
 
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
-from fretsolve.reference.hertz import hertz_sphere_at
-from fretsolve.reference.tangential import spence_stick_ratio
 from fretsolve.result import Result
-from fretsolve.setup.closed_forms import ClosedForms, HertzForm
+from fretsolve.setup.closed_forms import ClosedForms, HertzForm, spence_ratio
 from fretsolve.system.arrays import DoubleArray
 
 CURVE_POINTS = 200
@@ -30,8 +28,7 @@ class Curve:
 def hertz_pressure(result: Result, step: int) -> Curve | None:
     """Return the pressure of a sphere or an ellipsoid without friction."""
     forms = _closed_forms(result)
-    form = forms.hertz[step] if forms is not None else None
-    if forms is None or form is None:
+    if forms is None or (form := forms.hertz[step]) is None:
         return None
     x0, y0 = _center(result, step, forms, form)
     return Curve("Hertz", lambda x, y: form.pressure(x - x0, y - y0))
@@ -40,13 +37,12 @@ def hertz_pressure(result: Result, step: int) -> Curve | None:
 def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     """Return delta_z (mm) and P (N) of an upright sphere, up to the largest of the history; None for all else."""
     forms, depth = _closed_forms(result), float(result.history["delta_z"].max())
-    form = forms.largest if forms is not None else None
     tilted = any(np.any(result.history[name]) for name in ("phi_x", "phi_y"))
-    if form is None or form.circle is None or depth <= 0.0 or tilted:
+    if forms is None or forms.largest is None or forms.largest.circle is None or depth <= 0.0 or tilted:
         return None
     depths = np.linspace(0.0, depth, CURVE_POINTS)
-    loads = [hertz_sphere_at(deep, form.radii[0], form.modulus).load for deep in depths[1:].tolist()]
-    return depths, np.array([0.0, *loads])
+    found = [forms.hertz_under({"delta_z": deep}) for deep in depths.tolist()]
+    return depths, np.array([form.contact.load if form is not None else 0.0 for form in found])
 
 
 def shear_form(result: Result, step: int) -> Curve | None:
@@ -69,8 +65,7 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
         loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
         if loaded or result.coupling != "full" or forms.largest is None or forms.largest.circle is None:
             return None
-        ratio = spence_stick_ratio(forms.model.friction, forms.model.compliances.dundurs_constant)
-        return "Spence", np.full(result.increments, ratio)
+        return "Spence", np.full(result.increments, spence_ratio(forms.model))
     found = [_shear(result, step, forms) for step in range(result.increments)]
     names = {form.source for form in found if form is not None and form.component == force}
     if not names:

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, full_slip_torque, lubkin
+from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.system.arrays import DoubleArray
 
 SAME = 1e-6
@@ -52,7 +52,7 @@ class CyclicLoading:
     def limit(self) -> float:
         """The force that friction carries, or just below the torque that it does."""
         if self.direction is None:
-            return full_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
+            return gross_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
         return self.friction * self.hertz.load
 
     @property

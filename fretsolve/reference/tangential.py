@@ -99,7 +99,7 @@ def full_stick_compliance(contact_radius: float, tangential_compliance: float) -
 
 @dataclass(frozen=True)
 class LubkinContact:
-    """Hertz contact under a torque Mz about its axis, below full slip: stick radius c and rotation phi_z."""
+    """Hertz contact under a torque Mz about its axis, below gross slip: stick radius c and rotation phi_z."""
 
     source: ClassVar[str] = "Lubkin"
 
@@ -131,13 +131,13 @@ class LubkinContact:
         return np.asarray(limit * np.where(inside < 1.0, 2.0 / np.pi * bracket, 1.0))
 
 
-def full_slip_torque(hertz: HertzContact, friction: float) -> float:
+def gross_slip_torque(hertz: HertzContact, friction: float) -> float:
     """Return the torque (3 pi/16) mu P a at which the whole circular contact slips."""
     return 3.0 * math.pi / 16.0 * friction * hertz.load * hertz.contact_radius
 
 
 def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compliance: float) -> LubkinContact:
-    """Return the contact under a torque below full slip in magnitude, mu > 0; Lubkin (1951).
+    """Return the contact under a torque of less than gross slip in magnitude, mu > 0; Lubkin (1951).
 
     The shear is a superposition g(b) r/sqrt(b^2 - r^2) of rigid rotations of circles with radii b from c to a
     (Johnson, 3.9). An Abel transform of mu p gives g = (2 mu p0/pi) E/b, E of the modulus sqrt(1 - b^2/a^2);
@@ -148,9 +148,9 @@ def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compli
     from scipy.optimize import brentq
     from scipy.special import ellipe, elliprd
 
-    full = full_slip_torque(hertz, friction)
-    if abs(torque) >= full:
-        raise ValueError(f"the torque must be below that of full slip, {full:g} N.mm")
+    limit = gross_slip_torque(hertz, friction)
+    if abs(torque) >= limit:
+        raise ValueError(f"the torque must be below that of gross slip, {limit:g} N.mm")
     p0, a = hertz.max_pressure, hertz.contact_radius
 
     def excess(share: float) -> float:  # t = 1 - width s keeps small widths 1 - c/a exact
@@ -160,8 +160,8 @@ def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compli
         )
         return share * float(value) / mean - 1.0
 
-    # the torque is concave in the width, with the slope 4 pi/3 mu p0 a^3 at 0: Mz/(that) < width < Mz/full
-    widest, mean = abs(torque) / full, 3.0 * math.pi**2 / 64.0
+    # the torque is concave in the width, with the slope 4 pi/3 mu p0 a^3 at 0: Mz/(that) < width < Mz/limit
+    widest, mean = abs(torque) / limit, 3.0 * math.pi**2 / 64.0
     width = widest * brentq(excess, 0.25, min(1.01, 1.0 / widest), xtol=1e-15, rtol=1e-15) if torque else 0.0
     modulus = width * (2.0 - width)  # k^2 = 1 - c^2/a^2
     difference = modulus / 3.0 * float(elliprd(0.0, 1.0 - modulus, 1.0))  # K - E

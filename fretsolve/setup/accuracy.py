@@ -20,8 +20,8 @@ from fretsolve.case.quantities import percent
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
-from fretsolve.reference.tangential import spence_stick_ratio
 from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -70,16 +70,17 @@ QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_p
 """The columns of the history that an accuracy is about."""
 
 
-def points_needed(case: Case, model: Model, load_path: LoadPath, size: Size) -> tuple[int, int]:
+def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[int, int]:
     """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
     """
-    accuracy, holds_contact = case.solver.accuracy, size
+    case, model, holds_contact = forms.case, forms.model, size
+    accuracy = case.solver.accuracy
     assert accuracy is not None
     if case.grid.size is not None:
         with contextlib.suppress(CaseError):
-            holds_contact = automatic_size(case, model.compliances, load_path.normal_loads())
+            holds_contact = automatic_size(forms, load_path.normal_loads())
     usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
     sheared_width = 0.0 if model.coupled else load_path.slip_width
     for width, (error, order) in ((sheared_width, SHEARED_SLIP), (_pressed_width(model), PRESSED_SLIP)):
@@ -106,9 +107,7 @@ def _pressed_width(model: Model) -> float:
 
     0 without slip, and under tangential loads, which dissipate most of the energy themselves.
     """
-    if not model.coupled or model.moved:
-        return 0.0
-    return 1.0 - spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
+    return 0.0 if model.moved else 1.0 - spence_ratio(model)
 
 
 def settled(case: Case) -> Case:

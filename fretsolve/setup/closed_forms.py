@@ -1,6 +1,7 @@
 """Find every closed form that holds for a case: Hertz, Boussinesq, Love, Cattaneo and Mindlin, Lubkin, Spence.
 
-`validate`, the warnings, studies, the automatic size and the plots use them. The formulas are in `fretsolve.reference`.
+`validate`, the warnings, studies, the automatic size and the plots all read them from `ClosedForms`. The formulas are
+in `fretsolve.reference`.
 """
 
 from __future__ import annotations
@@ -14,11 +15,18 @@ import numpy as np
 
 from fretsolve.case.load_components import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import Surface
-from fretsolve.model.materials import Compliances
+from fretsolve.case.surface_specs import (
+    ConeSurface,
+    CylinderSurface,
+    EllipsoidSurface,
+    PunchSurface,
+    SphereSurface,
+    Surface,
+)
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import (
+    ConeContact,
     FlatPunch,
     HertzContact,
     boussinesq_punch,
@@ -27,8 +35,9 @@ from fretsolve.reference.hertz import (
     hertz_sphere,
     hertz_sphere_at,
     love_cone,
+    love_cone_at,
 )
-from fretsolve.reference.tangential import spence_stick_ratio
+from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
 from fretsolve.system.arrays import DoubleArray
 
 Load = Mapping[str, float]
@@ -46,16 +55,28 @@ class ClosedForm:
 
 
 @dataclass(frozen=True)
+class GrossSlip:
+    """The loads at which the whole contact slips: force mu P (N), and torque about its centre (N mm).
+
+    The torque is infinite where no closed form gives it. delta_x: displacement (mm) that the force reaches by Cattaneo
+    and Mindlin, None where they do not apply.
+    """
+
+    force: float
+    torque: float = math.inf
+    delta_x: float | None = None
+
+
+@dataclass(frozen=True)
 class HertzForm:
     """Hertz's contact of the only surface of a case, a sphere or an ellipsoid.
 
-    radii: of curvature along the semi-axes (mm); angle: from x to the first semi-axis; modulus: E* (MPa).
+    radii: of curvature along the semi-axes (mm); angle: from x to the first semi-axis.
     """
 
     contact: HertzContact
     radii: tuple[float, float]
     angle: float
-    modulus: float
 
     @property
     def circle(self) -> HertzContact | None:
@@ -69,7 +90,7 @@ class HertzForm:
 
     @property
     def half_extent(self) -> tuple[float, float]:
-        """How far the contact reaches from its centre along x and along y (mm)."""
+        """Distances that the contact reaches from its centre along x and along y (mm)."""
         (first, second), cosine, sine = self.contact.semi_axes, math.cos(self.angle), math.sin(self.angle)
         return math.hypot(first * cosine, second * sine), math.hypot(first * sine, second * cosine)
 
@@ -79,25 +100,27 @@ class HertzForm:
         return self.contact.pressure(cosine * x + sine * y, cosine * y - sine * x)
 
 
-def hertz_form(case: Case, compliances: Compliances, load: Load) -> HertzForm | None:
-    """Return Hertz's contact under P, or for a sphere under delta_z; None for other shapes or without contact.
+def round_contact(surface: Surface, contact_modulus: float, load: Load) -> HertzContact | ConeContact | None:
+    """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or else delta_z.
 
-    Only the surface and the load count: it is upright and without shear.
+    A surface counts as a sphere as it is curved along x. None without contact, and for punches and height maps.
     """
-    surface, modulus = case.surface[0], compliances.contact_modulus
-    if surface.kind == "sphere":
-        radii, angle = (surface.radius, surface.radius), 0.0
-    elif surface.kind == "ellipsoid":
-        radii, angle = (surface.radius_x, surface.radius_y), surface.angle
-    else:
-        return None
     pressed = load.get("P", load.get("delta_z", 0.0))
-    if len(case.surface) > 1 or min(radii) <= 0.0 or pressed <= 0.0:
+    if pressed <= 0.0:
         return None
-    if radii[0] != radii[1]:
-        return HertzForm(hertz_elliptic(pressed, *radii, modulus), radii, angle, modulus) if "P" in load else None
-    press = hertz_sphere if "P" in load else hertz_sphere_at
-    return HertzForm(press(pressed, radii[0], modulus), radii, 0.0, modulus)
+    match surface:
+        case ConeSurface(angle=angle):
+            return (love_cone if "P" in load else love_cone_at)(pressed, angle, contact_modulus)
+        case SphereSurface(radius=radius) | CylinderSurface(radius=radius) | EllipsoidSurface(radius_x=radius):
+            return (hertz_sphere if "P" in load else hertz_sphere_at)(pressed, abs(radius), contact_modulus)
+    return None
+
+
+def spence_ratio(model: Model) -> float:
+    """Return the stick radius over the contact radius of a sphere under P alone, by Spence; 1 for uncoupled bodies."""
+    if not model.terms.normal_tangential_coupling:
+        return 1.0
+    return spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 
 
 @dataclass(frozen=True)
@@ -114,11 +137,32 @@ class ClosedForms:
     @cached_property
     def hertz(self) -> tuple[HertzForm | None, ...]:
         """Hertz's contact at the end of each stage; None where it is tilted, without contact, or of another shape."""
-        find = cache(lambda *load: hertz_form(self.case, self.model.compliances, dict(load)))
+        find = cache(lambda *load: self.hertz_under(dict(load)))
         return tuple(
             None if _is_tilted(load) else find(*((name, load[name]) for name in ("P", "delta_z") if name in load))
             for load in self.loads
         )
+
+    def hertz_under(self, load: Load) -> HertzForm | None:
+        """Return Hertz's contact under P, or for a sphere under delta_z; None for other shapes or without contact.
+
+        The surface counts as upright and without shear.
+        """
+        surface = self._only_surface
+        if isinstance(surface, SphereSurface):
+            radii, angle = (surface.radius, surface.radius), 0.0
+        elif isinstance(surface, EllipsoidSurface):
+            radii, angle = (surface.radius_x, surface.radius_y), surface.angle
+        else:
+            return None
+        if min(radii) <= 0.0:
+            return None
+        if radii[0] == radii[1]:
+            contact = round_contact(surface, self._modulus, load)
+            return HertzForm(contact, radii, 0.0) if isinstance(contact, HertzContact) else None
+        if load.get("P", 0.0) <= 0.0:
+            return None
+        return HertzForm(hertz_elliptic(load["P"], *radii, self._modulus), radii, angle)
 
     @cached_property
     def largest(self) -> HertzForm | None:
@@ -127,16 +171,26 @@ class ClosedForms:
             return None
         return max(filter(None, self.hertz), key=lambda form: form.contact.load, default=None)
 
-    @property
+    @cached_property
     def punch(self) -> FlatPunch | None:
         """Boussinesq's flat round punch where it is pressed hardest, sharp and never tilted."""
         surface = self._only_surface
-        if surface is None or surface.kind != "punch" or surface.radius is None or surface.edge_radius:
+        if not isinstance(surface, PunchSurface) or surface.radius is None or surface.edge_radius:
             return None
-        solve = partial(boussinesq_punch, radius=surface.radius, contact_modulus=self.model.compliances.contact_modulus)
+        solve = partial(boussinesq_punch, radius=surface.radius, contact_modulus=self._modulus)
         stiffness = 1.0 / solve(1.0).delta_z
         pressed = max(load.get("P", stiffness * load.get("delta_z", 0.0)) for load in self.loads)
         return solve(pressed) if pressed > 0.0 and not any(map(_is_tilted, self.loads)) else None
+
+    def gross_slip(self, pressed: float, hertz: HertzForm | None = None) -> GrossSlip:
+        """Return the loads of gross slip under P = `pressed` (N), on Hertz's contact if it is one."""
+        friction, circle = self.model.friction, hertz.circle if hertz is not None else None
+        force, delta_x = friction * pressed, None
+        if circle is None:
+            return GrossSlip(force)
+        if friction and not self.model.coupled:
+            delta_x = cattaneo_mindlin(circle, friction, force, self.model.compliances.tangential).delta_x
+        return GrossSlip(force, gross_slip_torque(circle, friction), delta_x)
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -145,16 +199,14 @@ class ClosedForms:
         """
         if self.largest is not None:
             return 2.0 * min(self.largest.contact.semi_axes)
-        surface, modulus = self._only_surface, self.model.compliances.contact_modulus
         load = max(load.get("P", 0.0) for load in self.loads)
-        if surface is None or (load <= 0.0 and surface.kind != "punch"):
-            return None
-        if surface.kind == "punch":
-            return 2.0 * (surface.radius or surface.half_width or 0.0)
-        if surface.kind == "cone":
-            return 2.0 * love_cone(load, surface.angle, modulus).contact_radius
-        if surface.kind == "cylinder" and surface.crown_radius is None and surface.radius > 0.0:
-            return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, modulus)
+        match self._only_surface:
+            case PunchSurface() as punch:
+                return 2.0 * (punch.radius or punch.half_width or 0.0)
+            case ConeSurface() as cone if load > 0.0:
+                return 2.0 * love_cone(load, cone.angle, self._modulus).contact_radius
+            case CylinderSurface(crown_radius=None) as cylinder if load > 0.0 and cylinder.radius > 0.0:
+                return 2.0 * hertz_line_half_width(load / (cylinder.length or endless), cylinder.radius, self._modulus)
         return None
 
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
@@ -213,8 +265,9 @@ class ClosedForms:
             " Mindlin neglect: they are exact only with coupling: none"
         )
 
+    @cached_property
     def smallest_stick(self) -> ClosedForm | None:
-        """Return the smallest stick radius (mm) of the path; None where no closed form gives it.
+        """The smallest stick radius (mm) of the path; None where no closed form gives it.
 
         Spence: a sphere pressed on a dissimilar body, without tangential load. Cattaneo and Mindlin, or Lubkin: a
         sphere under a tangential force or a torque at constant P, similar bodies; unloading leaves no smaller one.
@@ -231,8 +284,11 @@ class ClosedForms:
         if not radii or not self.model.coupled:
             return None
         radius, stage = max(radii)
-        ratio = spence_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
-        return ClosedForm("stick_radius", stage, ratio * radius, "Spence")
+        return ClosedForm("stick_radius", stage, spence_ratio(self.model) * radius, "Spence")
+
+    @property
+    def _modulus(self) -> float:
+        return self.model.compliances.contact_modulus
 
     @property
     def _only_surface(self) -> Surface | None:

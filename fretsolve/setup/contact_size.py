@@ -15,8 +15,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.reference.hertz import hertz_sphere, hertz_sphere_at, love_cone, love_cone_at
-from fretsolve.setup.closed_forms import hertz_form
+from fretsolve.setup.closed_forms import ClosedForms, Load, round_contact
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
@@ -34,24 +33,20 @@ FILLED = (0.55, 0.95)
 """A trial has the right size where the contact fills this part of it, in both directions."""
 
 
-def automatic_size(case: Case, compliances: Compliances, loads: Sequence[LoadControl]) -> Size:
+def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     """Return the sides (mm) that hold the contact under all `loads`: by Hertz for a sphere, else by a search.
 
     Raises CaseError where no size holds the contact.
     """
-    concave = concave_sphere(case)
-    if concave is not None:
+    case, compliances, hertz = forms.case, forms.model.compliances, forms.largest
+    if (concave := concave_sphere(case)) is not None:
         raise concave
-    upright = not any(load.values[1] or load.values[2] for load in loads)
-    if case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center and upright:
-        pressed = ({"P" if load.forced[0] else "delta_z": load.values[0]} for load in loads)
-        forms = [hertz_form(case, compliances, load) for load in pressed]
-        if any(forms):
-            side = 2.0 * MARGIN * max(form.contact.semi_axes[0] for form in forms if form)
-            return side, side
+    if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
+        side = 2.0 * MARGIN * hertz.contact.contact_radius
+        return side, side
     try:
         first = min(
-            _own_size(surface, compliances.contact_modulus, loads, ("surface", index, surface.kind))
+            _own_size(surface, compliances.contact_modulus, forms.loads, ("surface", index, surface.kind))
             for index, surface in enumerate(case.surface)
         )
         return contact_size(case.surface, compliances, loads, case.grid.center, first)
@@ -96,27 +91,15 @@ def contact_size(
     return MARGIN * float(extent[0]), MARGIN * float(extent[1])
 
 
-def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[LoadControl], key: KeyPath) -> float:
-    """Return a side (mm) of the order of a surface's contact, where the search begins; 1 mm without contact.
-
-    Curved surfaces count as spheres that are as curved as they are along x.
-    """
+def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], key: KeyPath) -> float:
+    """Return a side (mm) of the order of a surface's contact, where the search begins; 1 mm without contact."""
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
-    largest = 0.0
-    for load in loads:
-        pressed, forced = load.values[0], load.forced[0]
-        if pressed > 0.0 and surface.kind == "cone":
-            cone = (love_cone if forced else love_cone_at)(pressed, surface.angle, contact_modulus)
-            largest = max(largest, cone.contact_radius)
-        elif pressed > 0.0 and surface.kind != "cone":
-            curvature = abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius)
-            sphere = (hertz_sphere if forced else hertz_sphere_at)(pressed, curvature, contact_modulus)
-            largest = max(largest, sphere.contact_radius)
-    return 2.0 * MARGIN * largest or 1.0
+    contacts = (round_contact(surface, contact_modulus, load) for load in loads)
+    return 2.0 * MARGIN * max((contact.contact_radius for contact in contacts if contact), default=0.0) or 1.0
 
 
 def _extent(

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,42 +78,21 @@ COMPRESSION, EMPTIEST = 0.35, 0.1
 """What compression leaves of the fields where the contact fills the grid, and what part of that is left where the grid
 is several times as wide as the contact."""
 
-TIME_UNITS = (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0), ("s", 1.0))
-
-
-@dataclass(frozen=True)
-class Share:
-    """What a part of the model takes: bytes that grow with the grid, seconds of one thread."""
-
-    memory: float
-    seconds: float
-
 
 @dataclass(frozen=True)
 class Estimate:
-    """memory, file: bytes; applications: of the elastic operator over the whole path; seconds: of one thread.
+    """What running a case with one thread takes: memory and file in bytes, applications of the elastic operator, time.
 
-    shares: of the parts of the model that are kept, without coarse runs; saved: bytes of memory that single precision
-    saves, 0 in double.
+    shares: bytes that grow with the grid and seconds, of each part of the model that is kept, without coarse runs;
+    saved: bytes of memory that single precision saves, 0 in double.
     """
 
-    shares: dict[Part, Share]
+    shares: dict[Part, tuple[float, float]]
     memory: float
     file: float
-    increments: int
     applications: int
     seconds: float
-    saved: float = 0.0
-
-    def lines(self) -> Iterator[str]:
-        """Yield the estimate in words."""
-        yield f"about {rounded_bytes(self.memory)} of memory, a result file of about {rounded_bytes(self.file)}"
-        yield (
-            f"about {self.applications // self.increments} operator applications per increment,"
-            f" in all in the order of {_in_units(max(self.seconds, 0.1), TIME_UNITS, 2.0)}"
-        )
-        if self.saved:
-            yield f"single precision saves {rounded_bytes(self.saved)} of memory and half of the file, but little time"
+    saved: float
 
 
 def estimate(setup: ProblemSetup) -> Estimate:
@@ -124,13 +102,11 @@ def estimate(setup: ProblemSetup) -> Estimate:
     applications = _applications(setup)
     seconds = _seconds(setup, applications, compiled)
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
-    shares = {
-        decision.part: Share(cell_factor * CELL_COSTS[decision.part][0] * cells, seconds.get(decision.part, 0.0))
-        for decision in setup.model.decisions
-        if decision.kept
-    }
+    kept = [decision.part for decision in setup.model.decisions if decision.kept]
+    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds.get(part, 0.0)) for part in kept}
+    cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
     coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
-    in_cells = sum(share.memory for share in shares.values()) * (1.0 + 2.0 * coarse_runs)
+    in_cells = cell_bytes * (1.0 + 2.0 * coarse_runs)
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
     output = setup.case.output
@@ -139,27 +115,23 @@ def estimate(setup: ProblemSetup) -> Estimate:
         shares=shares,
         memory=fixed + in_cells,
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
-        increments=increments,
         applications=round(sum(applications.values()) * (1.0 + coarse_runs)),
-        seconds=sum(share.seconds for share in shares.values()) * (1.0 + coarse_runs),
+        seconds=own_seconds * (1.0 + coarse_runs),
         saved=in_cells * (1.0 / SINGLE - 1.0) if single else 0.0,
     )
 
 
 def _applications(setup: ProblemSetup) -> dict[Part, int]:
     """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
-    model, path = setup.model, setup.load_path
+    model, increments = setup.model, setup.load_path.increments
     coupling = model.terms.normal_tangential_coupling
-    stages = zip(setup.case.stages(), path.counts, strict=True)
+    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
     pressed = sum(count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets))
-    if not model.has_shear:
-        alone: dict[Part, int] = {"normal problem": APPLICATIONS * pressed}
-        return alone | {"between pressure and shear": path.increments} if coupling else alone
-    in_turn = COUPLED_APPLICATIONS * path.increments
+    in_turn = model.has_shear and coupling
     return {
-        "normal problem": in_turn if coupling else APPLICATIONS * pressed,
-        "tangential problem": APPLICATIONS * path.increments,
-        "between pressure and shear": in_turn if coupling else 0,
+        "normal problem": COUPLED_APPLICATIONS * increments if in_turn else APPLICATIONS * pressed,
+        "tangential problem": APPLICATIONS * increments * model.has_shear,
+        "between pressure and shear": (COUPLED_APPLICATIONS if in_turn else 1) * increments * coupling,
     }
 
 
@@ -169,8 +141,7 @@ def _seconds(setup: ProblemSetup, applications: dict[Part, int], compiled: bool)
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
     seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
-    if setup.model.terms.in_plane_coupling:
-        seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
+    seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
     return seconds | {"slip and work": SLIP_SECONDS * increments * effort}
 
 
@@ -238,11 +209,16 @@ def free_bytes(out: Path) -> int | None:
 
 def rounded_bytes(size: float) -> str:
     """Write a size such as ``1.7 MB``."""
-    return _in_units(size, (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)))
+    return _in_units(size, {"TB": 1e12, "GB": 1e9, "MB": 1e6, "kB": 1e3}, 1.0)
 
 
-def _in_units(value: float, units: tuple[tuple[str, float], ...], least: float = 1.0) -> str:
+def rounded_time(seconds: float) -> str:
+    """Write a time such as ``1.7 s``, no less than 0.1 s."""
+    return _in_units(max(seconds, 0.1), {"days": 86400.0, "hours": 3600.0, "minutes": 60.0, "s": 1.0}, 2.0)
+
+
+def _in_units(value: float, units: dict[str, float], least: float) -> str:
     """Write a value with two digits, in the first of `units` of which it has at least `least`, or in the last one."""
-    unit, factor = next((scale for scale in units if value >= least * scale[1]), units[-1])
-    amount = value / factor
+    unit = next((unit for unit, factor in units.items() if value >= least * factor), list(units)[-1])
+    amount = value / units[unit]
     return f"{amount:.2g} {unit}" if amount < 10.0 else f"{amount:.0f} {unit}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
@@ -23,7 +22,7 @@ and 3e38, which leaves ten digits of room."""
 
 @dataclass(frozen=True)
 class ProblemSetup:
-    """A case with the model it needs, its grid and its load path.
+    """A case with the model it needs, its grid, its load path and the closed forms that hold for it.
 
     case: with the settings that its accuracy picks; picked: those settings in words.
     """
@@ -32,12 +31,8 @@ class ProblemSetup:
     model: Model
     grid: Grid
     load_path: LoadPath
+    closed_forms: ClosedForms
     picked: tuple[str, ...] = ()
-
-    @cached_property
-    def closed_forms(self) -> ClosedForms:
-        """The closed forms that hold for the case on its load path."""
-        return ClosedForms(self.case, self.model, self.load_path.imposed)
 
     def separation(self) -> DoubleArray:
         """Return the undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
@@ -63,8 +58,9 @@ def set_up(case: Case) -> ProblemSetup:
     asked, case = case, settled(case)
     model = derive_model(case)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
-    size = case.grid.size or automatic_size(case, model.compliances, load_path.normal_loads())
-    points = case.grid.points or points_needed(case, model, load_path, size)
+    closed_forms = ClosedForms(case, model, load_path.imposed)
+    size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
+    points = case.grid.points or points_needed(closed_forms, load_path, size)
     grid = Grid.from_size(points, size, case.grid.center)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
@@ -74,4 +70,4 @@ def set_up(case: Case) -> ProblemSetup:
             " precision: double, or lengths and moduli nearer to those of metals"
         )
         raise case.source.problem(message, ("solver", "precision"))
-    return ProblemSetup(case, model, grid, load_path, picks(asked, case, load_path))
+    return ProblemSetup(case, model, grid, load_path, closed_forms, picks(asked, case, load_path))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from fretsolve.case.quantities import percent
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
-from fretsolve.reference.tangential import full_slip_torque
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -78,19 +77,18 @@ def _about_friction(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     """Warn of the first stage at whose end a tangential force or a torque alone is not below what friction carries."""
-    friction, stages = setup.model.friction, setup.case.stages()
+    forms, stages = setup.closed_forms, setup.case.stages()
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
-    for stage, load, hertz in zip(stages, setup.closed_forms.loads, setup.closed_forms.hertz, strict=True):
-        pressed = load.get("P", hertz.contact.load if hertz else math.inf)
+    for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
+        limit = forms.gross_slip(load.get("P", hertz.contact.load if hertz else math.inf), hertz)
         force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
-        carried = full_slip_torque(hertz.circle, friction) if hertz and hertz.circle else math.inf
-        if 0.0 < force >= friction * pressed:
+        if 0.0 < force >= limit.force:
             name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
-            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {friction * pressed:.6g} N (mu P)"
-        elif torque > carried:
+            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {limit.force:.6g} N (mu P)"
+        elif torque > limit.torque:
             name, motion = "Mz", "phi_z"
-            loads = f"{torque:.6g} N*mm is not below the {carried:.6g} N*mm (3 pi mu P a/16)"
+            loads = f"{torque:.6g} N*mm is not below the {limit.torque:.6g} N*mm (3 pi mu P a/16)"
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
@@ -108,7 +106,7 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
             f"grid.points: only {_in_cells(cells)} cells across the contact;"
             f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
         )
-    stick = setup.closed_forms.smallest_stick()
+    stick = setup.closed_forms.smallest_stick
     if stick is None:
         return
     cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
@@ -131,7 +129,7 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     if accuracy is None:
         return
     wanted = f"that accuracy {percent(accuracy)} picks"
-    (nx, ny), (more_x, more_y) = setup.grid.shape, points_needed(setup.case, setup.model, path, setup.grid.size)
+    (nx, ny), (more_x, more_y) = setup.grid.shape, points_needed(setup.closed_forms, path, setup.grid.size)
     if nx < more_x or ny < more_y:
         yield (
             f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}, so it will hardly be met; leave"
@@ -149,13 +147,13 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a contact by Hertz that is too large for the theory, for the motions or for the grid."""
-    hertz = setup.closed_forms.largest
+    hertz, modulus = setup.closed_forms.largest, setup.model.compliances.contact_modulus
     if hertz is None:
         return
     if hertz.size_over_radius > LARGEST_SIZE:
         yield (
             f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
-            f" {hertz.contact.max_pressure / hertz.modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
+            f" {hertz.contact.max_pressure / modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
             f" {LARGEST_SIZE:g}; are all units right?"
         )
     radius = min(hertz.half_extent)

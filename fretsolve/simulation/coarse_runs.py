@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -85,7 +85,7 @@ def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
     case = setup.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})
-    return ProblemSetup(case, setup.model, grid, setup.load_path.with_counts(counts))
+    return replace(setup, case=case, grid=grid, load_path=setup.load_path.with_counts(counts))
 
 
 def fewer_increments(counts: tuple[int, ...]) -> tuple[int, ...]:

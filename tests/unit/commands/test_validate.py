@@ -35,7 +35,7 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
     assert "stage 2: Qx -> 20 N in 4 increments\n" in output
     assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 0.00906654 mm" in output
     assert "53.3 cells across the contact" in output
-    assert "gross slip at Q = mu P = 40 N, at Mz = 7.09467 N*mm" in output
+    assert "gross slip begins at Q = mu P = 40 N or at Mz = 7.09467 N*mm" in output
     assert re.search(r"about \d+ MB of memory", output)
     assert messages == ""
 

@@ -105,7 +105,7 @@ def test_torsion_is_exact_where_the_directions_interact() -> None:
 
 
 def smallest(*stages: dict[str, float], **parts: Any) -> tuple[int, float, str] | None:
-    found = forms_of(*stages, **parts).smallest_stick()
+    found = forms_of(*stages, **parts).smallest_stick
     return None if found is None else (found.stage, found.value, found.source)
 
 

@@ -211,7 +211,7 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     def slides(one: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
         coarse = coarser(one, counts)
         path = build(grid={"points": 8}, load_path=[{"P": 400}, {"Qx": 59, "increments": 3}])
-        return ProblemSetup(path, coarse.model, coarse.grid, set_up(path).load_path)
+        return replace(coarse, case=path, load_path=set_up(path).load_path)
 
     monkeypatch.setattr(error_bars, "coarser", slides)
     told: list[str] = []
