@@ -1,4 +1,4 @@
-"""Physical dimensions with their units, and the quantities of the history. It loads no pydantic."""
+"""Physical dimensions with their units. It loads no pydantic."""
 
 from __future__ import annotations
 
@@ -43,66 +43,3 @@ NUMBER = Dimension("a number", "", "1", "0.1")
 
 DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart."""
-
-
-@dataclass(frozen=True)
-class HistoryQuantity:
-    """A number of each increment, which a case can expect. units: in a result file, if not those of the dimension."""
-
-    name: str
-    dimension: Dimension
-    meaning: str
-    dtype: str = "float64"
-    units: str | None = None
-
-
-HISTORY_QUANTITIES = (
-    HistoryQuantity("P", FORCE, "normal force"),
-    HistoryQuantity("Mx", MOMENT, "moment of the pressure about the x axis, sum of y p dA"),
-    HistoryQuantity("My", MOMENT, "moment of the pressure about the y axis, sum of x p dA"),
-    HistoryQuantity("Qx", FORCE, "tangential force along x"),
-    HistoryQuantity("Qy", FORCE, "tangential force along y"),
-    HistoryQuantity("Mz", MOMENT, "torsional moment"),
-    HistoryQuantity("delta_z", LENGTH, "normal approach"),
-    HistoryQuantity("delta_x", LENGTH, "rigid displacement along x"),
-    HistoryQuantity("delta_y", LENGTH, "rigid displacement along y"),
-    HistoryQuantity("phi_x", ANGLE, "rotation about the x axis"),
-    HistoryQuantity("phi_y", ANGLE, "rotation about the y axis"),
-    HistoryQuantity("phi_z", ANGLE, "rotation about the z axis"),
-    HistoryQuantity("contact_area", AREA, "area of contact"),
-    HistoryQuantity("stick_area", AREA, "area of the stick zone"),
-    HistoryQuantity("contact_radius", LENGTH, "radius of the circle of the area of contact"),
-    HistoryQuantity("stick_radius", LENGTH, "radius of the circle of the area of the stick zone"),
-    HistoryQuantity("contact_cells", NUMBER, "cells in contact", "int64"),
-    HistoryQuantity("stick_cells", NUMBER, "cells of the stick zone", "int64"),
-    HistoryQuantity("max_pressure", PRESSURE, "largest pressure"),
-    HistoryQuantity("max_shear", PRESSURE, "largest shear traction"),
-    HistoryQuantity("work", ENERGY, "energy dissipated in the increment"),
-    HistoryQuantity("work_total", ENERGY, "energy dissipated since the start"),
-    HistoryQuantity("iterations_normal", NUMBER, "iterations of the normal problem", "int64"),
-    HistoryQuantity("iterations_tangential", NUMBER, "iterations of the tangential problem", "int64"),
-    HistoryQuantity("alternations", NUMBER, "staggered iterations of the normal and the tangential problem", "int64"),
-    HistoryQuantity("operator_applications", NUMBER, "applications of an influence operator", "int64"),
-    HistoryQuantity("wall_time", TIME, "wall-clock time of the increment"),
-    HistoryQuantity(
-        "residual_gap", NUMBER, "largest gap in contact or penetration outside, over the largest normal displacement"
-    ),
-    HistoryQuantity(
-        "residual_stick",
-        NUMBER,
-        "largest slip increment in the stick zone, over the largest rigid displacement increment",
-    ),
-    HistoryQuantity(
-        "residual_slip",
-        NUMBER,
-        "largest angle between shear traction and slip increment, weighted by slip",
-        units="rad",
-    ),
-    HistoryQuantity(
-        "residual_bound", NUMBER, "largest excess of the shear traction over the friction limit, over its maximum"
-    ),
-    HistoryQuantity("residual_load", NUMBER, "worst error of an imposed load component, over its scale"),
-)
-"""In the order of the result file."""
-
-HISTORY_DIMENSIONS = {quantity.name: quantity.dimension for quantity in HISTORY_QUANTITIES}

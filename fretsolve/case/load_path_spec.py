@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 from ..errors import KeyPath
 from .base import CaseModel, Count, Length, auto, refused_at
 from .dimensions import ANGLE, FORCE, MOMENT
-from .load_components import PAIRS
+from .history import PAIRS
 from .quantities import InUnits, refused, shown
 
 LARGEST_STAGE_COUNT = 100_000

@@ -24,7 +24,8 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from .base import CaseModel, Count, Named, Position, PositiveLength, Repeated, auto, refused_at, require_either
-from .dimensions import HISTORY_DIMENSIONS, NUMBER, PRESSURE
+from .dimensions import NUMBER, PRESSURE
+from .history import HISTORY_DIMENSIONS
 from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
 from .problems import nearest
 from .quantities import TEXT_PATTERN, InUnits, refused, shown

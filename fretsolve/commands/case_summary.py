@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.quantities import percent
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate

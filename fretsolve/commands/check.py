@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
-from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Expectation
 from fretsolve.commands.case_summary import warn

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 
-from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.case.history import PAIRS, TANGENTIAL
 from fretsolve.case.load_path_spec import Stage
 from fretsolve.model.increment_grading import StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fretsolve.case.load_components import TANGENTIAL
+from fretsolve.case.history import TANGENTIAL
 from fretsolve.case.models import Case, ElasticBody
 from fretsolve.case.quantities import percent
 from fretsolve.model.materials import Compliances, compliances

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.export.selection import relevant_columns, stage_ends
 from fretsolve.plots.labels import short_number, unit_of
 from fretsolve.plots.snapshot import require_increments

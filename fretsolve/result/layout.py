@@ -8,13 +8,12 @@ but only h5py reads it; gzip levels above 1 gain nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
-from fretsolve.case.dimensions import HISTORY_QUANTITIES
-from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, ZONE_NAMES
+from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
@@ -47,16 +46,12 @@ class FieldQuantity(Quantity):
     component: int | None = None
 
 
-STEP = Quantity("step", "1", "increment, counted from 0", "int64")
 X = Quantity("x", "mm", "x of the cell centres")
 Y = Quantity("y", "mm", "y of the cell centres")
 
-HISTORY = (
-    Quantity("stage", "1", "stage of the load path, counted from 1 with cycles unrolled", "int64"),
-    *(
-        Quantity(each.name, each.units or each.dimension.stored, each.meaning, each.dtype)
-        for each in HISTORY_QUANTITIES
-    ),
+STEP, *HISTORY = (
+    Quantity(one.name, one.metadata["units"], one.metadata["meaning"], "int64" if one.type == "int" else "float64")
+    for one in fields(Summary)
 )
 
 _MEANINGS = {quantity.name: quantity for quantity in HISTORY}

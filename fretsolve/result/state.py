@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.history import Summary as Summary  # a part of the state
 from fretsolve.system.arrays import FloatArray
 
 
@@ -22,10 +23,9 @@ def nothing(shape: tuple[int, ...]) -> FloatArray:
 
 
 class Zone:
-    """States of a cell, as stored in the field `zone`; `ZONE_NAMES` has their names.
+    """States of a cell, as stored in the field `zone`: `OPEN` is 0, `STICK` 1, `SLIP` 2.
 
-    They are plain integers. NumPy looks for attributes of the members of an enumeration, which calls Python, and
-    loses an interrupt that comes meanwhile.
+    They are plain integers: an interrupt would be lost while NumPy looks for attributes of members of an enumeration.
     """
 
     OPEN: Final = 0
@@ -61,55 +61,6 @@ class Certificate:
     def worst(self) -> float:
         """The largest of the residuals; NaN if one of them is."""
         return float(np.max(list(vars(self).values())))
-
-
-@dataclass(frozen=True)
-class Summary:
-    """One row of the history: attribute names are the names of the datasets in ``/history``.
-
-    Forces and moments are those transmitted through the contact; displacements and rotations those of
-    body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
-    """
-
-    step: int
-    stage: int
-    P: float
-    Mx: float
-    My: float
-    Qx: float
-    Qy: float
-    Mz: float
-    delta_z: float
-    delta_x: float
-    delta_y: float
-    phi_x: float
-    phi_y: float
-    phi_z: float
-    contact_area: float
-    stick_area: float
-    contact_radius: float
-    stick_radius: float
-    contact_cells: int
-    stick_cells: int
-    max_pressure: float
-    max_shear: float
-    work: float
-    work_total: float
-    iterations_normal: int
-    iterations_tangential: int
-    alternations: int
-    operator_applications: int
-    wall_time: float
-    residual_gap: float
-    residual_stick: float
-    residual_slip: float
-    residual_bound: float
-    residual_load: float
-
-    @property
-    def worst_residual(self) -> float:
-        """The largest of the certificate's residuals."""
-        return max(float(value) for name, value in vars(self).items() if name.startswith("residual_"))
 
 
 ERROR_SUFFIX = "_error"

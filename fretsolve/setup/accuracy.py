@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.case.quantities import percent
 from fretsolve.errors import CaseError

@@ -13,7 +13,7 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import (
     ConeSurface,

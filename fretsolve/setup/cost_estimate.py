@@ -14,7 +14,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretsolve.case.load_components import TANGENTIAL
+from fretsolve.case.history import TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import Part

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up

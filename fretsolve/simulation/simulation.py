@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw_wisdom import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.study.plan import StudyPlan
 from fretsolve.study.runs import Outcome
 from fretsolve.study.variation import Variation

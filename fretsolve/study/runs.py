@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.errors import FretsolveError
 from fretsolve.export.selection import relevant_columns
 from fretsolve.result import open_result

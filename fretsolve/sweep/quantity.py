@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case.dimensions import HISTORY_DIMENSIONS, NUMBER, TIME
-from fretsolve.case.load_components import PAIRS, TANGENTIAL
+from fretsolve.case.dimensions import NUMBER, TIME
+from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, TANGENTIAL
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.result.layout import HISTORY

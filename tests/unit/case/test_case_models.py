@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretsolve.case.dimensions import HISTORY_DIMENSIONS
+from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case, ElasticBody
 from fretsolve.case.surface_specs import (

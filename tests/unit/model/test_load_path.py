@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, SIMILAR, build
 
-from fretsolve.case.load_components import PAIRS
+from fretsolve.case.history import PAIRS
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import derive_model
 

@@ -22,9 +22,16 @@ from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
-    assert [quantity.name for quantity in (STEP, *HISTORY)] == [field.name for field in fields(Summary)]
-    integers = {field.name for field in fields(Summary) if field.type == "int"}
-    assert integers == {quantity.name for quantity in (STEP, *HISTORY) if quantity.dtype == "int64"}
+    columns = (STEP, *HISTORY)
+    assert [column.name for column in columns] == [field.name for field in fields(Summary)]
+    counts = {"step", "stage", "contact_cells", "stick_cells", "alternations", "operator_applications"}
+    counts |= {"iterations_normal", "iterations_tangential"}
+    assert {column.name for column in columns if column.dtype == "int64"} == counts
+    assert {column.name: column.units for column in columns if column.name in ("work", "residual_slip", "Mz")} == {
+        "Mz": "N mm",
+        "work": "mJ",
+        "residual_slip": "rad",
+    }
 
 
 def test_restart_has_all_arrays_of_a_state() -> None:

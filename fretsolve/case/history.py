@@ -1,0 +1,84 @@
+"""The quantities of the history: their units and meaning, and which of them a load path can impose. Loads no NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from .dimensions import ANGLE, AREA, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
+
+PAIRS = (("P", "delta_z"), ("Mx", "phi_x"), ("My", "phi_y"), ("Qx", "delta_x"), ("Qy", "delta_y"), ("Mz", "phi_z"))
+"""The load components: force or moment of each rigid mode, and the displacement or rotation that it works on.
+
+Normal modes first; one of each pair is imposed at a time.
+"""
+
+TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
+
+
+def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[str, Any]:
+    """Return what describes a quantity. units: in a result file, if not those of the dimension."""
+    return {"dimension": dimension, "meaning": meaning, "units": units or dimension.stored}
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One row of the history: attribute names are the names of the datasets in ``/history``.
+
+    Forces and moments are those transmitted through the contact; displacements and rotations those of
+    body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
+    """
+
+    step: int = field(metadata=_of(NUMBER, "increment, counted from 0"))
+    stage: int = field(metadata=_of(NUMBER, "stage of the load path, counted from 1 with cycles unrolled"))
+    P: float = field(metadata=_of(FORCE, "normal force"))
+    Mx: float = field(metadata=_of(MOMENT, "moment of the pressure about the x axis, sum of y p dA"))
+    My: float = field(metadata=_of(MOMENT, "moment of the pressure about the y axis, sum of x p dA"))
+    Qx: float = field(metadata=_of(FORCE, "tangential force along x"))
+    Qy: float = field(metadata=_of(FORCE, "tangential force along y"))
+    Mz: float = field(metadata=_of(MOMENT, "torsional moment"))
+    delta_z: float = field(metadata=_of(LENGTH, "normal approach"))
+    delta_x: float = field(metadata=_of(LENGTH, "rigid displacement along x"))
+    delta_y: float = field(metadata=_of(LENGTH, "rigid displacement along y"))
+    phi_x: float = field(metadata=_of(ANGLE, "rotation about the x axis"))
+    phi_y: float = field(metadata=_of(ANGLE, "rotation about the y axis"))
+    phi_z: float = field(metadata=_of(ANGLE, "rotation about the z axis"))
+    contact_area: float = field(metadata=_of(AREA, "area of contact"))
+    stick_area: float = field(metadata=_of(AREA, "area of the stick zone"))
+    contact_radius: float = field(metadata=_of(LENGTH, "radius of the circle of the area of contact"))
+    stick_radius: float = field(metadata=_of(LENGTH, "radius of the circle of the area of the stick zone"))
+    contact_cells: int = field(metadata=_of(NUMBER, "cells in contact"))
+    stick_cells: int = field(metadata=_of(NUMBER, "cells of the stick zone"))
+    max_pressure: float = field(metadata=_of(PRESSURE, "largest pressure"))
+    max_shear: float = field(metadata=_of(PRESSURE, "largest shear traction"))
+    work: float = field(metadata=_of(ENERGY, "energy dissipated in the increment"))
+    work_total: float = field(metadata=_of(ENERGY, "energy dissipated since the start"))
+    iterations_normal: int = field(metadata=_of(NUMBER, "iterations of the normal problem"))
+    iterations_tangential: int = field(metadata=_of(NUMBER, "iterations of the tangential problem"))
+    alternations: int = field(metadata=_of(NUMBER, "staggered iterations of the normal and the tangential problem"))
+    operator_applications: int = field(metadata=_of(NUMBER, "applications of an influence operator"))
+    wall_time: float = field(metadata=_of(TIME, "wall-clock time of the increment"))
+    residual_gap: float = field(
+        metadata=_of(NUMBER, "largest gap in contact or penetration outside, over the largest normal displacement")
+    )
+    residual_stick: float = field(
+        metadata=_of(NUMBER, "largest slip increment in the stick zone, over the largest rigid displacement increment")
+    )
+    residual_slip: float = field(
+        metadata=_of(NUMBER, "largest angle between shear traction and slip increment, weighted by slip", "rad")
+    )
+    residual_bound: float = field(
+        metadata=_of(NUMBER, "largest excess of the shear traction over the friction limit, over its maximum")
+    )
+    residual_load: float = field(metadata=_of(NUMBER, "worst error of an imposed load component, over its scale"))
+
+    @property
+    def worst_residual(self) -> float:
+        """The largest of the certificate's residuals."""
+        return max(float(value) for name, value in vars(self).items() if name.startswith("residual_"))
+
+
+HISTORY_DIMENSIONS: dict[str, Dimension] = {
+    column.name: column.metadata["dimension"] for column in fields(Summary) if column.name not in ("step", "stage")
+}
+"""What a case can expect, in the order of the result file."""
