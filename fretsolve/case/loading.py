@@ -53,6 +53,12 @@ class CaseText:
                 data, source = _overridden(data, source, override)
             except CaseError as problem:
                 problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
+        # Of two overrides of one key the last one holds, unless different names hide that they mean the same.
+        names: dict[KeyPath, str] = {}
+        for one in source.overrides[len(self.source.overrides) :]:
+            if names.setdefault(one.key, one.name) != one.name:
+                message = f"{names[one.key]} and {one.name} are two names of one key; keep one of the two"
+                problems.append(CaseError(message, (), one.origin))
         return CaseText(data, source, tuple(problems))
 
     def case(self, overrides: Sequence[str] = ()) -> Case:
@@ -72,9 +78,15 @@ def read_case(path: str | Path) -> CaseText:
         parsed = parse(text)
     except CaseError as error:
         raise CaseError(error.message, (), path, error.line) from None
-    problems = tuple(CaseError(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws)
     data, place = _renamed(parsed.value, parsed.place)
-    return CaseText(data, CaseSource(path, text, place), problems)
+    source = CaseSource(path, text, place)
+    problems = [CaseError(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws]
+    problems += [
+        source.problem(f"{old} and {new} are two names of one key; keep {new}", (part, old))
+        for (part, old), new in RENAMED.items()
+        if part in place.inside and {old, new} <= place.inside[part].inside.keys()
+    ]
+    return CaseText(data, source, tuple(problems))
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
@@ -99,13 +111,16 @@ def _renamed(data: Any, place: Place) -> tuple[Any, Place]:
     return data, place
 
 
-def _present_key(key: KeyPath, data: Any) -> KeyPath:
-    """Return the key that an override means: `stage.N` is where stage N stands, counted from 1 as in results.
+def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
+    """Return the key that an override means.
 
+    `stage.N` is where stage N stands, counted from 1 as in results; `surface.0` is also a surface that stands alone.
     Raises `LookupError`, whose text is for the user, if the load path has no such stage.
     """
-    if key[0] == "stage" and len(key) > 1 and isinstance(data, dict):
+    if key[0] == "stage" and len(key) > 1:
         return stage_key(data.get("load_path"), key[1]) + key[2:]
+    if key[:2] == ("surface", 0) and isinstance(data.get("surface"), dict):
+        return key[:1] + key[2:]
     head: Any = key[:2]
     return (key[0], RENAMED[head], *key[2:]) if head in RENAMED else key
 
@@ -113,8 +128,8 @@ def _present_key(key: KeyPath, data: Any) -> KeyPath:
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
     """Return data and source with one override. Raises `CaseError`, which names the override."""
     origin = Override((), text).origin
-    name, equals, value_text = text.partition("=")
-    parts = name.strip().split(".")
+    _, equals, value_text = text.partition("=")
+    parts = Override((), text).name.split(".")
     if not equals or not all(parts):
         raise CaseError("KEY=VALUE is needed, such as grid.points=64", (), origin)
     key: KeyPath = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in parts)

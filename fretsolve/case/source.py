@@ -62,6 +62,11 @@ class Override:
     text: str
 
     @property
+    def name(self) -> str:
+        """The key as it was written."""
+        return self.text.partition("=")[0].strip()
+
+    @property
     def origin(self) -> str:
         """The override as it stands on the command line, on one line."""
         return f"--set {self.text if self.text.isprintable() else repr(self.text)}"

@@ -22,7 +22,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
     target: None for the result's name with the format's ending; steps: none for all; overwrite: replace existing files.
     """
     if steps and file_format == "csv":
-        raise CaseError("--step has no effect on csv, which holds the history; leave it out")
+        raise CaseError("--step has no effect on csv, which holds the history; leave it out", (), out)
     with open_result(out) as result:
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)

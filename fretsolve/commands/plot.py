@@ -31,7 +31,7 @@ def plot_result(
     require_matplotlib()
     selection = Selection(steps, at, fields)
     chosen = [KINDS[name] for name in (KINDS if every_kind else kinds or (DEFAULT_KIND,))]
-    _require_used(selection, chosen)
+    _require_used(selection, chosen, out)
     with open_result(out) as result:
         if every_kind:
             _write_page(result, chosen, selection, Path(target) if target else result.path.with_suffix(".plots"))
@@ -55,13 +55,13 @@ def require_matplotlib() -> None:
         ) from error
 
 
-def _require_used(selection: Selection, kinds: Sequence[PictureKind]) -> None:
+def _require_used(selection: Selection, kinds: Sequence[PictureKind], result: Path) -> None:
     """Raise CaseError for an option that none of the kinds uses."""
     given = {"--step": selection.steps, "--at": selection.at, "--field": selection.fields}
     for option, value in given.items():
         if value and not any(option in kind.options.values() for kind in kinds):
             names = " and ".join(kind.name for kind in kinds)
-            raise CaseError(f"{option} has no effect on {names}; leave it out")
+            raise CaseError(f"{option} has no effect on {names}; leave it out", (), result)
 
 
 def _targets(target: str | None, kinds: Sequence[PictureKind], result: Path) -> list[Path]:

@@ -8,7 +8,7 @@ import pytest
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import ElasticBody
-from fretsolve.case.surface_specs import ConeSurface
+from fretsolve.case.surface_specs import ConeSurface, SphereSurface
 from fretsolve.errors import CaseError
 
 CASE = """\
@@ -51,6 +51,30 @@ def test_shorthand_gives_way_to_its_mapping(path: Path) -> None:
 
 def test_last_override_wins(path: Path) -> None:
     assert load_case(path, ["friction=0.2", "friction=0.3"]).friction.coefficient == 0.3
+
+
+@pytest.mark.parametrize(
+    ("overrides", "names"),
+    [
+        (["load_path.0.P=2", "stage.1.P=3"], "load_path.0.P and stage.1.P"),
+        (["solver.error_bars=false", "solver.error_estimate=false"], "solver.error_bars and solver.error_estimate"),
+        (["surface.0={cone: {angle: 1}}", "surface={sphere: {radius: 1}}"], "surface.0 and surface"),
+    ],
+)
+def test_two_names_of_one_key_are_refused(path: Path, overrides: list[str], names: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case(path, overrides)
+    assert str(caught.value) == f"--set {overrides[1]}: {names} are two names of one key; keep one of the two"
+
+
+def test_a_surface_alone_is_the_first_one(path: Path) -> None:
+    assert load_case(path, ["surface.0.sphere.radius=3"]).surface == (SphereSurface(radius=3),)
+    with pytest.raises(CaseError) as caught:
+        load_case(path, ["surface.0.sphere.radius=0"])
+    message = "--set surface.0.sphere.radius=0: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed"
+    assert str(caught.value) == message
+    with pytest.raises(CaseError, match="this is not a list with an entry 1; give the whole list, as in "):
+        load_case(path, ["surface.1.sphere.radius=3"])
 
 
 def test_the_rest_of_the_file_stays(path: Path) -> None:
@@ -168,5 +192,7 @@ def test_the_earlier_name_of_error_bars(path: Path, given: list[str]) -> None:
     with pytest.raises(CaseError, match=r"case.yaml:7: solver.error_bars: 'maybe' is not allowed"):
         load_case(path)
     path.write_text(wide + "solver: {error_estimate: true, error_bars: true}\n")
-    with pytest.raises(CaseError, match=r"unknown key 'error_estimate'"):
+    with pytest.raises(CaseError) as caught:
         load_case(path)
+    both = "error_estimate and error_bars are two names of one key; keep error_bars"
+    assert str(caught.value) == f"{path}:6: solver.error_estimate: {both}"

@@ -41,7 +41,7 @@ ERRORS = {
     ("fretting", "loop", "-o", "x"): "x: not a name for loop; one ending in .png, .pdf, .svg is needed",
     ("fretting", "animate", "-o", "x.png"): "not a name for animate; one ending in .gif, .mp4 is needed",
     ("fretting", "loop", "map", "-o", "x.png"): "one file cannot hold 2 pictures: name a folder",
-    ("fretting", "loop", "--step", "1"): "--step has no effect on loop; leave it out",
+    ("fretting", "loop", "--step", "1"): "fretting.h5: --step has no effect on loop; leave it out",
     ("fretting", "map", "--step", "99"): "map: there is no increment 99; there are 0 to 16",
     ("fretting", "map", "--step", "1", "--step", "2"): "map: shows one increment, not 2: give --step once",
     ("fretting", "map", "--field", "sheer"): "map: there is no field 'sheer'; stored are pressure, shear, slip,",

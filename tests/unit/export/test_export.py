@@ -233,7 +233,7 @@ def test_surfaces_need_the_tractions_and_the_height_map(tmp_path: Path) -> None:
 
 
 WRONG = {
-    ("csv", "--step", "1"): "--step has no effect on csv",
+    ("csv", "--step", "1"): "fake.h5: --step has no effect on csv",
     ("npz", "--step", "9"): "there is no increment 9; there are 0 to 2",
     ("npz", "--step", "-4"): "there is no increment -4; there are 0 to 2",
     ("vtk", "-o", "x.vtk"): "x.vtk: not a name for vtk; one ending in .pvd is needed",
