@@ -16,7 +16,7 @@ from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_wi
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
+from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, arms_of
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 
@@ -39,10 +39,14 @@ class Solution:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What follows from a `Solution`: gap (nx, ny) and slip increment (2, nx, ny) in mm, zones (nx, ny) as `Zone`,
-    resultants P, Mx, My, Qx, Qy, Mz (N, N mm), and the residuals."""
+    """Results that follow from a `Solution`.
+
+    gap: (nx, ny), mm; gap_scale: length that it is measured against (mm); slip: increment, (2, nx, ny), mm; zone:
+    (nx, ny), as `Zone`; resultants: P, Mx, My, Qx, Qy, Mz (N, N mm).
+    """
 
     gap: FloatArray
+    gap_scale: float
     slip: FloatArray
     zone: NDArray[np.uint8]
     resultants: Vector
@@ -68,35 +72,37 @@ class Examiner:
         self.separation, self.friction, self.may_slip = separation, friction, may_slip
         self.tolerance, self.precision = tolerance, precision
         self.normal, self.tangential, self.grid = NormalModes(grid), TangentialModes(grid), grid
-        self.reach = max(float(np.ptp(grid.x)), float(np.ptp(grid.y))) / 2.0
 
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
         friction_limit = self.friction * solution.pressure
-        # C2: gap and slip increment
+        # C2: gap (T1) and slip increment (T2)
         gap = np.empty_like(self.separation)
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
         slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
         # C3: zones
         zone = self.zones(solution, slip, contact, friction_limit)
-        # C4 to C6: residuals
+        # C4: gap and tension
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
+        stick = across = excess = 0.0
+        if self.may_slip:
+            # C5: slip of sticking cells, direction of the others'
+            stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
+            # C6: shear beyond the friction limit, and loads (T3)
+            excess = float(np.max(np.hypot(solution.shear[0], solution.shear[1]) - friction_limit))
+            excess = float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
         of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
         resultants = np.concatenate([of_pressure, of_shear])
-        stick = across = bound = 0.0
-        if self.may_slip:
-            stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
-            excess = float(np.max(np.hypot(solution.shear[0], solution.shear[1]) - friction_limit))
-            bound = float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
+        carried = float(friction_limit.sum(dtype=np.float64)) * self.grid.cell_area
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
-            bound=bound,
-            load=self._load_residual(solution, resultants, friction_limit, normal, tangential),
+            bound=excess,
+            load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
         )
-        return Evidence(gap, slip, zone, resultants, certificate)
+        return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
 
     def zones(
         self, solution: Solution, slip: FloatArray, contact: BoolArray, friction_limit: FloatArray
@@ -115,25 +121,21 @@ class Examiner:
         return zone
 
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
-        """Return in words which rounding keeps gap or slip above the tolerance; empty where it is not rounding."""
+        """Describe the rounding that keeps gap or slip above the tolerance; return "" if it is not rounding."""
         certificate = evidence.certificate
         farthest = self.grid.farthest
         if certificate.gap > self.tolerance:
-            contact = solution.pressure > 0.0
-            gap = np.empty_like(self.separation)
-            errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
-            error = certificate.gap * errors.gap_scale
+            error = certificate.gap * evidence.gap_scale
             lengths = {
-                "heights": float(np.max(np.abs(self.separation), where=contact, initial=0.0)),
+                "heights": float(np.max(np.abs(self.separation), where=solution.pressure > 0.0, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
                 "tilted heights": float(np.abs(solution.rigid[1:3]).max()) * farthest,
             }
             elastic = {"elastic displacements": float(np.abs(solution.uz).max())}
             return named_rounding(error, elastic, self.precision) or named_rounding(error, lengths)
         if max(certificate.stick, certificate.slip) > self.tolerance:
-            motion = self.motion_scale(solution)
-            largest = float(np.hypot(evidence.slip[0], evidence.slip[1]).max())
-            error = max(certificate.stick * motion, certificate.slip * self._slip_scale(solution, largest, motion))
+            motion, slip = self.slip_scales(solution, float(np.hypot(evidence.slip[0], evidence.slip[1]).max()))
+            error = max(certificate.stick * motion, certificate.slip * slip)
             lengths = {
                 "delta_x and delta_y": float(np.abs(solution.rigid[3:5]).max()),
                 "rotated coordinates": abs(float(solution.rigid[5])) * farthest,
@@ -144,20 +146,17 @@ class Examiner:
             return named_rounding(error, lengths) or named_rounding(error, changed, self.precision)
         return ""
 
-    def motion_scale(self, solution: Solution) -> float:
-        """Return the largest rigid displacement increment (mm; rotations times the grid's half side)."""
-        dz, tilt_x, tilt_y, dx, dy, turn = np.abs(solution.motion)
-        turned = max(tilt_x, tilt_y, turn) * self.reach
-        least = max(LEAST_MOTION * _elastic(solution), self._least_slip(solution), TINY)
-        return float(max(dz, dx, dy, turned, least))
+    def slip_scales(self, solution: Solution, largest: float) -> tuple[float, float]:
+        """Return the lengths (mm) that the slip of sticking cells and the direction of slips are measured against.
 
-    def _least_slip(self, solution: Solution) -> float:
-        """Return the least length (mm) that slips are measured against."""
-        return least_slip(_elastic(solution), solution.rigid, self.grid.farthest, self.tolerance)
-
-    def _slip_scale(self, solution: Solution, largest: float, motion: float) -> float:
-        """Return the slip (mm) that weights the directions of slips; largest: of all slips (mm)."""
-        return max(largest, LEAST_SLIP * motion, self._least_slip(solution))
+        They are the largest rigid displacement increment (rotations: times their arms) and the `largest` slip, but
+        not below least values.
+        """
+        elastic = max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))
+        least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
+        moved = np.abs(solution.motion) * arms_of(self.grid)
+        motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
+        return motion, max(largest, LEAST_SLIP * motion, least)
 
     def _slip(self, solution: Solution, contact: BoolArray) -> FloatArray:
         """Return the slip increment of the cells in contact, 0 elsewhere (T2)."""
@@ -170,41 +169,29 @@ class Examiner:
 
     def _slip_residuals(self, solution: Solution, slip: FloatArray, sticking: BoolArray) -> tuple[float, float]:
         """Return the residuals `stick` and `slip`."""
-        motion = self.motion_scale(solution)
         distance = np.hypot(slip[0], slip[1])
         if not np.isfinite(distance).all():
             return np.inf, np.inf
+        motion, largest = self.slip_scales(solution, float(distance.max()))
         stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
-        if not self.friction:
-            return stick, 0.0
         slipped = np.nonzero((distance > 0.0) & ~sticking)
-        if not slipped[0].size:
+        if not self.friction or not slipped[0].size:
             return stick, 0.0
         q_x, q_y, s_x, s_y = (part[slipped] for field in (solution.shear, slip) for part in field)
         weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[slipped]
-        return stick, float(np.max(weighted)) / self._slip_scale(solution, float(distance.max()), motion)
+        return stick, float(np.max(weighted)) / largest
 
     def _load_residual(
-        self,
-        solution: Solution,
-        resultants: Vector,
-        friction_limit: FloatArray,
-        normal: LoadControl,
-        tangential: LoadControl,
+        self, rigid: Vector, resultants: Vector, carried: float, normal: LoadControl, tangential: LoadControl
     ) -> float:
-        """Return the largest error of an imposed load over P or what friction can carry (moments: times half the grid's
-        side), or of an imposed displacement over the largest rigid displacement (rotations: likewise)."""
-        reach = max(self.reach, TINY)
-        arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
-        carried = float(friction_limit.sum(dtype=np.float64)) * self.grid.cell_area
-        farthest = float(np.abs(solution.rigid * arms).max())
-        forced = np.array([*normal.forced, *tangential.forced])
-        error = np.abs(np.where(forced, resultants, solution.rigid) - (*normal.values, *tangential.values))
+        """Return the largest error of an imposed load or displacement.
+
+        The scale is P or what friction can carry, `carried` (N), for loads, and the largest of the rigid displacements
+        for displacements; moments and rotations are compared by their arms.
+        """
+        arms, forced = arms_of(self.grid), np.array([*normal.forced, *tangential.forced])
+        farthest = float(np.abs(rigid * arms).max())
+        error = np.abs(np.where(forced, resultants, rigid) - (*normal.values, *tangential.values))
         scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)
         with np.errstate(over="ignore"):  # infinite where nothing carries a load
             return float(np.max(error / np.maximum(scale, TINY)))
-
-
-def _elastic(solution: Solution) -> float:
-    """Return the largest elastic displacement (mm)."""
-    return max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))

@@ -21,40 +21,36 @@ from fretsolve.model.required_terms import Model
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
+from fretsolve.solvers.rigid_modes import arms_of
 from fretsolve.solvers.tangential import SlipScales
 from fretsolve.system.arrays import FloatArray
 
 TOLERANCE_SHARE = 0.05
-"""Tolerance of an iteration in parts of the last change."""
+"""Tolerance of an iteration over the last change (ST2)."""
 
 SHEAR_TOLERANCE_SHARE = 0.01
-"""Tolerance of the shear in parts of the slip error that the last change of the pressure made."""
+"""Tolerance of the shear over the slip error that the last change caused (ST6)."""
 
 EXACT_ENOUGH = 3.0
-"""The last iteration is solved to at least this many targets: after a small step the change alone says little."""
+"""Largest tolerance of the last iteration over the target (ST8). After a small step the change alone says little."""
 
 SETTLED = 1e-4
-"""Change below which the pressure decides what friction can carry. Before, a load beyond it is cut to just below it."""
+"""Change below which a load that friction cannot carry is an error; before, it is cut to just below the limit (ST4)."""
 
 SLOW = 0.1
-"""Ratio of one change to the last above which the iteration is accelerated (`fretsolve.solvers.anderson`) ..."""
-
-FEWEST_PLAIN = 1
-"""... after this many plain iterations: at first the zones still move."""
-
-CUT = 0.999
+"""Ratio of one change to the last above which the iteration is accelerated (ST7), from the second iteration on."""
 
 NEXT_TO_THE_LIMIT = 1e-3
-"""Relative distance from the limit load that is named where no solution is found."""
+"""Relative distance from the limit load that the message names where no solution is found."""
 
 FAR = 1e4
-"""Distance from the origin, in sizes of the area, above which a torque about it is lost in rounding."""
+"""Distance from the origin, over the sides of the area, above which a torque about it is lost in rounding."""
 
 ENOUGH_ITERATIONS = 30
 """Iterations after which pressure and shear are solved together (`fretsolve.solvers.coupled_newton`) ..."""
 
 MOST_ITERATIONS = 200
-"""... and, where that fails as well, after which the increment is given up."""
+"""... and, if that fails as well, after which the increment is given up (ST8)."""
 
 EASIER = "loosen solver.tolerance, or take more increments"
 TOO_FEW_DIGITS = "the changes may be too small for solver.precision: single, take double; else "
@@ -97,11 +93,12 @@ class StaggeredIteration:
 
         if work.coupled_step and solved_together():
             return
+        # ST1: the surfaces deformed by the shear of the start
         self._begin(work, target)
         while True:
-            # ST2: solve a little more exactly than the last change
+            # ST2: tolerance max(target, c / 20)
             tolerance = max(target, TOLERANCE_SHARE * work.change) if self._coupled else target
-            # ST3: pressure at the last shear
+            # ST3: N1 to N8 between these surfaces
             if self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
                     self._separation,
@@ -114,9 +111,14 @@ class StaggeredIteration:
                     work.gap_scale,
                 )
                 self._accept_pressure(found, work, tolerance)
-            # ST4, ST5, ST6: shear at the new pressure
             if self._must_solve_shear(increment, start, work):
-                control, tolerance, scales = self._prepare_shear(increment, start, work, tolerance)
+                # ST4: friction limit b = mu p, and loads that it can carry (T12)
+                np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
+                control = self._carried(increment, start, work)
+                # ST5: elastic slip at the new pressure, and an estimate of the shear
+                tolerance, scales = self._slip_scales(start, work, tolerance)
+                self._prepare_shear(increment, start, work, control, scales.motion)
+                # ST6: TG1 to TG8 at the new pressure
                 found = self.level.tangential.solve(
                     self._elastic_slip,
                     control,
@@ -133,13 +135,12 @@ class StaggeredIteration:
                     if solved_together():
                         return
                     raise NotConvergedError(self._why_not_solved(found, tolerance, control))
-            # ST7, ST1: the separation at the new shear
+            # ST7: the surfaces deformed by the new shear, and their change c
             self._finish(work)
             # ST8: stop, or solve both together where the change does not settle
             if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
                 return
-            enough = work.staggered_iterations == ENOUGH_ITERATIONS
-            if enough and solved_together():
+            if work.staggered_iterations == ENOUGH_ITERATIONS and solved_together():
                 return
             if work.staggered_iterations >= MOST_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
@@ -158,7 +159,7 @@ class StaggeredIteration:
             work.change = FIRST_TOLERANCE
 
     def _finish(self, work: WorkingState) -> None:
-        """Count an iteration, and bring the separation and its change up to the new shear."""
+        """Count an iteration, and update the separation and its change for the new shear."""
         self._first = work.at_start = False
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
@@ -169,18 +170,20 @@ class StaggeredIteration:
             from_shear = ElasticOperator.normal_from_shear
             add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
             work.change = self._update_separation(work)
-        if self._acceleration is None and work.staggered_iterations > FEWEST_PLAIN and work.change > SLOW * before:
+        if self._acceleration is None and work.staggered_iterations > 1 and work.change > SLOW * before:
             self._acceleration = AndersonAcceleration()
 
     def _update_separation(self, work: WorkingState) -> float:
-        """Deform the separation by `_uz`, that of the shear; return its largest change in the contact over the gap's
-        scale."""
+        """Deform the surfaces by `_uz`, the displacement that the shear causes, accelerated if that has begun.
+
+        Returns the largest change of the separation in the contact, over the scale of gaps.
+        """
         np.copyto(self._shear, work.shear)
-        image, separation = self._friction_limit, self._separation  # the friction limit is not needed until ST4
+        image, separation = self._friction_limit, self._separation  # borrowed: ST4 computes the friction limit anew
         np.add(self._undeformed, self._uz[0], out=image)
         contact = work.pressure > 0.0
         if not contact.any():
-            contact = np.isfinite(separation)  # then delta_z is where the surfaces touch
+            contact = np.isfinite(separation)
         change = float(np.max(np.abs(np.subtract(image, separation, where=contact, out=np.zeros_like(image)))))
         if self._acceleration is not None:
             material = np.isfinite(image)
@@ -192,12 +195,11 @@ class StaggeredIteration:
 
     @property
     def _kept_tolerance(self) -> float:
-        """Tolerance that limits the rounding of displacements that are reused: 0 with acceleration, which would
-        combine the rounding as well."""
+        """Tolerance that limits the rounding of reused displacements; 0 with acceleration, which would magnify it."""
         return 0.0 if self._acceleration is not None else self._target
 
     def _accept_pressure(self, found: SolverResult, work: WorkingState, tolerance: float) -> None:
-        """Take over the result of the normal problem, or raise the error that explains why there is none."""
+        """Write the result of the normal problem into `work`, or raise an error if it is not solved."""
         work.iterations_normal += found.iterations
         work.rigid[:3] = found.rigid
         work.gap_scale = found.scale
@@ -217,49 +219,17 @@ class StaggeredIteration:
     def _must_solve_shear(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether there is shear to solve for; else set the tangential rigid displacements."""
         imposed = increment.tangential
-        if not self.model.has_shear:
-            if self.model.friction == 0.0 and imposed.imposed_resultant.any():
-                raise gross_slip_error(imposed, 0.0, 0.0)
-            work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
-            return False
-        if self._coupled or start.shear.any() or start.displacement.any():
-            return True
-        if any(imposed.relative_to(start.rigid[3:]).values):
-            return True
-        work.rigid[3:] = start.rigid[3:]  # nothing could cause shear
+        if self.model.has_shear:
+            moved = any(imposed.relative_to(start.rigid[3:]).values)
+            if self._coupled or start.shear.any() or start.displacement.any() or moved:
+                return True
+        elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
+            raise gross_slip_error(imposed, 0.0, 0.0)
+        work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
         return False
 
-    def _prepare_shear(
-        self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float
-    ) -> tuple[LoadControl, float, SlipScales]:
-        """Bring friction limit and elastic slip up to the pressure, and estimate the shear of a new increment.
-
-        Returns what is imposed, as increments, the tolerance to solve to, and the scales of slips.
-        """
-        # ST4: friction limit, and what it can carry
-        np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
-        control = self._carried(increment, start, work)
-        reach = max(self.level.grid.size) / 2
-        moved = np.abs(work.rigid - start.rigid) * (1.0, reach, reach, 1.0, 1.0, reach)
-        elastic, least = start.largest_displacement, self._least_slip
-        motion = max(*map(float, moved[:3]), LEAST_MOTION * elastic, least)
-        if self._coupled:
-            disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
-            tolerance = max(tolerance, min(SHEAR_TOLERANCE_SHARE * disturbed, FIRST_TOLERANCE))
-        # ST5: elastic slip at the new pressure; in the first iteration an estimate from coarser grids
-        if self._first:
-            self._start_elastic_slip(start, work)
-        elif self._coupled:
-            self._update_elastic_slip(work)
-        if work.staggered_iterations == 0 and (start.normal != increment.normal or not work.shear.any()):
-            self.level.estimate_tangential(self._elastic_slip, control, self._friction_limit, work.shear, motion)
-        return control, tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
-
     def _carried(self, increment: Increment, start: InitialState, work: WorkingState) -> LoadControl:
-        """Return what is imposed on the tangential problem, as increments.
-
-        A load that friction cannot carry is an error once the pressure is settled, and cut to the limit load before.
-        """
+        """Return what is imposed on the tangential problem, as increments, with loads that friction can carry."""
         imposed = increment.tangential
         control = imposed.relative_to(start.rigid[3:])
         factor = load_factor(self._friction_limit, control, self.level.tangential.modes)
@@ -269,31 +239,45 @@ class StaggeredIteration:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]
         if settled or only_forces:
             raise gross_slip_error(imposed, factor, float(self._friction_limit.sum()) * self.level.grid.cell_area)
-        return control.with_loads_scaled(CUT * factor)
+        return control.with_loads_scaled(0.999 * factor)
 
-    def _start_elastic_slip(self, start: InitialState, work: WorkingState) -> None:
-        """Compute the elastic slip at the tractions of `work`; it is 0 while they are those of the start."""
-        slip, operator = self._elastic_slip, self.level.operator
-        if work.at_start or start.elastic_slip is not None:
-            slip[:] = 0.0 if work.at_start else start.elastic_slip
-            if self._coupled:
-                self._update_elastic_slip(work)
-            return
-        operator.tangential(work.shear, slip)
-        np.subtract(start.displacement, slip, out=slip)
+    def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:
+        """Return the tolerance of the shear (ST6) and the scales of slips."""
+        moved = np.abs(work.rigid - start.rigid) * arms_of(self.level.grid)
+        elastic, least = start.largest_displacement, self._least_slip
+        motion = max(*map(float, moved[:3]), LEAST_MOTION * elastic, least)
         if self._coupled:
-            displacement = self.level.tangential.workspace.double
-            operator.tangential_from_pressure(work.pressure, displacement)
-            slip -= displacement
-            np.copyto(self._pressure, work.pressure)
+            disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
+            tolerance = max(tolerance, min(SHEAR_TOLERANCE_SHARE * disturbed, FIRST_TOLERANCE))
+        return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 
-    def _update_elastic_slip(self, work: WorkingState) -> None:
-        """Update the elastic slip by the change of the pressure."""
-        workspace = self.level.tangential.workspace
-        change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
-        np.copyto(self._pressure, work.pressure)
-        from_pressure, allowed = ElasticOperator.tangential_from_pressure, self._kept_tolerance * self._last_slip_scale
-        add_displacement(self.level.operator, from_pressure, self._elastic_slip, change, workspace, allowed, -1.0)
+    def _prepare_shear(
+        self, increment: Increment, start: InitialState, work: WorkingState, control: LoadControl, motion: float
+    ) -> None:
+        """Compute the elastic slip at the new pressure; in a new increment, estimate the shear on coarser grids.
+
+        motion: largest rigid displacement increment known so far (mm).
+        """
+        slip, operator = self._elastic_slip, self.level.operator
+        if self._first and (work.at_start or start.elastic_slip is not None):
+            slip[:] = 0.0 if work.at_start else start.elastic_slip
+        elif self._first:
+            operator.tangential(work.shear, slip)
+            np.subtract(start.displacement, slip, out=slip)
+            if self._coupled:
+                displacement = self.level.tangential.workspace.double
+                operator.tangential_from_pressure(work.pressure, displacement)
+                slip -= displacement
+                np.copyto(self._pressure, work.pressure)
+        if self._coupled:
+            workspace = self.level.tangential.workspace
+            change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
+            np.copyto(self._pressure, work.pressure)
+            from_pressure = ElasticOperator.tangential_from_pressure
+            allowed = self._kept_tolerance * self._last_slip_scale
+            add_displacement(operator, from_pressure, slip, change, workspace, allowed, -1.0)
+        if work.staggered_iterations == 0 and (start.normal != increment.normal or not work.shear.any()):
+            self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
 
     def _why_not_solved(self, found: SolverResult, tolerance: float, control: LoadControl) -> str:
         """Return why the tangential problem is given up."""
@@ -328,5 +312,5 @@ class StaggeredIteration:
         )
 
     def _is_far(self, control: LoadControl) -> bool:
-        """Return whether a torque is imposed about an origin so far away that almost no force makes it."""
+        """Return whether a torque is imposed about an origin too far away for double precision."""
         return control.forced[2] and self.level.grid.farthest > FAR * max(self.level.grid.size)

@@ -18,7 +18,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
 from fretsolve.solvers.normal import grown
-from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
+from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, arms_of, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
@@ -79,7 +79,7 @@ class CoupledNewton:
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
         self._normal, self._tangential = NormalModes(grid), TangentialModes(grid)
-        self._arms = np.concatenate([self._normal.arms, self._tangential.arms])
+        self._arms = arms_of(grid)
         self._uz, self._uz_before, self._gap, self._forward = (np.zeros(grid.shape) for _ in range(4))
         self._moved, self._slip = np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape))
         self._contact: BoolArray = np.zeros(grid.shape, dtype=bool)

@@ -48,18 +48,20 @@ class GapErrors:
         return self.largest / self.gap_scale
 
 
-class _Modes:
-    """Cells of a grid, their middle and moments.
+def arms_of(grid: Grid) -> Vector:
+    """Return the arm of each of the six modes, (6,): half the grid's longer side (mm) for rotations, 1 for the others.
 
-    arms: (3,), half the grid's longer side (mm) for rotations and 1 for the others. Times its arm, a rotation is
-    compared with displacements; over its arm, a moment is compared with forces.
+    A rotation times its arm compares with displacements, a moment over its arm with forces.
     """
+    half_side = max(grid.size) / 2.0
+    return np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
 
-    _rotations: tuple[bool, bool, bool]
+
+class _Modes:
+    """Cells of a grid, their middle and moments."""
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
-        self.arms = np.where(self._rotations, max(grid.size) / 2.0, 1.0)
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
@@ -77,7 +79,9 @@ class _Modes:
 class NormalModes(_Modes):
     """The modes (1, y, x) on a grid; integrals are over its cells' area."""
 
-    _rotations = (False, True, True)
+    def __init__(self, grid: Grid):
+        super().__init__(grid)
+        self.arms = arms_of(grid)[:3]
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
@@ -120,7 +124,9 @@ class NormalModes(_Modes):
 class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
 
-    _rotations = (False, False, True)
+    def __init__(self, grid: Grid):
+        super().__init__(grid)
+        self.arms = arms_of(grid)[3:]
 
     def sums(self, field: FloatArray) -> Vector:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""

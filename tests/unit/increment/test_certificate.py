@@ -13,6 +13,7 @@ from fretsolve.increment.certificate import Examiner, Solution
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.solvers.rigid_modes import arms_of
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -143,8 +144,8 @@ class TestSpoilt:
     @pytest.mark.parametrize("mode", [3, 4, 5])
     def test_tangential_rigid_displacement(self, solved, error, mode):
         _, examiner, solution = solved
-        motion, largest = solution.motion.copy(), examiner.motion_scale(solution)
-        motion[mode] += error * largest / (examiner.reach if mode == 5 else 1.0)
+        motion, (largest, _) = solution.motion.copy(), examiner.slip_scales(solution, 0.0)
+        motion[mode] += error * largest / arms_of(examiner.grid)[mode]
         found = residuals(examiner, replace(solution, motion=motion))
         assert found["stick"] > 0.05 * error
         assert found["gap"] < 1e-9
