@@ -21,14 +21,6 @@ Span = tuple[int, int]
 FREE_CELLS = 3
 """Fewest free cells on each side, so that a contact may grow a little within an increment."""
 
-STEP = 1.08
-"""Ratio of one size of region to the next. So a growing contact does not need new spectra at each increment."""
-
-LEAST_SIZE = 16
-
-WORTH_HAVING = 0.8
-"""With more than this part of the grid's cells the region is the whole grid: another operator would not pay."""
-
 
 @dataclass(frozen=True)
 class ActiveRegion:
@@ -48,7 +40,7 @@ class ActiveRegion:
         return (self.rows[1] - self.rows[0]) * (self.columns[1] - self.columns[0])
 
     def holds(self, contact: BoolArray) -> bool:
-        """Return whether `contact` (on the whole grid) lies inside, and off all edges that are not the grid's."""
+        """Return whether `contact` (on the whole grid) lies inside and touches no edge but the grid's."""
         (top, bottom), (left, right), (nx, ny) = self.rows, self.columns, contact.shape
         outside = contact.copy()
         outside[top + (top > 0) : bottom - (bottom < nx), left + (left > 0) : right - (right < ny)] = False
@@ -70,16 +62,16 @@ def region_around(contact: BoolArray, free: int = FREE_CELLS) -> ActiveRegion:
     if not contact.any():
         return whole
     wanted = ActiveRegion(_span(contact, 0, free), _span(contact, 1, free))
-    return whole if wanted.count > WORTH_HAVING * whole.count else wanted
+    return whole if wanted.count > 0.8 * whole.count else wanted  # another operator would not pay
 
 
 def _span(contact: BoolArray, axis: int, free: int) -> Span:
     """Return a span along `axis` around `contact` with free cells, widened to the next size that its padding allows."""
     points, indices = contact.shape[axis], np.flatnonzero(contact.any(axis=1 - axis))
     first, last = int(indices[0]), int(indices[-1])
-    size = LEAST_SIZE
+    size = 16
     while size < last - first + 1 + 2 * free:
-        size = math.ceil(STEP * size)
+        size = math.ceil(1.08 * size)  # in steps, so that a growing contact does not need new spectra each time
     size = (padded_length(size) + 1) // 2
     if size >= points:
         return 0, points

@@ -16,7 +16,7 @@ from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_wi
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, arms_of
+from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 
@@ -154,7 +154,7 @@ class Examiner:
         """
         elastic = max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
-        moved = np.abs(solution.motion) * arms_of(self.grid)
+        moved = np.abs(solution.motion) * self.normal.arms
         motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
         return motion, max(largest, LEAST_SLIP * motion, least)
 
@@ -189,7 +189,7 @@ class Examiner:
         The scale is P or what friction can carry, `carried` (N), for loads, and the largest of the rigid displacements
         for displacements; moments and rotations are compared by their arms.
         """
-        arms, forced = arms_of(self.grid), np.array([*normal.forced, *tangential.forced])
+        arms, forced = self.normal.arms, np.array([*normal.forced, *tangential.forced])
         farthest = float(np.abs(rigid * arms).max())
         error = np.abs(np.where(forced, resultants, rigid) - (*normal.values, *tangential.values))
         scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)

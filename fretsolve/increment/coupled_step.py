@@ -26,11 +26,9 @@ def coupled_problem(
 
     separation: (nx, ny), undeformed; work: the state that the staggered iterations start with; least_slip: least scale
     of slips (mm); precision: of the elastic operator.
-
-    The problem refers to tractions whose elastic slip since the start is known. In double precision these are none,
-    with the start's displacement. In single precision, where the difference of two displacements would lose the slip,
-    they are those that the staggered iterations start with.
     """
+    # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
+    # difference of two displacements would lose the slip, those that the staggered iterations start with
     pressure, shear, elastic_slip = start.pressure, start.shear, nothing(start.shear.shape)
     if precision is np.float64:
         pressure, shear, elastic_slip = nothing(pressure.shape), elastic_slip, start.displacement
@@ -53,12 +51,11 @@ def coupled_problem(
 def solve_coupled(
     level: GridLevel, problem: CoupledProblem, start: InitialState, work: WorkingState, target: float, most: int
 ) -> bool:
-    """Solve to the tolerance `target`; return whether that succeeded, else `work` keeps its tractions.
+    """Solve to the tolerance `target` and return True, or leave the tractions of `work` and return False.
 
-    most: iterations of each attempt. The arrays of the method exist only during this call, since few increments need
-    it.
+    most: iterations of each attempt.
     """
-    # the increment's start, or without contact there the frictionless contact at its end
+    # first state: the increment's start, or without contact there the frictionless contact at its end
     pressure, rigid = np.array(start.pressure, np.float64), np.concatenate([start.rigid[:3], np.zeros(3)])
     if not pressure.any():
         found = level.normal.solve(problem.separation, problem.normal, pressure, FIRST_TOLERANCE, most, rigid[:3])
@@ -66,8 +63,7 @@ def solve_coupled(
     shear, within = np.array(start.shear, np.float64), circle_width(level.operator.dtype)
     slipping = slips(shear, problem.friction * pressure, within) & shear.any(axis=0)
     first = CoupledState(pressure, shear, slipping, np.zeros_like(shear), rigid)
-    # the coupled Newton method from there
-    newton = CoupledNewton(level.operator, level.grid)
+    newton = CoupledNewton(level.operator, level.grid)  # its arrays exist only here, since few increments need it
     end = newton.solve(problem, first, target, most)
     work.iterations_normal += newton.iterations
     work.iterations_tangential += newton.iterations

@@ -23,23 +23,22 @@ from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
 
-COARSE_TOLERANCE = 1e-2
-"""Tolerance of a coarse problem, whose solution differs from the fine one by about as much."""
-
-COARSE_ITERATIONS = 60
-"""Limit of CG iterations of a coarse problem: a poor estimate costs iterations, nothing else."""
+COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-2, 60
+"""Tolerance of a coarse problem, which differs from the fine one by about as much, and limit of its CG iterations."""
 
 NEAR_THE_LIMIT = 0.2
 """A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""
 
 
 class GridLevel:
-    """Operator and solvers on `grid`, with a coarser level below while there are enough points."""
+    """Operator and solvers on `grid`, with a coarser level below if there are enough points.
 
-    def __init__(self, grid: Grid, model: Model, team: ThreadTeam | None = None, dtype: type[np.floating] = np.float64):
+    dtype: precision of the operator.
+    """
+
+    def __init__(self, grid: Grid, model: Model, team: ThreadTeam, dtype: type[np.floating]):
         self.grid = grid
         self._has_shear = model.has_shear
-        team = team or ThreadTeam()
         self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, dtype)
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
@@ -47,13 +46,13 @@ class GridLevel:
 
     @cached_property
     def normal(self) -> NormalSolver:
-        """Solver of the normal problem on this grid; it shares the arrays of the tangential one, where there is one."""
+        """Solver of the normal problem; it shares the arrays of the tangential solver, if there is one."""
         workspace = self.tangential.workspace if self._has_shear else None
         return NormalSolver(self.operator, self.grid, workspace)
 
     @cached_property
     def tangential(self) -> TangentialSolver:
-        """Solver of the tangential problem on this grid; the model must have shear."""
+        """Solver of the tangential problem; the model must have shear."""
         return TangentialSolver(self.operator, self.grid)
 
     def release(self) -> None:
@@ -79,7 +78,7 @@ class GridLevel:
         if self.coarser is None:
             return
         transfer, coarser = self._transfer, self.coarser
-        # the coarse problem, with what the coarse grid gets wrong of the displacement added to its separation
+        # the coarse problem, with its error in the present displacement added to its separation
         before = transfer.restrict(pressure)
         coarse_separation = transfer.restrict_separation(separation)
         if not _carries(coarse_separation, control, coarser.grid):
@@ -89,7 +88,7 @@ class GridLevel:
             self.operator.normal(pressure, uz)
             coarser.operator.normal(before, coarse_uz)
             coarse_separation += transfer.restrict(uz) - coarse_uz
-        # its solution, estimated on still coarser grids
+        # its solution, from an estimate on still coarser grids
         after = before.copy()
         coarser.estimate_normal(coarse_separation, control, after, rigid)
         coarser.normal.solve(coarse_separation, control, after, COARSE_TOLERANCE, COARSE_ITERATIONS, rigid)
@@ -98,7 +97,7 @@ class GridLevel:
             pressure += transfer.prolong(after - before)
             np.maximum(pressure, 0.0, out=pressure)
         else:
-            # Near the edge of contact the pressure is like a square root, so its square interpolates well.
+            # near the edge of contact the pressure is like a square root, so its square interpolates well
             np.sqrt(transfer.prolong(np.square(after)), out=pressure)
         pressure[np.isinf(separation)] = 0.0
 
@@ -117,7 +116,7 @@ class GridLevel:
         if self.coarser is None:
             return
         transfer, coarser = self._transfer, self.coarser
-        # the coarse problem and its solution, estimated on still coarser grids
+        # the coarse problem and its solution, from an estimate on still coarser grids
         before = transfer.restrict(shear)
         coarse_limit, coarse_slip = transfer.restrict(friction_limit), transfer.restrict(elastic_slip)
         after = before.copy()
@@ -136,7 +135,7 @@ class GridLevel:
 
 
 def _carries(separation: FloatArray, control: LoadControl, grid: Grid) -> bool:
-    """Return whether a coarse grid has the material that the load needs; it may miss a small punch."""
+    """Return whether a coarse grid, which may miss a small punch, has the material that the load needs."""
     try:
         require_supported(control, separation, grid)
     except ContactLostError:

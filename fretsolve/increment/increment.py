@@ -22,13 +22,7 @@ from fretsolve.result.state import Certificate, nothing
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 MARGIN = 0.3
-"""Tolerance of the solvers in parts of the case's: their residuals and those of the certificate differ a little."""
-
-KEPT_REGIONS = 2
-"""Regions whose solvers are kept: a contact that changes between two sizes needs no new spectra at each increment."""
-
-MOST_ATTEMPTS = 12
-"""Attempts at an increment, each after a region that was too small or a certificate that was not met."""
+"""Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +55,8 @@ class IncrementSolver:
         precision: type[np.floating] = np.float64,
     ):
         self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
-        self.tolerance, self.max_iterations, self._precision = tolerance, max_iterations, precision
+        self.tolerance, self.max_iterations = tolerance, max_iterations
+        self._precision, self._single = precision, precision is np.float32
         self._team = ThreadTeam(threads)
         self.level = GridLevel(grid, model, self._team, precision)
         self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision)
@@ -78,8 +73,8 @@ class IncrementSolver:
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start)
         expected = work.pressure > 0.0
-        for _ in range(MOST_ATTEMPTS):
-            # solve on a region that holds the expected contact; try a larger one if the contact leaves it
+        for _ in range(12):
+            # solve on a region that holds the expected contact, and on a larger one if the contact leaves it
             region, iteration = self._region_for(expected, free)
             part = self._enter(region, start, work)
             iteration.run(increment, part, work, target)
@@ -89,21 +84,21 @@ class IncrementSolver:
             if not region.holds(expected):
                 free *= 4
                 continue
-            # C1: displacements on the whole grid; C2 to C6: the certificate
+            # C1: displacements of the tractions on the whole grid; C2 to C6: the certificate
             solution = self._solution(start, work)
             evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
             if evidence.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
                 iterations = work.iterations_normal, work.iterations_tangential, work.staggered_iterations
                 return Solved(solution, evidence, *iterations, math.ceil(round(self.applications - before, 6)))
-            # C7: try again with a tighter target, unless rounding is the cause
+            # C7: try again with a larger region or a tighter target, unless rounding is the cause
             rounding = self._examiner.lost_in_rounding(solution, evidence)
             if rounding:
                 break
             expected |= evidence.gap < 0.0
             if region.holds(expected):
                 target *= MARGIN
-        raise NotConvergedError(_why_not_certified(evidence.certificate, self.tolerance, rounding, self._single))
+        raise NotConvergedError(self._why_not_certified(evidence.certificate, rounding))
 
     @property
     def applications(self) -> float:
@@ -116,7 +111,7 @@ class IncrementSolver:
         return self.level.applications + inside + self._spent
 
     def _estimate(self, increment: Increment, start: InitialState) -> WorkingState:
-        """Return the first state: the start, with a pressure from coarser grids if the normal load changes."""
+        """Return a copy of the start, with a pressure estimated on coarser grids if the normal load changes."""
         work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
         if start.normal == increment.normal:
             return work
@@ -131,19 +126,23 @@ class IncrementSolver:
         return work
 
     def _release(self, level: GridLevel) -> None:
-        """Free the memory of one part of an increment before the next needs its own, on a large grid."""
+        """Free the memory of a part of an increment, on a large grid, before the next part needs its own."""
         if self._large:
             level.release()
             self._team.release()
 
     def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
-        """Return a region that holds the expected contact, and the iteration on it; those of the last ones are kept."""
+        """Return a region that holds the expected contact, and the staggered iteration on it.
+
+        Those of the last two regions are kept, on a large grid of one: a contact that changes between two sizes needs
+        no new spectra at each increment.
+        """
         if self.level.coarser is None:
             expected = np.ones_like(expected)  # too small a grid to gain from a part of it
         region = region_around(expected, free)
         iteration = self._iterations.pop(region, None)
         if iteration is None:
-            if len(self._iterations) == (1 if self._large else KEPT_REGIONS):
+            if len(self._iterations) == (1 if self._large else 2):
                 before = self.applications
                 del self._iterations[next(iter(self._iterations))]
                 self._spent += before - self.applications
@@ -165,7 +164,7 @@ class IncrementSolver:
         return InitialState(pressure, shear, displacement, start.rigid, start.normal, elastic_slip)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
-        """Put the tractions of `work` on a region back on the whole grid."""
+        """Extend the tractions of `work` from a region to the whole grid."""
         pressure, shear = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
         pressure[region.cells] = work.pressure
         if self.model.may_slip:
@@ -174,14 +173,15 @@ class IncrementSolver:
         work.pressure, work.shear = pressure, shear
 
     def _own(self, shear: FloatArray) -> FloatArray:
-        """Return a copy to work in, where there may be shear."""
+        """Return a copy to work in, if there may be shear."""
         return np.array(shear, np.float64) if self.model.may_slip else shear
 
     def _solution(self, start: InitialState, work: WorkingState) -> Solution:
         """Return the tractions, rounded to the precision that is stored, and their displacements on the whole grid."""
         if self._single:
-            work.pressure = _rounded(work.pressure)
-            work.shear = _rounded(work.shear) if self.model.may_slip else work.shear
+            work.pressure = work.pressure.astype(np.float32).astype(np.float64)
+            if self.model.may_slip:
+                work.shear = work.shear.astype(np.float32).astype(np.float64)
         uz, displacement = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
         terms, operator = self.model.terms, self.level.operator
         if terms.tangential or terms.normal_tangential_coupling:
@@ -198,10 +198,6 @@ class IncrementSolver:
         motion = work.rigid - start.rigid
         return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous)
 
-    @property
-    def _single(self) -> bool:
-        return self._precision is np.float32
-
     def _moved(self, start: InitialState, work: WorkingState) -> FloatArray:
         """Return the change (2, nx, ny) of the tangential displacement since the start, from that of the tractions.
 
@@ -216,17 +212,11 @@ class IncrementSolver:
             moved += sideways
         return moved
 
-
-def _rounded(field: FloatArray) -> FloatArray:
-    """Return `field` with values that single precision holds."""
-    return field.astype(np.float32).astype(np.float64)
-
-
-def _why_not_certified(certificate: Certificate, tolerance: float, rounding: str, single: bool) -> str:
-    """Return why an increment is given up; rounding: in words, where it is the cause."""
-    residuals = {name: getattr(certificate, name) for name in ("gap", "stick", "slip", "bound", "load")}
-    name = max(residuals, key=lambda key: residuals[key])
-    missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {tolerance:.2g} is needed"
-    if rounding:
-        return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
-    return f"{missed}; {TOO_FEW_DIGITS if single else ''}{ADVICE}"
+    def _why_not_certified(self, certificate: Certificate, rounding: str) -> str:
+        """Return why an increment is given up; rounding: in words, where it is the cause."""
+        residuals = vars(certificate)
+        name = max(residuals, key=lambda key: residuals[key])
+        missed = f"the certificate is not met: residual_{name} is {residuals[name]:.2g}, {self.tolerance:.2g} is needed"
+        if rounding:
+            return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
+        return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"

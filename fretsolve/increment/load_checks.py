@@ -9,9 +9,6 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, FloatArray
 
-JUST_BELOW = 2e-6
-"""Relative distance from the limit load that six digits of a load do not show."""
-
 
 def require_supported(control: LoadControl, separation: FloatArray, grid: Grid) -> None:
     """Raise ContactLostError where no pressure >= 0 on the grid has the imposed P, Mx, My.
@@ -60,28 +57,22 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
 
 
 def gross_slip_error(imposed: LoadControl, factor: float, capacity: float) -> SlidingError:
-    """Return the error for tangential loads that are 1/`factor` times the limit load; capacity: mu P (N)."""
-    named = [
-        (name, unit, value)
-        for name, unit, value in zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), imposed.imposed_resultant, strict=True)
-        if value
-    ]
-    loads = ", ".join(f"{name} = {value:.6g} {unit}" for name, unit, value in named)
-    if factor == 0.0 and capacity > 0.0 and imposed.imposed_resultant[2]:
+    """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N)."""
+    loads = imposed.imposed_resultant
+    names = zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), ("delta_x", "delta_y", "phi_z"), loads, strict=True)
+    named = [(name, f"{name} = {load:.6g} {unit}", motion) for name, unit, motion, load in names if load]
+    if factor == 0.0 and capacity > 0.0 and loads[2]:
         return SlidingError(
-            f"Mz = {imposed.imposed_resultant[2]:.6g} N mm on a contact of one cell, which has no arm to carry a"
-            " torque; take more points or a smaller area, or impose phi_z instead",
+            f"Mz = {loads[2]:.6g} N mm on a contact of one cell, which has no arm to carry a torque; take more points"
+            " or a smaller area, or impose phi_z instead",
             "Mz",
         )
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
-    if abs(factor - 1.0) < JUST_BELOW:
+    if abs(factor - 1.0) < 2e-6:  # which six digits do not show
         carried = "no more than just below it"
     return SlidingError(
-        f"gross slip under {loads}: friction carries {carried} (mu P = {capacity:.6g} N); lower the load, raise P or"
-        f" the friction, or impose"
-        f" {' and '.join(_MOTION[name] for name, _, _ in named)} instead",
+        f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} (mu P ="
+        f" {capacity:.6g} N); lower the load, raise P or the friction, or impose"
+        f" {' and '.join(motion for _, _, motion in named)} instead",
         named[0][0],
     )
-
-
-_MOTION = {"Qx": "delta_x", "Qy": "delta_y", "Mz": "phi_z"}

@@ -21,30 +21,8 @@ from fretsolve.model.required_terms import Model
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
-from fretsolve.solvers.rigid_modes import arms_of
 from fretsolve.solvers.tangential import SlipScales
 from fretsolve.system.arrays import FloatArray
-
-TOLERANCE_SHARE = 0.05
-"""Tolerance of an iteration over the last change (ST2)."""
-
-SHEAR_TOLERANCE_SHARE = 0.01
-"""Tolerance of the shear over the slip error that the last change caused (ST6)."""
-
-EXACT_ENOUGH = 3.0
-"""Largest tolerance of the last iteration over the target (ST8). After a small step the change alone says little."""
-
-SETTLED = 1e-4
-"""Change below which a load that friction cannot carry is an error; before, it is cut to just below the limit (ST4)."""
-
-SLOW = 0.1
-"""Ratio of one change to the last above which the iteration is accelerated (ST7), from the second iteration on."""
-
-NEXT_TO_THE_LIMIT = 1e-3
-"""Relative distance from the limit load that the message names where no solution is found."""
-
-FAR = 1e4
-"""Distance from the origin, over the sides of the area, above which a torque about it is lost in rounding."""
 
 ENOUGH_ITERATIONS = 30
 """Iterations after which pressure and shear are solved together (`fretsolve.solvers.coupled_newton`) ..."""
@@ -96,8 +74,8 @@ class StaggeredIteration:
         # ST1: the surfaces deformed by the shear of the start
         self._begin(work, target)
         while True:
-            # ST2: tolerance max(target, c / 20)
-            tolerance = max(target, TOLERANCE_SHARE * work.change) if self._coupled else target
+            # ST2: tolerance of a twentieth of the last change
+            tolerance = max(target, 0.05 * work.change) if self._coupled else target
             # ST3: N1 to N8 between these surfaces
             if self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
@@ -137,9 +115,10 @@ class StaggeredIteration:
                     raise NotConvergedError(self._why_not_solved(found, tolerance, control))
             # ST7: the surfaces deformed by the new shear, and their change c
             self._finish(work)
-            # ST8: stop, or solve both together where the change does not settle
-            if work.change <= max(target, ROUNDING) and tolerance <= EXACT_ENOUGH * target:
+            # ST8: stop, where the last shear was solved well enough: after a small step the change alone says little
+            if work.change <= max(target, ROUNDING) and tolerance <= 3.0 * target:
                 return
+            # else solve both together, or give up
             if work.staggered_iterations == ENOUGH_ITERATIONS and solved_together():
                 return
             if work.staggered_iterations >= MOST_ITERATIONS:
@@ -170,7 +149,8 @@ class StaggeredIteration:
             from_shear = ElasticOperator.normal_from_shear
             add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
             work.change = self._update_separation(work)
-        if self._acceleration is None and work.staggered_iterations > 1 and work.change > SLOW * before:
+        # from the second iteration on, as at first the zones still move
+        if self._acceleration is None and work.staggered_iterations > 1 and work.change > 0.1 * before:
             self._acceleration = AndersonAcceleration()
 
     def _update_separation(self, work: WorkingState) -> float:
@@ -229,26 +209,33 @@ class StaggeredIteration:
         return False
 
     def _carried(self, increment: Increment, start: InitialState, work: WorkingState) -> LoadControl:
-        """Return what is imposed on the tangential problem, as increments, with loads that friction can carry."""
+        """Return what is imposed on the tangential problem, as increments.
+
+        A load that friction cannot carry is an error once the pressure is settled; before, it is cut to just below the
+        limit load.
+        """
         imposed = increment.tangential
         control = imposed.relative_to(start.rigid[3:])
         factor = load_factor(self._friction_limit, control, self.level.tangential.modes)
         if factor > 1.0 + at_the_limit(self.level.operator.dtype):
             return control
-        settled = not self._coupled or work.change < SETTLED
-        only_forces = increment.normal.forced[0] and not imposed.forced[2]
+        settled = not self._coupled or work.change < 1e-4
+        only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             raise gross_slip_error(imposed, factor, float(self._friction_limit.sum()) * self.level.grid.cell_area)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:
-        """Return the tolerance of the shear (ST6) and the scales of slips."""
-        moved = np.abs(work.rigid - start.rigid) * arms_of(self.level.grid)
+        """Return the tolerance of the shear and the scales of slips.
+
+        The tolerance is a hundredth of the slip error that the last change caused, and at least `tolerance`.
+        """
+        moved = np.abs(work.rigid - start.rigid) * self.level.tangential.modes.arms
         elastic, least = start.largest_displacement, self._least_slip
         motion = max(*map(float, moved[:3]), LEAST_MOTION * elastic, least)
         if self._coupled:
             disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
-            tolerance = max(tolerance, min(SHEAR_TOLERANCE_SHARE * disturbed, FIRST_TOLERANCE))
+            tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 
     def _prepare_shear(
@@ -289,7 +276,7 @@ class StaggeredIteration:
         if found.residual <= tolerance:
             return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
         spare = load_factor(self._friction_limit, control, self.level.tangential.modes) - 1.0
-        if spare < NEXT_TO_THE_LIMIT:
+        if spare < 1e-3:
             return (
                 f"the tangential problem is not solved: the loads are within {spare:.1g} of the limit load at which all"
                 " slips, where almost nothing sticks; lower them, raise P or the friction, or impose displacements"
@@ -313,4 +300,4 @@ class StaggeredIteration:
 
     def _is_far(self, control: LoadControl) -> bool:
         """Return whether a torque is imposed about an origin too far away for double precision."""
-        return control.forced[2] and self.level.grid.farthest > FAR * max(self.level.grid.size)
+        return control.forced[2] and self.level.grid.farthest > 1e4 * max(self.level.grid.size)

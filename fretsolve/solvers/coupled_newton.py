@@ -18,7 +18,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
 from fretsolve.solvers.normal import grown
-from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, arms_of, solve_modes
+from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
@@ -28,15 +28,6 @@ MOST_STEPS = 30
 ROUGHLY, CLOSELY = 1e-2, 1e-6
 """Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong
 friction an edge cell may hold a large shear under a pressure that is too small to count in the residual."""
-
-LEAST_PART = 0.01
-"""Smallest part of the loads that is tried."""
-
-DIVERGED = 100.0
-"""Residual above which the steps do not converge any more."""
-
-ESTIMATE_TOLERANCE = 1e-3
-"""Tolerance at parts of the loads, which only give estimates."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +70,7 @@ class CoupledNewton:
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
         self._normal, self._tangential = NormalModes(grid), TangentialModes(grid)
-        self._arms = arms_of(grid)
+        self._arms = self._normal.arms
         self._uz, self._uz_before, self._gap, self._forward = (np.zeros(grid.shape) for _ in range(4))
         self._moved, self._slip = np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape))
         self._contact: BoolArray = np.zeros(grid.shape, dtype=bool)
@@ -104,7 +95,7 @@ class CoupledNewton:
                 normal=_moved(problem.normal, loads[:3], rigid[:3], to),
                 tangential=_moved(problem.tangential, loads[3:], rigid[3:], to),
             )
-            wanted = tolerance if to == 1.0 else ESTIMATE_TOLERANCE
+            wanted = tolerance if to == 1.0 else 1e-3  # parts only give estimates
             found = self.solve_from(partial, start, wanted, reduction)
             if found is None and reduction == ROUGHLY:  # CN8: again, with GMRES to six digits
                 reduction = CLOSELY
@@ -112,7 +103,7 @@ class CoupledNewton:
             # CN9: go on with twice the part, or try a quarter of it
             if found is not None:
                 start, reached, part = found, to, 2.0 * part
-            elif (part := part / 4.0) < LEAST_PART:
+            elif (part := part / 4.0) < 0.01:
                 return None
         return start
 
@@ -167,12 +158,12 @@ class CoupledNewton:
             errors = self._take_gap_and_slip(problem, work)
             imposed = np.concatenate([problem.normal.imposed_resultant, problem.tangential.imposed_resultant])
             missing = np.where(self._forced, imposed - self.resultants(work), 0.0)
-            # CN4: stop at the tolerance, or give up
+            # CN4: stop at the tolerance; give up at a residual of 100, from which no step comes back
             residuals = errors.residual, self._slip_residual(problem, work), self._unbalance(problem, work, missing)
             worst = float(np.max(residuals))
             if worst <= tolerance:
                 return work
-            if not worst < DIVERGED or self.iterations >= last:
+            if not worst < 100.0 or self.iterations >= last:
                 return None
             # CN5: slipping cells with lam < 0 stick; penetrating cells join, and slip if a neighbour does or if they
             # have left under tension before, since then they can neither stick nor be open

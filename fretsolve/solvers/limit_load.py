@@ -1,8 +1,7 @@
 """The limit load: the tangential load at which the whole contact slips.
 
-By the kinematic theorem of limit analysis some |q| <= b, with b the friction limit, can carry the imposed loads F if
-and only if no rigid motion v of the forced modes has F.v > sum b |v(x, y)| dA. The load factor is the least value of
-that sum over all v with F.v = 1 (T12 of docs/theory.md).
+Friction can carry the imposed loads F if and only if F.v <= sum b |v(x, y)| dA for every rigid motion v, where b is the
+friction limit (T12 of docs/theory.md). So the load factor is the least value of that sum over all v with F.v = 1.
 """
 
 from __future__ import annotations
@@ -14,21 +13,20 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.rigid_modes import TangentialModes, solve_modes
 from fretsolve.system.arrays import FloatArray, Vector
 
-ITERATIONS = 100
 AT_THE_LIMIT = 1e-9
 """Relative distance from the limit load that counts as gross slip: at the limit the displacement is unbounded."""
 
 
 def at_the_limit(precision: type[np.floating]) -> float:
-    """Return the same for tractions stored in `precision`, which resolve the friction limit no better than that."""
+    """Return `AT_THE_LIMIT`, or more where tractions stored in `precision` resolve the friction limit less well."""
     return max(AT_THE_LIMIT, circle_width(precision))
 
 
 def load_factor(friction_limit: FloatArray, control: LoadControl, modes: TangentialModes) -> float:
-    """Return the factor on the forced tangential loads at which everything slips; inf where none is imposed.
+    """Return the factor on the imposed tangential loads at which all cells slip; inf if no load is imposed.
 
-    friction_limit: (nx, ny), MPa. Without a torque to balance the factor is exact; else it is found by iteratively
-    reweighted least squares, all of whose iterates are upper bounds.
+    friction_limit: (nx, ny), MPa. If Mz is not imposed the factor is exact; else it is found by iteratively reweighted
+    least squares, and is never too small.
     """
     load = control.imposed_resultant
     if not load.any():
@@ -44,8 +42,7 @@ def load_factor(friction_limit: FloatArray, control: LoadControl, modes: Tangent
 
 
 def _carried_by_a_cell(friction_limit: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
-    """Return whether some force on the only cell in contact has the imposed loads. It has not where it would have to
-    carry a torque about itself, or where there is no contact."""
+    """Return whether a force on the only cell in contact balances the loads. It has no torque about the cell."""
     if not friction_limit.any():
         return False
     i, j = np.unravel_index(int(friction_limit.argmax()), friction_limit.shape)
@@ -57,16 +54,16 @@ def _carried_by_a_cell(friction_limit: FloatArray, load: Vector, forced: list[in
 
 
 def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> float:
-    """Return the least of sum weight |v| over the rigid motions v with load.v = 1."""
+    """Return the least of sum weight |v| over the rigid motions v with load.v = 1 (T12)."""
     speed, reweighted = np.ones_like(weight), np.empty_like(weight)
     motion = np.empty((2, *weight.shape))
     best = np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(100):
         # least squares with the weights b / |v| of the last motion
         np.divide(weight, speed, out=reweighted)
         direction = solve_modes(modes.gram(reweighted), load, forced)
         direction /= direction @ load
-        # what that motion dissipates: an upper bound, which must fall
+        # the energy that this motion dissipates: an upper bound of the least, which must fall
         modes.displacement(direction, motion)
         np.hypot(motion[0], motion[1], out=speed)
         dissipation = float(np.vdot(weight, speed))

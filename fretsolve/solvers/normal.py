@@ -27,16 +27,6 @@ from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
-REDUCTION = 0.2
-"""Factor by which CG reduces the gap on a fixed zone before the zone changes."""
-
-PATIENCE = 4
-"""Rounds without halving the residual after which the contact zone is taken to cycle ..."""
-
-CAUTION = 0.6
-"""... and after which cells join the zone only if they penetrate by this part of the deepest, since on a rough surface
-their neighbours need not join. Each further stall takes the same share of what is left to 1."""
-
 
 @dataclass(frozen=True)
 class SolverResult:
@@ -103,17 +93,17 @@ class NormalSolver:
             # N4: stop at the tolerance, or where rounding allows no better
             residual, scale = errors.residual, errors.gap_scale
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
-            stalled = since_halved >= PATIENCE
+            stalled = since_halved >= 4
             accurate = residual <= tolerance or (stalled and errors.largest <= self._rounding(separation, rigid))
             solved = accurate and self._unbalance(control, pressure) <= tolerance
             if solved or max(iterations, rounds) >= max_iterations or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
-            if stalled:  # the zone cycles: from now on only the deepest cells join
-                caution, since_halved = 1.0 - (1.0 - caution) * (1.0 - CAUTION), 0
-            # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, widen the zone
+            if stalled:  # the zone cycles, as on rough surfaces: from now on only the deepest cells join in N3
+                caution, since_halved = 1.0 - 0.4 * (1.0 - caution), 0
+            # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, the zone is widened
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
-                reduction = max(REDUCTION, 0.3 * tolerance / residual)
+                reduction = max(0.2, 0.3 * tolerance / residual)
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
                 np.copyto(self._gap, pressure)
@@ -216,7 +206,7 @@ class NormalSolver:
         load = max(float(found[0]), float(imposed[0]))
         if load <= 0.0:
             return np.inf if error.any() else 0.0
-        return float(np.max((error / (self.modes.arms * load))[control.forced_index]))
+        return float(np.max((error / (self.modes.arms[:3] * load))[control.forced_index]))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10)."""

@@ -31,37 +31,30 @@ WELL_APART = 1e-2
 
 @dataclass(frozen=True)
 class GapErrors:
-    """Errors of a gap (mm): its largest size in contact, the deepest penetration out of it, and the scale of both."""
+    """Errors of a gap (mm): the deepest penetration outside of the contact, the largest error in or outside of it, and
+    the scale of both."""
 
-    in_contact: float
     penetration: float
+    largest: float
     gap_scale: float
 
     @property
-    def largest(self) -> float:
-        """The larger error (mm)."""
-        return float(np.maximum(self.in_contact, self.penetration))
-
-    @property
     def residual(self) -> float:
-        """The larger error over the scale."""
+        """The largest error over the scale."""
         return self.largest / self.gap_scale
 
 
-def arms_of(grid: Grid) -> Vector:
-    """Return the arm of each of the six modes, (6,): half the grid's longer side (mm) for rotations, 1 for the others.
-
-    A rotation times its arm compares with displacements, a moment over its arm with forces.
-    """
-    half_side = max(grid.size) / 2.0
-    return np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
-
-
 class _Modes:
-    """Cells of a grid, their middle and moments."""
+    """Cells of a grid, their middle and moments.
+
+    arms: of all six modes, (6,): half the grid's longer side (mm) for rotations, 1 for displacements. A rotation times
+    its arm compares with displacements, a moment over its arm with forces.
+    """
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
+        half_side = max(grid.size) / 2.0
+        self.arms = np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
         """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
@@ -78,10 +71,6 @@ class _Modes:
 
 class NormalModes(_Modes):
     """The modes (1, y, x) on a grid; integrals are over its cells' area."""
-
-    def __init__(self, grid: Grid):
-        super().__init__(grid)
-        self.arms = arms_of(grid)[:3]
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
@@ -100,7 +89,7 @@ class NormalModes(_Modes):
         in_contact, penetration, scale = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
         if scale <= 0.0 and not contact.any():
             scale = OPEN * (abs(float(rigid[0])) + self.tilted(rigid))
-        return GapErrors(in_contact, penetration, max(scale, TINY))
+        return GapErrors(penetration, float(np.maximum(in_contact, penetration)), max(scale, TINY))
 
     def tilted(self, rigid: Vector) -> float:
         """Return the largest displacement of a cell (mm) that phi_x and phi_y may cause."""
@@ -123,10 +112,6 @@ class NormalModes(_Modes):
 
 class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
-
-    def __init__(self, grid: Grid):
-        super().__init__(grid)
-        self.arms = arms_of(grid)[3:]
 
     def sums(self, field: FloatArray) -> Vector:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""

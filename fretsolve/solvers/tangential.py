@@ -27,17 +27,14 @@ from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
-REDUCTION = 0.1
-"""Factor by which CG reduces the residual at fixed zones before the zones change."""
-
 STIFFEST = 1e25
 """Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""
 
 PATIENCE = 5
-"""Rounds without halving the residual after which rounding is taken into account ..."""
+"""Rounds without halving the residual after which rounding is allowed for (TG4) ..."""
 
 STALLED = 100
-"""... and after which the zones are taken to cycle, as they may where almost nothing sticks."""
+"""... and after which the solve is given up, since the zones cycle, as they may where almost nothing sticks."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +103,12 @@ class TangentialSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             corrected = residual > tolerance
             only_loads_missed = 0 if corrected else only_loads_missed + 1
-            # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones
+            # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones to a tenth
             if corrected:
                 self._prepare_cg(control, largest)
                 floor, limit = 0.3 * tolerance * scale / largest, max_iterations - iterations
                 elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
-                iterations += self._cg.solve(elastic, inverse, REDUCTION, floor, limit)
+                iterations += self._cg.solve(elastic, inverse, 0.1, floor, limit)
             np.copyto(self._slip, shear)
             if corrected:
                 cg.add(shear, self._cg.solution, largest / self.operator.unit)
@@ -196,7 +193,7 @@ class TangentialSolver:
         Errors are slips of sticking cells, over the rigid motion, and in the slip zone the part of a slip across the
         shear, over the largest slip.
         """
-        scale = max(scales.motion, *np.abs(rigid) * self.modes.arms, TINY)
+        scale = max(scales.motion, *np.abs(rigid) * self.modes.arms[3:], TINY)
         largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)
@@ -208,7 +205,7 @@ class TangentialSolver:
             return 0.0
         error = np.abs(self.modes.resultants(shear) - control.imposed_resultant)
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
-        return float(np.max((error / (capacity * self.modes.arms))[control.forced_index]))
+        return float(np.max((error / (capacity * self.modes.arms[3:]))[control.forced_index]))
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""

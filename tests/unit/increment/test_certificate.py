@@ -13,7 +13,6 @@ from fretsolve.increment.certificate import Examiner, Solution
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.solvers.rigid_modes import arms_of
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -145,7 +144,7 @@ class TestSpoilt:
     def test_tangential_rigid_displacement(self, solved, error, mode):
         _, examiner, solution = solved
         motion, (largest, _) = solution.motion.copy(), examiner.slip_scales(solution, 0.0)
-        motion[mode] += error * largest / arms_of(examiner.grid)[mode]
+        motion[mode] += error * largest / examiner.normal.arms[mode]
         found = residuals(examiner, replace(solution, motion=motion))
         assert found["stick"] > 0.05 * error
         assert found["gap"] < 1e-9
