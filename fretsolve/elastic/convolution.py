@@ -25,8 +25,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fretsolve.elastic.fftw import pyfftw
-from fretsolve.elastic.fftw_wisdom import plan, planner_effort
+from fretsolve.elastic.fftw import plan, planner_effort, pyfftw
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.elastic.transform_length import padded_length
 from fretsolve.kernels import spectral

@@ -1,7 +1,7 @@
-"""Arrays that the solvers of one grid share.
+"""Arrays that the normal and the tangential solver of one grid share.
 
-The normal solver, the tangential solver and the coupled Newton method of a grid never work at the same time, and none
-of them keeps anything in these arrays between two solves. Sharing them saves 28 bytes per cell.
+The two never work at the same time, and keep nothing in these arrays between two solves. Sharing them saves 28 bytes
+per cell.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.models import Case, ElasticBody
-from fretsolve.elastic.fftw_wisdom import load_wisdom
+from fretsolve.elastic.fftw import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import FretsolveError

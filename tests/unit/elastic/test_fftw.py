@@ -1,10 +1,140 @@
-"""pyFFTW is imported without Dask, which would cost every process half a second."""
-
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
+import pyfftw
+import pytest
 from command_line import python
+from solving import build
+
+from fretsolve import run
+from fretsolve.elastic import fftw as wisdom
+from fretsolve.elastic.fftw import load_wisdom, planner_effort, save_wisdom, wisdom_file
 
 
-def test_dask_is_not_imported_and_can_be_later() -> None:
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("FRETSOLVE_CACHE", str(folder))
+    return folder
+
+
+def test_small_grids_are_not_measured():
+    """Measuring a plan takes longer than the few transforms of a small grid gain by it."""
+    assert planner_effort((64, 64)) == "FFTW_ESTIMATE"
+    assert planner_effort((2048, 2048)) == "FFTW_MEASURE"
+
+
+def test_where_the_wisdom_is_kept(monkeypatch, tmp_path):
+    monkeypatch.setenv("FRETSOLVE_CACHE", "/some/where")
+    assert wisdom_file().parent == Path("/some/where")
+    monkeypatch.delenv("FRETSOLVE_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert wisdom_file().parent == tmp_path / "fretsolve"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", "/home/someone")
+    assert wisdom_file().parent == Path("/home/someone/.cache/fretsolve")
+    assert pyfftw.__version__ in wisdom_file().name
+
+
+def test_there_and_back(cache):
+    assert not load_wisdom()
+    pyfftw.builders.fft(pyfftw.zeros_aligned(7 * 11 * 13, dtype="complex128"), planner_effort="FFTW_MEASURE")
+    save_wisdom()
+    assert [path.name for path in cache.iterdir()] == [wisdom_file().name]
+    assert load_wisdom()
+
+
+def test_nothing_new_is_not_written(cache, monkeypatch):
+    save_wisdom()
+    monkeypatch.setattr(wisdom.atomic_files, "new_file", lambda *_, **__: pytest.fail("it was written again"))
+    save_wisdom()
+    assert wisdom_file().exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"\0\0", b"no wisdom at all", b"a\0b\0c", b"\xff\xfe\0(\0)", b"x" * 100_000])
+def test_a_corrupt_file_is_harmless(cache, content):
+    cache.mkdir()
+    wisdom_file().write_bytes(content)
+    load_wisdom()
+    save_wisdom()
+    assert wisdom_file().read_bytes() != content
+    assert load_wisdom()
+
+
+def test_a_file_cut_short_is_harmless(cache):
+    save_wisdom()
+    whole = wisdom_file().read_bytes()
+    for length in range(0, len(whole), max(1, len(whole) // 7)):
+        wisdom_file().write_bytes(whole[:length])
+        load_wisdom()
+    save_wisdom()
+    assert load_wisdom()
+
+
+def test_a_folder_in_its_place_is_harmless(cache):
+    wisdom_file().mkdir(parents=True)
+    assert not load_wisdom()
+    save_wisdom()
+    assert wisdom_file().is_dir()
+    assert [path for path in cache.iterdir() if path != wisdom_file()] == []
+
+
+def test_a_cache_that_cannot_be_made_is_harmless(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("FRETSOLVE_CACHE", str(tmp_path / "file" / "cache"))
+    assert not load_wisdom()
+    save_wisdom()
+
+
+def test_home_unknown(monkeypatch):
+    """As for a service without a home: no cache, and no error."""
+    monkeypatch.delenv("FRETSOLVE_CACHE", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+
+    def unknown():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(wisdom.Path, "home", unknown)
+    assert not load_wisdom()
+    save_wisdom()
+
+
+def test_all_plans_are_kept_before_an_increment_is_given_out(cache, monkeypatch):
+    """A resumed run must transform by the same plans, those too that were not needed until a later increment."""
+    monkeypatch.setattr(wisdom, "MEASURED_POINTS", 0)
+    path = [{"P": 400}, {"Qx": 30, "increments": 1}, {"P": 404, "increments": 1}]
+    sizes = []
+    for _ in run(build(grid={"points": 80, "size": 0.9}, load_path=path)):
+        kept = tuple(wisdom_file().read_bytes().split(b"\0"))
+        assert kept == pyfftw.export_wisdom()
+        sizes.append(sum(map(len, kept)))
+    assert sizes[0] < sizes[1]
+
+
+def test_what_another_process_saved_meanwhile_is_kept(cache):
+    """Its run may be resumed, and must then transform by the same plans."""
+    plan = "import numpy, pyfftw; from fretsolve.elastic.fftw import load_wisdom, save_wisdom; load_wisdom();"
+    plan += "pyfftw.FFTW(*2 * (pyfftw.zeros_aligned({0}, 'complex128'),), flags=('FFTW_MEASURE',));"
+    first = subprocess.Popen([sys.executable, "-c", plan.format(7 * 11 * 13) + "input(); save_wisdom()"], stdin=-1)
+    subprocess.run([sys.executable, "-c", plan.format(7 * 13 * 17) + "save_wisdom()"], check=True)
+    other = wisdom_file().read_bytes()
+    first.communicate(b"\n")
+    both = wisdom_file().read_bytes()
+    assert first.returncode == 0
+    assert set(other.splitlines()) < set(both.splitlines())
+
+
+def test_the_file_is_read_once(cache, monkeypatch):
+    save_wisdom()
+    assert load_wisdom()
+    monkeypatch.setattr(wisdom.pyfftw, "import_wisdom", lambda parts: pytest.fail("it was read again"))
+    assert load_wisdom()
+
+
+def test_dask_is_not_imported_and_can_be_later():
+    """It would cost every process half a second."""
     code = "import sys; import fretsolve.simulation.simulation; print('dask' in sys.modules, 'pyfftw' in sys.modules)"
     assert python(code).split() == ["False", "True"]
