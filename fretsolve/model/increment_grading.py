@@ -1,11 +1,11 @@
 """Increment grading: increments of a stage lie closer together where the edges of contact and stick zone move fast.
 
 The error of an increment comes from the cells that an edge passes during it: cells that begin to touch, slip or stick.
-So the edges should move by equal parts in each increment. How far they have moved at a share of the stage is estimated
-before anything is solved. The contact radius grows like P^(1/3) or delta_z^(1/2) (Hertz). The ratio of stick radius to
-contact radius falls like (1 - f)^(1/3) (Cattaneo, Mindlin). Here f is the tangential force over mu P; after a reversal
-it is half of the change of that force over mu P. Under P alone the contact radius grows by equal parts, and the shear
-that the edge leaves behind between dissimilar bodies has no waves.
+So the edges should move by equal parts in each increment. Their motion is estimated before anything is solved. The
+contact radius grows like P^(1/3) or delta_z^(1/2) (Hertz). The ratio of stick radius to contact radius falls like
+(1 - f)^(1/3) (Cattaneo, Mindlin), with the tangential force over mu P as f; after a reversal f is half of the change of
+that force over mu P. Under P alone the contact radius grows by equal parts, so the shear that the edge leaves behind
+between dissimilar bodies has no waves.
 
 A cell that has not slipped in an increment counts as sticking, so a growing stick zone is found where it was at the
 start of the increment. The last increments of a stage are therefore smaller and smaller.
@@ -13,7 +13,6 @@ start of the increment. The last increments of a stage are therefore smaller and
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -28,35 +27,35 @@ SHARES: DoubleArray = _EVEN_SHARES**3 / (_EVEN_SHARES**3 + (1.0 - _EVEN_SHARES) 
 """Shares of a stage, ``(n,)``, at which the edge motion is known; dense near the ends, where it may be infinite."""
 
 EVEN = 0.05
-"""Edge motion that is added evenly over a stage, so that no increment is long where no edge moves."""
+"""Edge motion added evenly over a stage, so that no increment is long where no edge moves."""
 
 LEAST_RADIUS = 0.05
 """Contact radius, over the largest of the stage, up to which it grows in one increment: about the size of a cell."""
 
 END, NEAREST = 0.2, 0.003
-"""Edge motion that is added towards the end of a stage, as the logarithm of the share that is left, down to NEAREST.
-With 25 increments of a growing load the last one is 1 % of it instead of 12 %."""
+"""Edge motion added towards the end of a stage, as the logarithm of the share that is left, down to NEAREST. With 25
+increments of a growing load the last one is 1 % of it instead of 12 %."""
 
 UNKNOWN = 0.8
-"""Edge motion of a stage for which there is no estimate. It is spread evenly."""
+"""Edge motion of a stage without an estimate, spread evenly."""
 
 STRAIGHT = 1e-6
-"""Largest distance of a cosine from 1 or -1 at which a load goes straight ahead or straight back."""
+"""Distance of a cosine from 1 or -1 up to which a load keeps or reverses its direction."""
 
 Loads = dict[str, float]
 
 
 @dataclass(frozen=True)
 class StageGrading:
-    """How the edges move through a stage.
+    """The motion of the edges in a stage, and the grading that follows from it.
 
-    edge_motion: in all, 1 if a contact or a stick zone arises from nothing or vanishes; reached: the quantity that
-    grows by equal parts in each increment, at `SHARES`, ``(n,)``; slip_width: width of the slip annulus that a
-    tangential force makes, over the contact radius, 0 if unknown.
+    edge_motion: the whole motion, 1 if a contact or a stick zone grows from nothing or vanishes; progress: a quantity
+    that grows by the same amount in each increment, at `SHARES`, ``(n,)``; slip_width: width of the slip annulus under
+    a tangential force, over the contact radius, 0 if unknown.
     """
 
     edge_motion: float
-    reached: DoubleArray
+    progress: DoubleArray
     slip_width: float
 
     @classmethod
@@ -69,18 +68,19 @@ class StageGrading:
 
     def share(self, part: float) -> float:
         """Return the share of the stage that is done after `part` of its increments."""
-        return 1.0 if part >= 1.0 else float(np.interp(part * self.reached[-1], self.reached, SHARES))
+        return 1.0 if part >= 1.0 else float(np.interp(part * self.progress[-1], self.progress, SHARES))
 
 
 @dataclass(frozen=True)
 class _Branch:
     """A straight piece of the tangential load path.
 
-    start: (Qx, Qy) at its beginning (N); span: the change of gross slip, in units of mu P.
+    start: Qx + i Qy at its beginning (N); direction: of its change, of length 1; span: the change that makes all slip,
+    in units of mu P.
     """
 
-    start: tuple[float, float]
-    direction: tuple[float, float]
+    start: complex
+    direction: complex
     span: float
 
 
@@ -102,6 +102,7 @@ def stage_gradings(friction: float, imposed: Sequence[Loads]) -> Iterator[StageG
 
 
 def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Loads) -> StageGrading | None:
+    """Return the grading by the estimated motion of the edges, or None where there is no estimate."""
     if before.get("P") == 0.0 and "delta_z" in after:
         before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
     pressed = "P" if "P" in after else "delta_z"
@@ -119,8 +120,8 @@ def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Lo
     if pressed == "delta_z" or branch is None:
         return StageGrading.from_moves(moves)
     # The edge of the stick zone.
-    start_x, start_y = branch.start
-    force = np.hypot(_between(before, after, "Qx") - start_x, _between(before, after, "Qy") - start_y)
+    qx, qy = (_between(before, after, name) for name in ("Qx", "Qy"))
+    force = np.hypot(qx - branch.start.real, qy - branch.start.imag)
     limit = branch.span * friction * load
     ratio = mindlin_stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
     return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
@@ -134,15 +135,11 @@ def _next_branch(branch: _Branch | None, before: Loads, after: Loads) -> _Branch
     """Return the branch that the tangential load follows in a stage: the last one, or a new one if it turns."""
     if not {"Qx", "Qy"} <= before.keys() & after.keys():
         return None
-    start = before["Qx"], before["Qy"]
-    change = after["Qx"] - start[0], after["Qy"] - start[1]
-    length = math.hypot(*change)
-    if length == 0.0:
+    start, end = (complex(loads["Qx"], loads["Qy"]) for loads in (before, after))
+    if start == end:
         return branch
-    direction = change[0] / length, change[1] / length
-    if branch is None:
-        return _Branch(start, direction, 1.0)
-    cosine = direction[0] * branch.direction[0] + direction[1] * branch.direction[1]
+    direction = (end - start) / abs(end - start)
+    cosine = 0.0 if branch is None else (direction * branch.direction.conjugate()).real
     if cosine > 1.0 - STRAIGHT:
         return branch
     return _Branch(start, direction, 2.0 if cosine < STRAIGHT - 1.0 else 1.0)

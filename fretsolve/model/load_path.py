@@ -19,8 +19,8 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Summary
 
-INITIAL = {"P": 0.0, "phi_x": 0.0, "phi_y": 0.0, "Qx": 0.0, "Qy": 0.0, "phi_z": 0.0}
-"""What is imposed until a stage names a component of the same pair."""
+INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
+"""The components imposed until a stage names one of the same pair."""
 
 DRAWN_INCREMENTS = 10
 """Least number of automatic increments under tangential load: a loop needs points to be drawn."""
@@ -34,7 +34,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Increment:
-    """What is imposed at the end of an increment, as totals (N, mm, N mm, rad). step: from 0 over the whole path."""
+    """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path."""
 
     step: int
     stage: Stage
@@ -87,15 +87,14 @@ class LoadPath:
             # A tangential component that returns to 0 still counts: shear stays behind.
             moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
             path_dependent = _depends_on_path(stage, moved, model)
-            self.path_dependent = self.path_dependent or path_dependent
+            self.path_dependent |= path_dependent
             if model.has_shear:
                 self.slip_width = max(self.slip_width, grading.slip_width)
+            drawn, needed = DRAWN_INCREMENTS if model.has_shear and moved else 1, 1
             if path_dependent:
                 motion = grading.edge_motion * refinement
-                automatic = max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * motion - ROUNDING))
-            else:
-                automatic = DRAWN_INCREMENTS if model.has_shear and moved else 1
-            count, needed = stage.increments or automatic, automatic if path_dependent else 1
+                needed = max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * motion - ROUNDING))
+            count = stage.increments or max(drawn, needed)
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             chosen = grading if spacing == "graded" else None
             self._planned.append(_PlannedStage(stage, first, count, needed, before, after, chosen))
@@ -132,10 +131,10 @@ class LoadPath:
 
 
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
-    """Return whether the slip of a stage depends on how its end is reached.
+    """Return whether the slip of a stage depends on the way to its end.
 
-    It does where pressure and shear act on each other, where the pressure changes under shear, and where slip turns,
-    under several tangential loads. moved: the tangential components moved up to the end of the stage.
+    It does where pressure and shear change each other, where the pressure changes under shear, and where several
+    tangential loads turn the slip. moved: the tangential components moved up to the end of the stage.
     """
     presses = any(name not in TANGENTIAL for name, _ in stage.targets)
     return model.has_shear and (model.coupled or len(moved) > 1 or (presses and bool(moved)))
@@ -143,12 +142,9 @@ def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
     """Return what is imposed at the end of a stage."""
-    after = dict(before)
-    for name, value in stage.targets:
-        partner = next(b if a == name else a for a, b in PAIRS if name in (a, b))
-        after.pop(partner, None)
-        after[name] = value
-    return after
+    named = dict(stage.targets)
+    replaced = {name for pair in PAIRS if named.keys() & set(pair) for name in pair}
+    return {name: value for name, value in before.items() if name not in replaced} | named
 
 
 def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fretsolve.case.models import ElasticBody
+from fretsolve.case.models import Body
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,7 @@ class Compliances:
 
     @property
     def dundurs_constant(self) -> float:
-        """Dundurs' second constant beta = (C/2)/A, in [-1/2, 1/2] if no Poisson's ratio is negative; 0 for two rigid
-        bodies."""
+        """Dundurs' second constant beta = (C/2)/A, 0 for two rigid bodies; |beta| <= 1/2 unless nu_i < 0."""
         return 0.5 * self.C / self.A if self.A else 0.0
 
     @property
@@ -45,11 +44,11 @@ class Compliances:
         return self.A + self.B
 
 
-def compliances(body_1: ElasticBody | None, body_2: ElasticBody | None) -> Compliances:
-    """Return the compliances of a pair; body 1 is loaded, body 2 is held, None is a rigid body."""
+def compliances(body_1: Body | None, body_2: Body | None) -> Compliances:
+    """Return the compliances of a pair; body 1 is loaded, body 2 is held; None leaves out what a body adds."""
     A = B = C = 0.0
     for body, sign in ((body_1, 1.0), (body_2, -1.0)):
-        if body is not None:
+        if body is not None and body != "rigid":
             nu = body.poisson_ratio
             shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
             A += (1.0 - nu) / shear_modulus

@@ -1,23 +1,25 @@
-"""The least model that a case requires: influence coefficients, solves, and the reason for each."""
+"""The least model that a case requires: the influence coefficients and the problems to solve, with reasons."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
 from fretsolve.case.history import TANGENTIAL
-from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.models import Case
 from fretsolve.case.quantities import percent
 from fretsolve.model.materials import Compliances, compliances
-from fretsolve.reference.tangential import spence_stick_ratio
+from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
 UNCOUPLED_BELOW = 1e-12
 """Bodies count as alike up to this |Dundurs' constant|, which is the rounding of equal elastic constants."""
 
 LARGEST_COUPLING_CHANGE = 4.0
-"""Bound of what the coupling changes in any cell, in units of m max(mu, 1/mu), m = |Dundurs' constant|: the shear over
-the largest friction bound, the pressure over the largest pressure. Measured for a sphere: 1.5 on 24 x 24 cells, 3 on
-64 x 64. The change is largest at the edges, where the fields are steep, and grows slowly with the number of cells."""
+"""Limit of what the coupling changes in any cell: the shear over the largest friction limit, or the pressure over the
+largest pressure, both divided by m max(mu, 1/mu) with m = |Dundurs' constant|. Measured for a sphere: 1.5 on 24 x 24
+cells, 3 on 64 x 64. The change is largest at the edges, where the fields are steep, and grows slowly with the number of
+cells."""
 
 Part = Literal[
     "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
@@ -39,7 +41,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Decision:
-    """Whether a part of the model is kept, why, and what it takes: unknowns, coefficients, fields.
+    """A part of the model: whether it is kept, why, and the unknowns, coefficients and fields that it takes.
 
     Where a part is not kept, nothing of what it takes is allocated or computed.
     """
@@ -54,10 +56,10 @@ class Decision:
 class Model:
     """The least model that the case requires, or the one that it asks for.
 
-    has_shear: there is a shear traction to solve for; may_slip: slip is possible, under shear or without friction;
-    where it is not, slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file;
-    moved: the tangential components that some stage moves away from 0; decisions: one per part of the model; warnings:
-    what the case leaves out although it is needed.
+    has_shear: there is a shear traction to solve for; may_slip: slip is possible, under shear or without friction,
+    otherwise slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file; moved:
+    the tangential components that some stage moves away from 0; decisions: one per part of the model; warnings: of
+    terms that the case leaves out although it needs them.
     """
 
     compliances: Compliances
@@ -78,32 +80,20 @@ class Model:
 
 def derive_model(case: Case) -> Model:
     """Return the model that bodies, friction, loads and ``coupling`` of `case` require."""
-    material = compliances(*(body if isinstance(body, ElasticBody) else None for body in case.bodies))
+    material = compliances(*case.bodies)
     friction, asked = case.friction.coefficient, case.coupling
     targets = [target for stage in case.stages() for target in stage.targets]
     moved = tuple(dict.fromkeys(name for name, value in targets if name in TANGENTIAL and value))
-    coupling_needed = _needs_coupling(material, friction, case.solver.tolerance)
-    coupled = asked == "full" or (asked == "auto" and coupling_needed)
+    needed = _needs_coupling(material, friction, case.solver.tolerance)
+    coupled = asked == "full" or (asked == "auto" and needed)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
     in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
-    why_coupled = _why_coupled(asked, material, coupling_needed, has_shear, coupled)
-    decisions = (
-        Decision("normal problem", True, "the bodies are pressed together", "p, gap; uz from p"),
-        Decision(
-            "tangential problem", has_shear, _why_shear(friction, moved, coupled), "qx, qy; ux from qx, uy from qy"
-        ),
-        Decision(
-            "ux from qy, uy from qx", in_plane, _why_in_plane(asked, has_shear, material.B), "one coefficient for both"
-        ),
-        Decision(
-            "between pressure and shear", coupled, why_coupled, "ux, uy from p, uz from qx, qy; both problems in turn"
-        ),
-        Decision(
-            "slip and work", may_slip, _why_slip(has_shear, may_slip, moved), "slip, slip path, dissipated energy"
-        ),
-    )
+    shear = _why_shear(friction, moved, coupled)
+    directions = _why_in_plane(asked, has_shear, material.B)
+    interaction = _why_coupled(asked, material, needed, has_shear, coupled)
+    slip = _why_slip(has_shear, may_slip, moved)
     return Model(
         material,
         friction,
@@ -112,22 +102,33 @@ def derive_model(case: Case) -> Model:
         may_slip,
         "full" if coupled else "tangential" if in_plane else "none",
         moved,
-        decisions,
-        _warnings(asked, moved, friction, material, coupling_needed),
+        (
+            Decision("normal problem", True, "the bodies are pressed together", "p, gap; uz from p"),
+            Decision("tangential problem", has_shear, shear, "qx, qy; ux from qx, uy from qy"),
+            Decision("ux from qy, uy from qx", in_plane, directions, "one coefficient for both"),
+            Decision(
+                "between pressure and shear",
+                coupled,
+                interaction,
+                "ux, uy from p, uz from qx, qy; both problems in turn",
+            ),
+            Decision("slip and work", may_slip, slip, "slip, slip path, dissipated energy"),
+        ),
+        tuple(_warnings(asked, moved, friction, material, needed)),
     )
 
 
 def _needs_coupling(material: Compliances, friction: float, tolerance: float) -> bool:
     """Return whether pressure and shear change each other, with friction by more than `tolerance` in some cell.
 
-    Pressing causes a shear of up to m times the pressure, which is m/mu of the friction bound. A tangential force
+    Pressing causes a shear of up to m times the pressure, which is m/mu of the friction limit. A tangential force
     shifts the contact by m mu of its radius, which shows most at its edge. Scalars of the history change by the square
     of these.
     """
     m = abs(material.dundurs_constant)
-    if friction == 0.0:
-        return m > UNCOUPLED_BELOW
-    return m > UNCOUPLED_BELOW and LARGEST_COUPLING_CHANGE * m * max(friction, 1.0 / friction) > tolerance
+    if m <= UNCOUPLED_BELOW:
+        return False
+    return friction == 0.0 or LARGEST_COUPLING_CHANGE * m * max(friction, 1.0 / friction) > tolerance
 
 
 def _why_shear(friction: float, moved: tuple[str, ...], coupled: bool) -> str:
@@ -148,15 +149,15 @@ def _why_in_plane(asked: str, has_shear: bool, b: float) -> str:
     return f"as the case asks (coupling: {asked})"
 
 
-def _why_coupled(asked: str, material: Compliances, coupling_needed: bool, has_shear: bool, coupled: bool) -> str:
+def _why_coupled(asked: str, material: Compliances, needed: bool, has_shear: bool, coupled: bool) -> str:
+    constant = f"Dundurs' constant is {material.dundurs_constant:.4g}"
     if asked == "full" and not coupled:
         return "asked for (coupling: full), but there is no shear and no slip is stored"
     if asked != "auto":
         return f"as the case asks (coupling: {asked})"
     if abs(material.dundurs_constant) <= UNCOUPLED_BELOW:
         return "Dundurs' constant is 0"
-    constant = f"Dundurs' constant is {material.dundurs_constant:.4g}"
-    if not coupling_needed:
+    if not needed:
         return f"{constant}: its effect stays below solver.tolerance"
     if has_shear:
         return constant
@@ -174,15 +175,14 @@ def _why_slip(has_shear: bool, may_slip: bool, moved: tuple[str, ...]) -> str:
 
 
 def _warnings(
-    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, coupling_needed: bool
-) -> tuple[str, ...]:
+    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, needed: bool
+) -> Iterator[str]:
     """Warn of each term that the case leaves out and ``auto`` would keep, with the error where theory gives one."""
     if friction == 0.0 or asked in ("auto", "full"):
-        return ()
-    found = []
-    if coupling_needed:
+        return
+    if needed:
         beta = material.dundurs_constant
-        found.append(
+        yield (
             f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"
             f" and friction {friction:g} a sphere under P alone sticks on"
             f" {percent(spence_stick_ratio(friction, beta), 3)} of the contact radius (Spence), here on all of it;"
@@ -191,8 +191,6 @@ def _warnings(
     if asked == "none" and moved and material.B:
         error = ""
         if {"Mz", "phi_z"} & set(moved):
-            # A torque then meets A + 3B/4 instead of A + B: the mean of A + B (sin^4 + cos^4) over the directions.
-            share = 0.25 * material.B / material.torsional
+            share = torsion_error_without_in_plane_coupling(material.B, material.torsional)
             error = f": under torsion the ratio phi_z/Mz is {percent(share)} too small"
-        found.append(f"coupling: none leaves out ux from qy and uy from qx{error}; coupling: auto keeps them")
-    return tuple(found)
+        yield f"coupling: none leaves out ux from qy and uy from qx{error}; coupling: auto keeps them"

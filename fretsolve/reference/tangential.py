@@ -169,6 +169,15 @@ def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compli
     return LubkinContact(hertz, friction, torque, a * (1.0 - width), math.copysign(phi_z, torque))
 
 
+def torsion_error_without_in_plane_coupling(compliance_b: float, torsional_compliance: float) -> float:
+    """Return the part of phi_z/Mz that is missed where ux from qy and uy from qx are left out.
+
+    compliance_b: B, sum nu_i/G_i. A torque then meets A + 3B/4 instead of the torsional compliance A + B: the mean of
+    A + B (sin^4 + cos^4) over the directions.
+    """
+    return 0.25 * compliance_b / torsional_compliance
+
+
 def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
     """Return c/a of a sphere pressed on with friction >= 0, the shear not acting back on the pressure; Spence (1975).
 
