@@ -84,13 +84,13 @@ def hertz_lines(setup: ProblemSetup) -> Iterator[str]:
     hertz, stick = forms.largest, forms.smallest_stick
     if hertz is None:
         return
-    contact, (first, second) = hertz.contact, hertz.contact.semi_axes
+    first, second = hertz.semi_axes
     size = f"a = {first:.6g} mm" if first == second else f"semi-axes {first:.6g} and {second:.6g} mm"
     yield "\n# Hertz at the largest load"
-    yield f"P = {contact.load:.6g} N: {size}, p0 = {contact.max_pressure:.6g} MPa, delta_z = {contact.delta_z:.6g} mm"
-    yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {contact.max_pressure / modulus:.3g}, E* = {modulus:.6g} MPa"
+    yield f"P = {hertz.load:.6g} N: {size}, p0 = {hertz.max_pressure:.6g} MPa, delta_z = {hertz.delta_z:.6g} mm"
+    yield f"a/R = {hertz.size_over_radius:.3g}, p0/E* = {hertz.max_pressure / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{cells_across(setup):.1f} cells across the contact"
-    yield from _gross_slip_lines(forms.gross_slip(contact.load, hertz))
+    yield from _gross_slip_lines(forms.gross_slip(hertz.load, hertz))
     if stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (

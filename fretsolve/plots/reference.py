@@ -10,8 +10,9 @@ import numpy as np
 
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
+from fretsolve.reference.hertz import HertzContact
 from fretsolve.result import Result
-from fretsolve.setup.closed_forms import ClosedForms, HertzForm, spence_ratio
+from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.system.arrays import DoubleArray
 
 CURVE_POINTS = 200
@@ -38,11 +39,11 @@ def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     """Return delta_z (mm) and P (N) of an upright sphere, up to the largest of the history; None for all else."""
     forms, depth = _closed_forms(result), float(result.history["delta_z"].max())
     tilted = any(np.any(result.history[name]) for name in ("phi_x", "phi_y"))
-    if forms is None or forms.largest is None or forms.largest.circle is None or depth <= 0.0 or tilted:
+    if forms is None or forms.largest is None or not forms.largest.is_circle or depth <= 0.0 or tilted:
         return None
     depths = np.linspace(0.0, depth, CURVE_POINTS)
-    found = [forms.hertz_under({"delta_z": deep}) for deep in depths.tolist()]
-    return depths, np.array([form.contact.load if form is not None else 0.0 for form in found])
+    found = [forms.hertz_under("delta_z", deep) for deep in depths.tolist()]
+    return depths, np.array([form.load if form is not None else 0.0 for form in found])
 
 
 def shear_form(result: Result, step: int) -> Curve | None:
@@ -63,7 +64,7 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
     if force == "P":
         nothing = SAME * float(result.history["P"].max())
         loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
-        if loaded or result.coupling != "full" or forms.largest is None or forms.largest.circle is None:
+        if loaded or result.coupling != "full" or forms.largest is None or not forms.largest.is_circle:
             return None
         return "Spence", np.full(result.increments, spence_ratio(forms.model))
     found = [_shear(result, step, forms) for step in range(result.increments)]
@@ -89,7 +90,7 @@ def _shear(result: Result, step: int, forms: ClosedForms) -> CyclicLoading | Non
     return None if form is None else forms.tangential(step, _center(result, step, forms, form))
 
 
-def _center(result: Result, step: int, forms: ClosedForms, form: HertzForm) -> tuple[float, float]:
+def _center(result: Result, step: int, forms: ClosedForms, form: HertzContact) -> tuple[float, float]:
     """Return the centre of the contact (mm): a paraboloid that is tilted rolls aside, by radius times tilt."""
     x, y = forms.case.surface[0].center
     phi_x, phi_y = (float(result.history[name][step]) for name in ("phi_x", "phi_y"))

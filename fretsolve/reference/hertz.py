@@ -16,12 +16,22 @@ from fretsolve.system.arrays import DoubleArray
 
 @dataclass(frozen=True)
 class HertzContact:
-    """Hertz contact, circular or elliptic: load P, semi-axes along x and y, peak pressure p0, approach delta_z."""
+    """Hertz contact, circular or elliptic: load P, semi-axes, peak pressure p0, approach delta_z.
+
+    radii: of curvature along the semi-axes; angle: from x to the first of them (rad).
+    """
 
     load: float
     semi_axes: tuple[float, float]
     max_pressure: float
     delta_z: float
+    radii: tuple[float, float]
+    angle: float = 0.0
+
+    @property
+    def is_circle(self) -> bool:
+        """Whether both semi-axes are equal."""
+        return self.semi_axes[0] == self.semi_axes[1]
 
     @property
     def contact_radius(self) -> float:
@@ -29,10 +39,22 @@ class HertzContact:
         a, b = self.semi_axes
         return a if a == b else math.sqrt(a * b)
 
+    @property
+    def size_over_radius(self) -> float:
+        """a/R, the larger one of both directions."""
+        return max(axis / radius for axis, radius in zip(self.semi_axes, self.radii, strict=True))
+
+    @property
+    def half_extent(self) -> tuple[float, float]:
+        """Distances that the contact reaches from its centre along x and along y."""
+        (a, b), cosine, sine = self.semi_axes, math.cos(self.angle), math.sin(self.angle)
+        return math.hypot(a * cosine, b * sine), math.hypot(a * sine, b * cosine)
+
     def pressure(self, x: DoubleArray, y: DoubleArray | float = 0.0) -> DoubleArray:
-        """Return the pressure at points `x`, `y` (of shapes that broadcast) along the principal axes; 0 outside."""
-        a, b = self.semi_axes
-        return self.max_pressure * np.sqrt(np.maximum(1.0 - np.square(np.hypot(x / a, y / b)), 0.0))
+        """Return the pressure at points `x`, `y` (of shapes that broadcast) about the centre; 0 outside."""
+        (a, b), cosine, sine = self.semi_axes, math.cos(self.angle), math.sin(self.angle)
+        along, across = cosine * x + sine * y, cosine * y - sine * x
+        return self.max_pressure * np.sqrt(np.maximum(1.0 - np.square(np.hypot(along / a, across / b)), 0.0))
 
 
 def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzContact:
@@ -42,20 +64,21 @@ def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzCon
     """
     _require(min(load, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
     a = math.cbrt(0.75 * load * radius / contact_modulus)
-    return HertzContact(load, (a, a), 1.5 * load / (math.pi * a**2), a**2 / radius)
+    return HertzContact(load, (a, a), 1.5 * load / (math.pi * a**2), a**2 / radius, (radius, radius))
 
 
 def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Return a sphere's contact at `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
+    """Return a sphere's contact at `delta_z` > 0, where P = (4/3) E* R^(1/2) delta_z^(3/2)."""
     _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
-    a = math.sqrt(radius * delta_z)
-    load = 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
-    return HertzContact(load, (a, a), 2.0 * contact_modulus * a / (math.pi * radius), delta_z)
+    return hertz_sphere(4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3), radius, contact_modulus)
 
 
-def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> HertzContact:
+def hertz_elliptic(
+    load: float, radius_x: float, radius_y: float, contact_modulus: float, angle: float = 0.0
+) -> HertzContact:
     """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
 
+    angle: by which these axes are turned. In them it is solved as follows.
     With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
     1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
     (E/k'^2 - K)/k^2 of Johnson. Their ratio gives k'. The approach is (p0 b/E*) K(k).
@@ -78,7 +101,8 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
     b = ratio * a
     p0 = 1.5 * load / (math.pi * a * b)
     delta_z = p0 * b / contact_modulus * ellipkm1(ratio**2)
-    return HertzContact(load, (a, b) if radius_x >= radius_y else (b, a), p0, float(delta_z))
+    semi_axes = (a, b) if radius_x >= radius_y else (b, a)
+    return HertzContact(load, semi_axes, p0, float(delta_z), (radius_x, radius_y), angle)
 
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
@@ -135,22 +159,16 @@ def love_cone(load: float, angle: float, contact_modulus: float) -> ConeContact:
     Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t, p_m = (E*/2) t.
     """
     _require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
-    slope = _slope(angle)
+    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
+    slope = math.tan(angle)
     a = math.sqrt(2.0 * load / (math.pi * contact_modulus * slope))
     return ConeContact(load, a, 0.5 * math.pi * a * slope, 0.5 * contact_modulus * slope)
 
 
 def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeContact:
-    """Return the contact of the cone of `love_cone` at the approach `delta_z` > 0."""
-    _require(delta_z > 0.0 and contact_modulus > 0.0, "approach and modulus must be positive")
-    slope = _slope(angle)
-    a = 2.0 * delta_z / (math.pi * slope)
-    return ConeContact(0.5 * math.pi * a**2 * contact_modulus * slope, a, delta_z, 0.5 * contact_modulus * slope)
-
-
-def _slope(angle: float) -> float:
-    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
-    return math.tan(angle)
+    """Return the contact of that cone at `delta_z` > 0, where P = (2 E*/pi t) delta_z^2."""
+    _require(min(delta_z, angle) > 0.0, "approach and angle must be positive")
+    return love_cone(2.0 * contact_modulus * delta_z**2 / (math.pi * math.tan(angle)), angle, contact_modulus)
 
 
 def _require(condition: bool, message: str) -> None:

@@ -38,7 +38,6 @@ from fretsolve.reference.hertz import (
     love_cone_at,
 )
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
-from fretsolve.system.arrays import DoubleArray
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
@@ -56,10 +55,9 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class GrossSlip:
-    """The loads at which the whole contact slips: force mu P (N), and torque about its centre (N mm).
+    """The loads of gross slip: force mu P (N) and torque about the centre (N mm), which is infinite where unknown.
 
-    The torque is infinite where no closed form gives it. delta_x: displacement (mm) that the force reaches by Cattaneo
-    and Mindlin, None where they do not apply.
+    delta_x: displacement (mm) under that force by Cattaneo and Mindlin, None where they do not apply.
     """
 
     force: float
@@ -67,53 +65,28 @@ class GrossSlip:
     delta_x: float | None = None
 
 
-@dataclass(frozen=True)
-class HertzForm:
-    """Hertz's contact of the only surface of a case, a sphere or an ellipsoid.
+def pressing(load: Load) -> tuple[str, float]:
+    """Return the name and the value of what presses the bodies together: P, or else delta_z."""
+    return ("P", load["P"]) if "P" in load else ("delta_z", load["delta_z"])
 
-    radii: of curvature along the semi-axes (mm); angle: from x to the first semi-axis.
+
+def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | ConeContact | None:
+    """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or delta_z; modulus: E* (MPa).
+
+    A surface counts as a sphere, as curved as it is along x. None without contact, and for punches and height maps.
     """
-
-    contact: HertzContact
-    radii: tuple[float, float]
-    angle: float
-
-    @property
-    def circle(self) -> HertzContact | None:
-        """The contact where it is circular."""
-        return self.contact if self.contact.semi_axes[0] == self.contact.semi_axes[1] else None
-
-    @property
-    def size_over_radius(self) -> float:
-        """a/R, the larger one of both directions."""
-        return max(axis / radius for axis, radius in zip(self.contact.semi_axes, self.radii, strict=True))
-
-    @property
-    def half_extent(self) -> tuple[float, float]:
-        """Distances that the contact reaches from its centre along x and along y (mm)."""
-        (first, second), cosine, sine = self.contact.semi_axes, math.cos(self.angle), math.sin(self.angle)
-        return math.hypot(first * cosine, second * sine), math.hypot(first * sine, second * cosine)
-
-    def pressure(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Return the pressure (MPa) at points `x`, `y` (mm) about the centre; 0 outside."""
-        cosine, sine = math.cos(self.angle), math.sin(self.angle)
-        return self.contact.pressure(cosine * x + sine * y, cosine * y - sine * x)
-
-
-def round_contact(surface: Surface, contact_modulus: float, load: Load) -> HertzContact | ConeContact | None:
-    """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or else delta_z.
-
-    A surface counts as a sphere as it is curved along x. None without contact, and for punches and height maps.
-    """
-    pressed = load.get("P", load.get("delta_z", 0.0))
-    if pressed <= 0.0:
+    if value <= 0.0:
         return None
     match surface:
         case ConeSurface(angle=angle):
-            return (love_cone if "P" in load else love_cone_at)(pressed, angle, contact_modulus)
+            return (love_cone if name == "P" else love_cone_at)(value, angle, modulus)
         case SphereSurface(radius=radius) | CylinderSurface(radius=radius) | EllipsoidSurface(radius_x=radius):
-            return (hertz_sphere if "P" in load else hertz_sphere_at)(pressed, abs(radius), contact_modulus)
+            return _sphere(name, value, abs(radius), modulus)
     return None
+
+
+def _sphere(name: str, value: float, radius: float, modulus: float) -> HertzContact:
+    return (hertz_sphere if name == "P" else hertz_sphere_at)(value, radius, modulus)
 
 
 def spence_ratio(model: Model) -> float:
@@ -135,41 +108,35 @@ class ClosedForms:
     loads: tuple[Load, ...]
 
     @cached_property
-    def hertz(self) -> tuple[HertzForm | None, ...]:
+    def hertz(self) -> tuple[HertzContact | None, ...]:
         """Hertz's contact at the end of each stage; None where it is tilted, without contact, or of another shape."""
-        find = cache(lambda *load: self.hertz_under(dict(load)))
-        return tuple(
-            None if _is_tilted(load) else find(*((name, load[name]) for name in ("P", "delta_z") if name in load))
-            for load in self.loads
+        find = cache(self.hertz_under)
+        return tuple(None if _is_tilted(load) else find(*pressing(load)) for load in self.loads)
+
+    def hertz_under(self, name: str, value: float) -> HertzContact | None:
+        """Return Hertz's contact of an upright sphere or ellipsoid under P, of a sphere also under delta_z.
+
+        None for other shapes or without contact.
+        """
+        match self._only_surface:
+            case SphereSurface(radius=Rx):
+                Ry, angle = Rx, 0.0
+            case EllipsoidSurface(radius_x=Rx, radius_y=Ry, angle=angle):
+                pass
+            case _:
+                return None
+        if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
+            return None
+        return (
+            _sphere(name, value, Rx, self._modulus) if Rx == Ry else hertz_elliptic(value, Rx, Ry, self._modulus, angle)
         )
 
-    def hertz_under(self, load: Load) -> HertzForm | None:
-        """Return Hertz's contact under P, or for a sphere under delta_z; None for other shapes or without contact.
-
-        The surface counts as upright and without shear.
-        """
-        surface = self._only_surface
-        if isinstance(surface, SphereSurface):
-            radii, angle = (surface.radius, surface.radius), 0.0
-        elif isinstance(surface, EllipsoidSurface):
-            radii, angle = (surface.radius_x, surface.radius_y), surface.angle
-        else:
-            return None
-        if min(radii) <= 0.0:
-            return None
-        if radii[0] == radii[1]:
-            contact = round_contact(surface, self._modulus, load)
-            return HertzForm(contact, radii, 0.0) if isinstance(contact, HertzContact) else None
-        if load.get("P", 0.0) <= 0.0:
-            return None
-        return HertzForm(hertz_elliptic(load["P"], *radii, self._modulus), radii, angle)
-
     @cached_property
-    def largest(self) -> HertzForm | None:
+    def largest(self) -> HertzContact | None:
         """Hertz's contact at the largest normal load; None where the contact is ever tilted."""
         if any(map(_is_tilted, self.loads)):
             return None
-        return max(filter(None, self.hertz), key=lambda form: form.contact.load, default=None)
+        return max(filter(None, self.hertz), key=lambda contact: contact.load, default=None)
 
     @cached_property
     def punch(self) -> FlatPunch | None:
@@ -182,15 +149,14 @@ class ClosedForms:
         pressed = max(load.get("P", stiffness * load.get("delta_z", 0.0)) for load in self.loads)
         return solve(pressed) if pressed > 0.0 and not any(map(_is_tilted, self.loads)) else None
 
-    def gross_slip(self, pressed: float, hertz: HertzForm | None = None) -> GrossSlip:
-        """Return the loads of gross slip under P = `pressed` (N), on Hertz's contact if it is one."""
-        friction, circle = self.model.friction, hertz.circle if hertz is not None else None
-        force, delta_x = friction * pressed, None
-        if circle is None:
-            return GrossSlip(force)
-        if friction and not self.model.coupled:
-            delta_x = cattaneo_mindlin(circle, friction, force, self.model.compliances.tangential).delta_x
-        return GrossSlip(force, gross_slip_torque(circle, friction), delta_x)
+    def gross_slip(self, P: float, hertz: HertzContact | None = None) -> GrossSlip:
+        """Return the loads of gross slip under P (N), and under Hertz's contact if it is one."""
+        friction = self.model.friction
+        if hertz is None or not hertz.is_circle:
+            return GrossSlip(friction * P)
+        known = friction > 0.0 and not self.model.coupled
+        slips = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential) if known else None
+        return GrossSlip(friction * P, gross_slip_torque(hertz, friction), slips.delta_x if slips else None)
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -198,7 +164,7 @@ class ClosedForms:
         endless: the length (mm) that counts of a cylinder without ends.
         """
         if self.largest is not None:
-            return 2.0 * min(self.largest.contact.semi_axes)
+            return 2.0 * min(self.largest.semi_axes)
         load = max(load.get("P", 0.0) for load in self.loads)
         match self._only_surface:
             case PunchSurface() as punch:
@@ -215,12 +181,13 @@ class ClosedForms:
         There is none where shear acts on the pressure, or where a tangential motion is imposed. center: of the contact
         (mm), by default that of the sphere.
         """
-        loads, form = self.loads[: stage + 1], self.hertz[stage]
-        circle = form.circle if form is not None else None
-        if circle is None or not self.model.has_shear or self.model.coupled or any(map(_is_tilted, loads)):
+        loads, circle = self.loads[: stage + 1], self.hertz[stage]
+        if circle is None or not circle.is_circle or any(map(_is_tilted, loads)):
+            return None
+        if not self.model.has_shear or self.model.coupled:
             return None
         # The path begins unloaded.
-        P = np.array([0.0, *(one.contact.load if one else 0.0 for one in self.hertz[: stage + 1])])
+        P = np.array([0.0, *(contact.load if contact else 0.0 for contact in self.hertz[: stage + 1])])
         Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
         if not np.isfinite([Qx, Qy, Mz]).all():
             return None
@@ -238,11 +205,11 @@ class ClosedForms:
         """
         if self.model.terms.normal_tangential_coupling:
             return
-        for stage, (load, form) in enumerate(zip(self.loads, self.hertz, strict=True)):
-            if form is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
+        for stage, (load, hertz) in enumerate(zip(self.loads, self.hertz, strict=True)):
+            if hertz is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
                 continue
-            found = {"delta_z": form.contact.delta_z, "max_pressure": form.contact.max_pressure}
-            found |= _circle("contact", form.contact.contact_radius)
+            found = {"delta_z": hertz.delta_z, "max_pressure": hertz.max_pressure}
+            found |= _circle("contact", hertz.contact_radius)
             yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
             shear = self.tangential(stage)
             if shear is None or not 0.0 < shear.largest <= shear.limit:
@@ -280,7 +247,7 @@ class ClosedForms:
                 return None
             stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
             return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
-        radii = [(form.circle.contact_radius, stage) for stage, form in enumerate(self.hertz) if form and form.circle]
+        radii = [(one.contact_radius, stage) for stage, one in enumerate(self.hertz) if one and one.is_circle]
         if not radii or not self.model.coupled:
             return None
         radius, stage = max(radii)

@@ -15,7 +15,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.setup.closed_forms import ClosedForms, Load, round_contact
+from fretsolve.setup.closed_forms import ClosedForms, Load, pressing, round_contact
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
@@ -42,7 +42,7 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     if (concave := concave_sphere(case)) is not None:
         raise concave
     if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
-        side = 2.0 * MARGIN * hertz.contact.contact_radius
+        side = 2.0 * MARGIN * hertz.contact_radius
         return side, side
     try:
         first = min(
@@ -98,7 +98,7 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "heights":
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
-    contacts = (round_contact(surface, contact_modulus, load) for load in loads)
+    contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)
     return 2.0 * MARGIN * max((contact.contact_radius for contact in contacts if contact), default=0.0) or 1.0
 
 

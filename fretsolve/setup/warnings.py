@@ -81,7 +81,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
-        limit = forms.gross_slip(load.get("P", hertz.contact.load if hertz else math.inf), hertz)
+        limit = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
         force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
         if 0.0 < force >= limit.force:
             name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
@@ -153,7 +153,7 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     if hertz.size_over_radius > LARGEST_SIZE:
         yield (
             f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
-            f" {hertz.contact.max_pressure / modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
+            f" {hertz.max_pressure / modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
             f" {LARGEST_SIZE:g}; are all units right?"
         )
     radius = min(hertz.half_extent)
