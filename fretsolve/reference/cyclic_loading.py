@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class CyclicLoading:
     @property
     def source(self) -> str:
         """The authors of the solution."""
-        return (LubkinContact if self.direction is None else CattaneoMindlin).source
+        return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
 
     @property
     def component(self) -> str:
@@ -63,37 +63,37 @@ class CyclicLoading:
     def displacements(self) -> dict[str, float]:
         """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
         name = "phi_z" if self.direction is None else "delta_x"
-        total: float = sum(times * getattr(branch, name) for times, branch in self._branches)
+        total: float = sum(factor * getattr(branch, name) for factor, branch in self._branches)
         if self.direction is None:
             return {name: total}
         return {name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part}
 
     def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Return the shear (2, n) at points (n,): of first loading, plus twice that of half of each later branch."""
+        """Return the shear traction (2, n) at points (n,)."""
         along_x, along_y = x - self.center[0], y - self.center[1]
         r = np.hypot(along_x, along_y)
-        total = sum((times * branch.shear(r) for times, branch in self._branches), np.zeros_like(r))
+        total = sum((factor * branch.shear(r) for factor, branch in self._branches), np.zeros_like(r))
         if self.direction is None:
             return np.stack([-total * along_y, total * along_x]) / np.maximum(r, np.finfo(float).tiny)
         return np.stack([total * self.direction[0], total * self.direction[1]])
 
     def dissipated_energy(self) -> float:
-        """Return what the force has dissipated on its path (N mm)."""
-        solve = partial(cattaneo_mindlin, self.hertz, self.friction, tangential_compliance=self.compliance)
-        return dissipated(self.path, lambda load: solve(load).work_per_cycle)
+        """Return the energy (N mm) that a force dissipates on its path."""
+        return dissipated(
+            self.path, lambda load: cattaneo_mindlin(self.hertz, self.friction, load, self.compliance).work_per_cycle
+        )
 
     @cached_property
     def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact]]:
-        """How often each branch counts, and its solution: later branches count as two halves (Masing)."""
+        """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
         arm = 1.0 if self.direction is not None else self.hertz.contact_radius
-        points = remembered(self.path, SAME * self.friction * self.hertz.load * arm)
-        return [
-            (2.0, self.on_loading(0.5 * (after - before))) if index else (1.0, self.on_loading(after - before))
-            for index, (before, after) in enumerate(itertools.pairwise(points))
-        ]
+        points, _ = turning_points(self.path, SAME * self.friction * self.hertz.load * arm)
+        lengths = [after - before for before, after in pairwise(points)]
+        first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
+        return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
 
     def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
-        """Return the solution on first loading, at most that of full slip."""
+        """Return the solution on first loading, at most that of gross slip."""
         solve = lubkin if self.direction is None else cattaneo_mindlin
         return solve(self.hertz, self.friction, max(-self.limit, min(self.limit, load)), self.compliance)
 
@@ -105,10 +105,11 @@ def cyclic_loading(
     loads: tuple[DoubleArray, DoubleArray, DoubleArray, DoubleArray],
     center: tuple[float, float] = (0.0, 0.0),
 ) -> CyclicLoading | None:
-    """Return the solution after a path of loads; None where there is none, or without friction.
+    """Return the solution after a path of loads; None without friction, or unless a force keeps its direction or a
+    torque acts alone, while P is constant.
 
-    loads: P, Qx, Qy and Mz about the centre, each (n,). There is a solution under a force in one direction or a torque,
-    while P is constant. hertz: the contact under the last P. compliances: tangential and torsional (1/MPa).
+    loads: P, Qx, Qy and Mz about the centre, each (n,). hertz: the contact under the last P. compliances: tangential
+    and torsional (1/MPa).
     """
     P, Qx, Qy, Mz = loads
     nothing = SAME * friction * hertz.load
@@ -128,30 +129,25 @@ def cyclic_loading(
     return CyclicLoading(hertz, center, friction, compliances[0], direction, path)
 
 
-def remembered(loads: Sequence[float], least: float = 0.0) -> tuple[float, ...]:
-    """Return the turning points of `loads` that the contact still remembers, from 0 to the last load.
-
-    A branch that goes beyond the one before it closes that loop and wipes it out. Changes up to `least` do not count.
-    """
-    return _trace(loads, least)[0]
-
-
 def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> float:
     """Return the energy dissipated on a path of `loads` from 0.
 
     per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of it, a later
     branch half of that of a cycle of half its length, a closed loop all of it.
     """
-    points, closed = _trace(loads)
-    lengths = [abs(after - before) for before, after in itertools.pairwise(points)]
+    points, closed = turning_points(loads)
+    lengths = [abs(after - before) for before, after in pairwise(points)]
     opened = [(0.5, 0.5 * length) if index else (0.25, length) for index, length in enumerate(lengths)]
     return sum(cycles * per_cycle(load) for cycles, load in (*opened, *closed))
 
 
-def _trace(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
-    """Return the remembered turning points, and for each closed loop its number of cycles and their load."""
-    points = [0.0]
-    closed: list[tuple[float, float]] = []
+def turning_points(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+    """Return the turning points that the contact remembers, from 0 to the last load, and the closed loops.
+
+    A branch that goes beyond the one before it closes that loop and wipes it out. Each loop is given by its number of
+    cycles and their load. Changes up to `least` do not count.
+    """
+    points, closed = [0.0], list[tuple[float, float]]()
     for load in loads:
         if abs(load - points[-1]) <= least:
             continue

@@ -112,8 +112,8 @@ def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus
 
 
 @dataclass(frozen=True)
-class FlatPunch:
-    """Flat cylindrical punch without friction: load P, contact radius a, approach delta_z."""
+class RoundContact:
+    """Contact of a cone or a flat punch: load P, contact radius a, approach delta_z."""
 
     load: float
     contact_radius: float
@@ -121,8 +121,12 @@ class FlatPunch:
 
     @property
     def mean_pressure(self) -> float:
-        """P/(pi a^2)."""
+        """p_m = P/(pi a^2)."""
         return self.load / (math.pi * self.contact_radius**2)
+
+
+class FlatPunch(RoundContact):
+    """Flat cylindrical punch."""
 
     def pressure(self, r: DoubleArray) -> DoubleArray:
         """Return P/(2 pi a sqrt(a^2 - r^2)) at distances `r` < a; infinite at the edge, 0 outside."""
@@ -138,14 +142,8 @@ def boussinesq_punch(load: float, radius: float, contact_modulus: float) -> Flat
     return FlatPunch(load, radius, load / (2.0 * radius * contact_modulus))
 
 
-@dataclass(frozen=True)
-class ConeContact:
-    """Cone on a flat: load P, contact radius a, approach delta_z, mean pressure p_m."""
-
-    load: float
-    contact_radius: float
-    delta_z: float
-    mean_pressure: float
+class ConeContact(RoundContact):
+    """Cone on a flat."""
 
     def pressure(self, r: DoubleArray) -> DoubleArray:
         """Return p_m arcosh(a/r) at distances `r` from the apex; infinite there, 0 outside."""
@@ -156,13 +154,13 @@ class ConeContact:
 def love_cone(load: float, angle: float, contact_modulus: float) -> ConeContact:
     """Return the contact at `load` > 0 of a cone whose flank makes `angle` (rad, below pi/2) with the contact plane.
 
-    Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t, p_m = (E*/2) t.
+    Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t.
     """
     _require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
     _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
     slope = math.tan(angle)
     a = math.sqrt(2.0 * load / (math.pi * contact_modulus * slope))
-    return ConeContact(load, a, 0.5 * math.pi * a * slope, 0.5 * contact_modulus * slope)
+    return ConeContact(load, a, 0.5 * math.pi * a * slope)
 
 
 def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeContact:

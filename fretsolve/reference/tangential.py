@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -28,8 +27,6 @@ class CattaneoMindlin:
 
     compliance: the tangential one (1/MPa). Below, f = |Q|/mu P.
     """
-
-    source: ClassVar[str] = "Cattaneo-Mindlin"
 
     hertz: HertzContact
     friction: float
@@ -69,11 +66,10 @@ class CattaneoMindlin:
     def shear(self, r: DoubleArray) -> DoubleArray:
         """Return the shear at distances `r` from the centre: mu p minus that of a Hertz contact in the stick zone."""
         a, c = self.hertz.contact_radius, self.stick_radius
-        shear = math.copysign(self.friction, self.shear_force) * self.hertz.pressure(r)
+        pressure = self.hertz.pressure(r)
         if c > 0.0:
-            inner = replace(self.hertz, semi_axes=(c, c), max_pressure=c / a * self.hertz.max_pressure)
-            shear -= math.copysign(self.friction, self.shear_force) * inner.pressure(r)
-        return shear
+            pressure -= replace(self.hertz, semi_axes=(c, c), max_pressure=c / a * self.hertz.max_pressure).pressure(r)
+        return math.copysign(self.friction, self.shear_force) * pressure
 
     @property
     def _fraction(self) -> float:
@@ -100,8 +96,6 @@ def full_stick_compliance(contact_radius: float, tangential_compliance: float) -
 @dataclass(frozen=True)
 class LubkinContact:
     """Hertz contact under a torque Mz about its axis, below gross slip: stick radius c and rotation phi_z."""
-
-    source: ClassVar[str] = "Lubkin"
 
     hertz: HertzContact
     friction: float

@@ -1,7 +1,7 @@
 """Pick the settings that an accuracy asks for, and judge by the error bars of a run whether it is met.
 
-The settings follow from measured laws (docs/accuracy.md), not from the case's own errors, which the error bars give.
-All errors are at the ends of stages, relative to the scale of their quantity (`scales`).
+The settings follow from measured laws (docs/accuracy.md); the error bars give the case's own errors. All errors are at
+the ends of stages, relative to the scale of their quantity (`scales`).
 """
 
 from __future__ import annotations
@@ -26,37 +26,33 @@ from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
-"""With so many cells across the contact the largest error bar of the cells, that of the stick radius, is about
-CELLS_ERROR. It falls with this order of the number of cells (docs/error_bars.md)."""
+"""Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
+with which it falls with their number (docs/error_bars.md)."""
 
 SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
 """Error bar of the dissipated energy where the slip annulus is a cell wide, and the order with which it falls with the
 cells of the annulus: for similar bodies under shear, and for dissimilar bodies pressed together."""
 
 MOST_FOR_SLIP = 4.0
-"""Limit on the factor of cells or increments for a narrow annulus, which dissipates next to nothing."""
+"""Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
 
 FEWEST_POINTS, ROUND_POINTS = 32, 4
-"""Least number of points per side, and the number of which it is a multiple, so that the coarse runs have half of them.
-"""
+"""Least number of points per side, and its divisor, so that the coarse runs have half of them."""
 
 INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.06, 1.35, 0.5
-"""Error bar of the dissipated energy with the increments that `increments: auto` takes without an accuracy, the order
-with which it falls with their number, and the least factor on that number. Those of displacements are a third of it and
-fall with an order of 1."""
+"""Error bar of the dissipated energy with automatic increments without an accuracy (displacements: a third of it), the
+order with which it falls with their number (displacements: 1), and the least factor on that number."""
 
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
 increments are taken, and the order with which their number rises with the inverse of the width."""
 
 TOLERANCE, TIGHTEST, LOOSEST = 1e-4, 1e-8, 1e-5
-"""Tolerance of the iteration over the accuracy, with its limits: it adds no error, and resolves the slip of small last
-increments."""
+"""Tolerance of the iteration over the accuracy, with its limits: small enough to add no error, and to resolve slip."""
 
 LEAST_MOTION = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
 
-LARGEST = "its largest value"
 SCALES = {
     **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
     **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
@@ -64,7 +60,7 @@ SCALES = {
     **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
     "stick_radius": "the largest contact radius",
 }
-"""The scales of errors in words; LARGEST for all other quantities, at the ends of stages."""
+"""The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
 
 QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
 """The columns of the history that an accuracy is about."""
@@ -75,15 +71,14 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
 
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
     """
-    case, model, holds_contact = forms.case, forms.model, size
-    accuracy = case.solver.accuracy
+    case, accuracy, holds_contact = forms.case, forms.case.solver.accuracy, size
     assert accuracy is not None
     if case.grid.size is not None:
         with contextlib.suppress(CaseError):
             holds_contact = automatic_size(forms, load_path.normal_loads())
     usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
-    sheared_width = 0.0 if model.coupled else load_path.slip_width
-    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (_pressed_width(model), PRESSED_SLIP)):
+    sheared_width = 0.0 if forms.model.coupled else load_path.slip_width
+    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (_pressed_width(forms.model), PRESSED_SLIP)):
         if width > 0.0:
             across_slip = (error / accuracy) ** (1.0 / order)
             cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
@@ -103,10 +98,7 @@ def refinement(accuracy: float | None, model: Model) -> float:
 
 
 def _pressed_width(model: Model) -> float:
-    """Return the width, over the contact radius, of the slip annulus of dissimilar bodies under P alone; Spence.
-
-    0 without slip, and under tangential loads, which dissipate most of the energy themselves.
-    """
+    """Return the width of the slip annulus under P alone over the contact radius, 0 if tangential loads dissipate."""
     return 0.0 if model.moved else 1.0 - spence_ratio(model)
 
 
@@ -121,23 +113,20 @@ def settled(case: Case) -> Case:
     return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 
 
-def picks(asked: Case, case: Case, load_path: LoadPath) -> tuple[str, ...]:
+def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
     """Return in words what the accuracy of the case `asked`, as it was read, has picked to make `case`."""
     if asked.solver.accuracy is None:
         return ()
-    found, given = [], asked.solver.model_fields_set
-    if asked.grid.points is None and case.grid.points is not None:
-        found.append(f"{case.grid.points[0]} x {case.grid.points[1]} points")
-    stages = zip(asked.stages(), load_path.counts, strict=True)
-    counts = {count for stage, count in stages if stage.increments is None}
-    if counts and load_path.path_dependent:
-        least, most = min(counts), max(counts)
-        found.append(f"{most if most == least else f'{least} to {most}'} increments per stage")
-    if "tolerance" not in given:
-        found.append(f"tolerance {case.solver.tolerance:g}")
-    if "error_bars" not in given:
-        found.append("error bars")
-    return tuple(found)
+    stages, given = zip(asked.stages(), load_path.counts, strict=True), asked.solver.model_fields_set
+    counts = sorted({count for stage, count in stages if stage.increments is None})
+    span = " to ".join(str(count) for count in dict.fromkeys(counts[:1] + counts[-1:]))
+    texts = {
+        f"{points[0]} x {points[1]} points": asked.grid.points is None,
+        f"{span} increments per stage": counts and load_path.path_dependent,
+        f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
+        "error bars": "error_bars" not in given,
+    }
+    return tuple(text for text, is_picked in texts.items() if is_picked)
 
 
 @dataclass(frozen=True)
@@ -162,9 +151,10 @@ class Verdict:
         if math.isnan(self.worst):
             return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
         of = f"{self.quantity} at the end of stage {self.stage}"
+        scale = SCALES.get(self.quantity, "its largest value")
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}"
-        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {SCALES.get(self.quantity, LARGEST)}"
+        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}"
 
 
 def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:

@@ -15,20 +15,13 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import (
-    ConeSurface,
-    CylinderSurface,
-    EllipsoidSurface,
-    PunchSurface,
-    SphereSurface,
-    Surface,
-)
+from fretsolve.case.surface_specs import Surface
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import (
-    ConeContact,
     FlatPunch,
     HertzContact,
+    RoundContact,
     boussinesq_punch,
     hertz_elliptic,
     hertz_line_half_width,
@@ -53,36 +46,21 @@ class ClosedForm:
     source: str
 
 
-@dataclass(frozen=True)
-class GrossSlip:
-    """The loads of gross slip: force mu P (N) and torque about the centre (N mm), which is infinite where unknown.
-
-    delta_x: displacement (mm) under that force by Cattaneo and Mindlin, None where they do not apply.
-    """
-
-    force: float
-    torque: float = math.inf
-    delta_x: float | None = None
-
-
 def pressing(load: Load) -> tuple[str, float]:
     """Return the name and the value of what presses the bodies together: P, or else delta_z."""
     return ("P", load["P"]) if "P" in load else ("delta_z", load["delta_z"])
 
 
-def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | ConeContact | None:
+def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | RoundContact | None:
     """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or delta_z; modulus: E* (MPa).
 
     A surface counts as a sphere, as curved as it is along x. None without contact, and for punches and height maps.
     """
-    if value <= 0.0:
+    if surface.kind == "punch" or surface.kind == "heights" or value <= 0.0:
         return None
-    match surface:
-        case ConeSurface(angle=angle):
-            return (love_cone if name == "P" else love_cone_at)(value, angle, modulus)
-        case SphereSurface(radius=radius) | CylinderSurface(radius=radius) | EllipsoidSurface(radius_x=radius):
-            return _sphere(name, value, abs(radius), modulus)
-    return None
+    if surface.kind == "cone":
+        return (love_cone if name == "P" else love_cone_at)(value, surface.angle, modulus)
+    return _sphere(name, value, abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius), modulus)
 
 
 def _sphere(name: str, value: float, radius: float, modulus: float) -> HertzContact:
@@ -118,13 +96,13 @@ class ClosedForms:
 
         None for other shapes or without contact.
         """
-        match self._only_surface:
-            case SphereSurface(radius=Rx):
-                Ry, angle = Rx, 0.0
-            case EllipsoidSurface(radius_x=Rx, radius_y=Ry, angle=angle):
-                pass
-            case _:
-                return None
+        surface, angle = self._only_surface, 0.0
+        if surface is not None and surface.kind == "sphere":
+            Rx = Ry = surface.radius
+        elif surface is not None and surface.kind == "ellipsoid":
+            Rx, Ry, angle = surface.radius_x, surface.radius_y, surface.angle
+        else:
+            return None
         if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
             return None
         return (
@@ -142,21 +120,24 @@ class ClosedForms:
     def punch(self) -> FlatPunch | None:
         """Boussinesq's flat round punch where it is pressed hardest, sharp and never tilted."""
         surface = self._only_surface
-        if not isinstance(surface, PunchSurface) or surface.radius is None or surface.edge_radius:
+        if surface is None or surface.kind != "punch" or surface.radius is None or surface.edge_radius:
             return None
         solve = partial(boussinesq_punch, radius=surface.radius, contact_modulus=self._modulus)
         stiffness = 1.0 / solve(1.0).delta_z
         pressed = max(load.get("P", stiffness * load.get("delta_z", 0.0)) for load in self.loads)
         return solve(pressed) if pressed > 0.0 and not any(map(_is_tilted, self.loads)) else None
 
-    def gross_slip(self, P: float, hertz: HertzContact | None = None) -> GrossSlip:
-        """Return the loads of gross slip under P (N), and under Hertz's contact if it is one."""
+    def gross_slip(self, P: float, hertz: HertzContact | None = None) -> tuple[float, float, float | None]:
+        """Return force (N), torque (N mm) and displacement (mm) of gross slip under P (N), on Hertz's contact if it is.
+
+        The torque is infinite, and the displacement under the force is None, where no closed form gives them.
+        """
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
-            return GrossSlip(friction * P)
+            return friction * P, math.inf, None
         known = friction > 0.0 and not self.model.coupled
         slips = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential) if known else None
-        return GrossSlip(friction * P, gross_slip_torque(hertz, friction), slips.delta_x if slips else None)
+        return friction * P, gross_slip_torque(hertz, friction), slips.delta_x if slips else None
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -165,14 +146,15 @@ class ClosedForms:
         """
         if self.largest is not None:
             return 2.0 * min(self.largest.semi_axes)
-        load = max(load.get("P", 0.0) for load in self.loads)
-        match self._only_surface:
-            case PunchSurface() as punch:
-                return 2.0 * (punch.radius or punch.half_width or 0.0)
-            case ConeSurface() as cone if load > 0.0:
-                return 2.0 * love_cone(load, cone.angle, self._modulus).contact_radius
-            case CylinderSurface(crown_radius=None) as cylinder if load > 0.0 and cylinder.radius > 0.0:
-                return 2.0 * hertz_line_half_width(load / (cylinder.length or endless), cylinder.radius, self._modulus)
+        surface, load = self._only_surface, max(load.get("P", 0.0) for load in self.loads)
+        if surface is None or (load <= 0.0 and surface.kind != "punch"):
+            return None
+        if surface.kind == "punch":
+            return 2.0 * (surface.radius or surface.half_width or 0.0)
+        if surface.kind == "cone":
+            return 2.0 * love_cone(load, surface.angle, self._modulus).contact_radius
+        if surface.kind == "cylinder" and surface.crown_radius is None and surface.radius > 0.0:
+            return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, self._modulus)
         return None
 
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:

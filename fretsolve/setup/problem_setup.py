@@ -70,4 +70,4 @@ def set_up(case: Case) -> ProblemSetup:
             " precision: double, or lengths and moduli nearer to those of metals"
         )
         raise case.source.problem(message, ("solver", "precision"))
-    return ProblemSetup(case, model, grid, load_path, closed_forms, picks(asked, case, load_path))
+    return ProblemSetup(case, model, grid, load_path, closed_forms, picks(asked, case, points, load_path))

@@ -81,14 +81,14 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
-        limit = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
+        most_force, most_torque, _ = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
         force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
-        if 0.0 < force >= limit.force:
+        if 0.0 < force >= most_force:
             name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
-            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {limit.force:.6g} N (mu P)"
-        elif torque > limit.torque:
+            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {most_force:.6g} N (mu P)"
+        elif torque > most_torque:
             name, motion = "Mz", "phi_z"
-            loads = f"{torque:.6g} N*mm is not below the {limit.torque:.6g} N*mm (3 pi mu P a/16)"
+            loads = f"{torque:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)

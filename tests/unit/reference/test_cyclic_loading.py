@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solving import FRICTION, HERTZ, MATERIAL
 
-from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading, dissipated, remembered
+from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading, dissipated, turning_points
 
 COMPLIANCES = (MATERIAL.tangential, MATERIAL.torsional)
 
@@ -17,13 +17,13 @@ def loaded(P, Qx, Qy=0.0, Mz=0.0) -> CyclicLoading | None:
 
 
 def test_turning_points_that_are_remembered() -> None:
-    assert remembered([1.0, 2.0, 3.0]) == (0.0, 3.0)
-    assert remembered([3.0, 1.0, 2.0]) == (0.0, 3.0, 1.0, 2.0)
-    assert remembered([3.0, 1.0, 2.0, 0.5]) == (0.0, 3.0, 0.5)
-    assert remembered([3.0, -3.0]) == (0.0, -3.0)
-    assert remembered([3.0, -2.0, 3.0, 3.0]) == (0.0, 3.0)
-    assert remembered([3.0, 3.0 - 1e-12, 3.0], least=1e-9) == (0.0, 3.0)
-    assert remembered([]) == (0.0,)
+    assert turning_points([1.0, 2.0, 3.0])[0] == (0.0, 3.0)
+    assert turning_points([3.0, 1.0, 2.0])[0] == (0.0, 3.0, 1.0, 2.0)
+    assert turning_points([3.0, 1.0, 2.0, 0.5])[0] == (0.0, 3.0, 0.5)
+    assert turning_points([3.0, -3.0])[0] == (0.0, -3.0)
+    assert turning_points([3.0, -2.0, 3.0, 3.0])[0] == (0.0, 3.0)
+    assert turning_points([3.0, 3.0 - 1e-12, 3.0], least=1e-9)[0] == (0.0, 3.0)
+    assert turning_points([])[0] == (0.0,)
 
 
 def test_dissipation_of_loops_within_loops() -> None:
