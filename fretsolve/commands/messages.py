@@ -77,7 +77,8 @@ class QuietMessages:
             self._report(result, verdict(result.effective_case.get("solver", {}), result.history))
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
-        for text in (warning_of_result(self.setup, result), reached if reached and not reached.met else None):
+        too_few = warning_of_result(self.setup, result.history["contact_cells"])
+        for text in (too_few, reached if reached and not reached.met else None):
             if text is not None:
                 self.warn(str(text))
 

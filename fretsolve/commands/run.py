@@ -10,7 +10,7 @@ from fretsolve.case.models import Case
 from fretsolve.commands.messages import run_messages
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
-from fretsolve.setup.cost_estimate import require_disk, require_memory
+from fretsolve.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
 from fretsolve.system.files import require_ending
@@ -40,8 +40,8 @@ def run_case(
     require_ending(out, "a result", *RESULT_ENDINGS)
     setup = set_up(loaded)
     require_memory(setup)
-    if not resume:
-        require_disk(setup, out)
+    if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
+        raise problem
     header = run_header(setup, threads, overrides)
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite) as writer:
         messages = run_messages(setup, out, threads, resume=resume, **shown)

@@ -23,9 +23,7 @@ Size = tuple[float, float]
 MARGIN = 1.2
 """Sides of the area over the frictionless contact's extent about the centre."""
 
-TRIAL_POINTS = 48
-TRIAL_TOLERANCE = 1e-3
-MOST_TRIALS = 60
+TRIAL_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 1e-3, 60
 MOST_SLENDER = 1e3
 """A contact that is longer than this many times its width counts as endless."""
 

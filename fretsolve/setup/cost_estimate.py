@@ -21,14 +21,9 @@ from fretsolve.model.required_terms import Part
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.optional import compiler_wanted
 
-PROCESS_BYTES = 145e6
-"""Python and its libraries."""
-
-COMPILER_BYTES = 60e6
-"""numba, where it is installed."""
-
-BUFFER_BYTES = 10e6
-"""Blocks of the transforms that stay in cache, for the normal problem and for each term that is kept."""
+PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
+"""Python with its libraries; numba, where it is installed; blocks of the transforms that stay in cache, for the normal
+problem and for each term that is kept."""
 
 CELL_COSTS: dict[Part, tuple[float, float]] = {
     "normal problem": (115.0, 0.033e-6),
@@ -37,33 +32,28 @@ CELL_COSTS: dict[Part, tuple[float, float]] = {
     "between pressure and shear": (110.0, 0.033e-6),
     "slip and work": (75.0, 0.0),
 }
-"""Bytes per cell of each part of the model: influence coefficients, padded spectra, work arrays of the solvers, the
-states before and after an increment, buffers of the result file. Seconds per cell and application of the elastic
-operator, with everything around it."""
+"""Of each part of the model, bytes per cell: influence coefficients, padded spectra, work arrays of the solvers, states
+before and after an increment, buffers of the result file; and seconds per cell and application of the operator."""
 
-SMALL_GRID = 1.8
-"""Memory per cell on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, over that on larger."""
-
-SINGLE = 0.75
-"""Memory per cell in single precision over that in double."""
+SMALL_GRID, SINGLE = 1.8, 0.75
+"""Factors on the memory per cell: on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, and in
+single precision."""
 
 APPLICATIONS, COUPLED_APPLICATIONS = 20, 10
 """Applications of the elastic operator per increment: in the tangential problem, and in the normal problem where the
 normal load changes; where the pressure follows the shear, in the normal problem and of the coefficients between both.
 """
 
-CALL_SECONDS = 0.4e-3
-"""Seconds per application that do not depend on the number of cells."""
-
-NUMPY_SLOWNESS = 2.0
-"""Factor on the time where numba is not installed: 2 for mode I.3 on 256 x 256 points, 1.6 for Hertz."""
+CALL_SECONDS, NUMPY_SLOWNESS = 0.4e-3, 2.0
+"""Seconds per application for any number of cells; factor on the time of the cells where numba is not installed (2 for
+mode I.3 on 256 x 256 points, 1.6 for Hertz)."""
 
 LARGE_CELLS, GROWTH = 2**20, 0.2
 """Beyond this many cells the time per cell grows with this power of their number: larger transforms leave the caches,
 and more iterations are needed."""
 
 CROSS_SHARE = 0.45
-"""What ux from qy and uy from qx add to the time of the tangential problem."""
+"""Time of ux from qy and uy from qx over that of the tangential problem."""
 
 CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
 """Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
@@ -75,8 +65,8 @@ FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields, before compression; 8 for all others."""
 
 COMPRESSION, EMPTIEST = 0.35, 0.1
-"""What compression leaves of the fields where the contact fills the grid, and what part of that is left where the grid
-is several times as wide as the contact."""
+"""Size of the compressed fields over that before, where the contact fills the grid; factor on it where the grid is
+several times as wide as the contact."""
 
 
 @dataclass(frozen=True)
@@ -99,13 +89,19 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate what running the case with one thread takes."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
     compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
+    coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
+    # Seconds of each part over the whole path.
     applications = _applications(setup)
-    seconds = _seconds(setup, applications, compiled)
+    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
+    seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
+    seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
+    seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
+    seconds["slip and work"] = SLIP_SECONDS * increments * effort
+    # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
     kept = [decision.part for decision in setup.model.decisions if decision.kept]
-    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds.get(part, 0.0)) for part in kept}
+    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part]) for part in kept}
     cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
-    coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
     in_cells = cell_bytes * (1.0 + 2.0 * coarse_runs)
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
@@ -135,16 +131,6 @@ def _applications(setup: ProblemSetup) -> dict[Part, int]:
     }
 
 
-def _seconds(setup: ProblemSetup, applications: dict[Part, int], compiled: bool) -> dict[Part, float]:
-    """Return the seconds that each part of the model takes over the whole path."""
-    cells, increments = math.prod(setup.grid.shape), setup.load_path.increments
-    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
-    seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
-    seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
-    seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
-    return seconds | {"slip and work": SLIP_SECONDS * increments * effort}
-
-
 def memory_problem(setup: ProblemSetup) -> CaseError | None:
     """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown."""
     needed = estimate(setup).memory
@@ -164,17 +150,16 @@ def memory_problem(setup: ProblemSetup) -> CaseError | None:
 
 def require_memory(setup: ProblemSetup) -> Estimate:
     """Return the estimate of a case. Raises CaseError where this machine's memory cannot hold it."""
-    problem = memory_problem(setup)
-    if problem is not None:
+    if (problem := memory_problem(setup)) is not None:
         raise problem
     return estimate(setup)
 
 
 def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseError | None:
-    """Return the error of a result that may not fit on the disk of `out`; None where it does, or where that is unknown.
+    """Return the error of a result that may not fit on the disk of `out`, with `certain` of one that cannot fit.
 
-    It needs its size twice for a moment, for the saved increments and for the file made of them. certain: only where it
-    cannot fit, however much of its fields is empty.
+    It needs its size twice for a moment, for the saved increments and for the file made of them. Empty fields take
+    less. None where it fits, or where that is unknown.
     """
     file, free = estimate(setup).file, free_bytes(out)
     if free is None or 2.0 * file <= free:
@@ -190,13 +175,6 @@ def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseE
         f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
         ("output", "every"),
     )
-
-
-def require_disk(setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError where the result cannot fit on the disk of `out`."""
-    problem = disk_problem(setup, out, certain=True)
-    if problem is not None:
-        raise problem
 
 
 def free_bytes(out: Path) -> int | None:

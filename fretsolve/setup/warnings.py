@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import product
-from typing import TYPE_CHECKING
 
 from fretsolve.case.quantities import percent
 from fretsolve.errors import dotted
@@ -13,25 +12,19 @@ from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.system.arrays import DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.result import Result
-
-FEWEST_CELLS = 20
-"""Cells across the contact below which results are off by per cents."""
-
-FEWEST_STICK_CELLS = 3
-"""Cells across the stick zone below which its size means little."""
+FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
+"""Cells across the contact below which results are off by per cents; across the stick zone for its size to count."""
 
 FREE_CELLS = 1.5
 """Cells that should stay free between the contact and the grid's edge, as the discrete edge may reach into them."""
 
 LARGEST_SIZE = 0.1
-"""Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body.
+"""Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
+about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
-The same limit holds for the slope of a cone and for the approach of a punch over its radius: there the strains are
-about the same.
-"""
+HOLD_TO = "half-spaces and linear elasticity hold to about"
 
 LOOSEST = 1e-3
 """Tolerance beyond which residuals show in the digits that people read."""
@@ -44,24 +37,22 @@ def case_warnings(setup: ProblemSetup) -> list[str]:
 
 
 def _about_shapes(setup: ProblemSetup) -> Iterator[str]:
-    concave = concave_sphere(setup.case)
-    if concave is not None:
+    if (concave := concave_sphere(setup.case)) is not None:
         yield f"{dotted(concave.key)}: {concave.message}"
     for place, surface in enumerate(setup.case.surface):
         if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
             key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
             yield (
                 f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and contact plane is steep (mean"
-                f" pressure over E* {0.5 * math.tan(surface.angle):.2g}): half-spaces and linear elasticity hold to"
-                f" about {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
+                f" pressure over E* {0.5 * math.tan(surface.angle):.2g}): {HOLD_TO}"
+                f" {math.degrees(math.atan(LARGEST_SIZE)):.2g} deg; is the angle to the axis meant?"
             )
-    punch = setup.closed_forms.punch
+    punch, modulus = setup.closed_forms.punch, setup.model.compliances.contact_modulus
     if punch is not None and punch.delta_z > LARGEST_SIZE * punch.contact_radius:
-        depth = punch.delta_z / punch.contact_radius
+        depth, mean = punch.delta_z / punch.contact_radius, punch.mean_pressure / modulus
         yield (
             f"load_path: the punch goes deep against its radius (delta_z/a = {depth:.2g}, mean pressure over E*"
-            f" {punch.mean_pressure / setup.model.compliances.contact_modulus:.2g}): half-spaces and linear elasticity"
-            f" hold to about delta_z/a = {LARGEST_SIZE:g}; are all units right?"
+            f" {mean:.2g}): {HOLD_TO} delta_z/a = {LARGEST_SIZE:g}; are all units right?"
         )
 
 
@@ -76,7 +67,7 @@ def _about_friction(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of the first stage at whose end a tangential force or a torque alone is not below what friction carries."""
+    """Warn of the first stage that ends with a tangential force or a torque alone that friction cannot carry."""
     forms, stages = setup.closed_forms, setup.case.stages()
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
@@ -92,10 +83,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
-        yield (
-            f"{place}: {loads} that friction carries: gross slip ends the run there; impose {motion} to"
-            " follow gross slip"
-        )
+        yield f"{place}: {loads} that friction carries: gross slip ends the run there; impose {motion} to follow it"
         return
 
 
@@ -107,14 +95,11 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
             f" {FEWEST_CELLS} or more are needed for errors below a few per cent"
         )
     stick = setup.closed_forms.smallest_stick
-    if stick is None:
-        return
-    cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
-    if cells < FEWEST_STICK_CELLS:
+    across = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy) if stick is not None else math.inf
+    if stick is not None and across < FEWEST_STICK_CELLS:
         yield (
-            f"grid.points: the stick zone shrinks to {_in_cells(cells)} cells across in stage {stick.stage + 1}"
-            f" ({stick.source}: c = {stick.value:.3g} mm); {FEWEST_STICK_CELLS} or more are needed for its size to mean"
-            " something"
+            f"grid.points: the stick zone shrinks to {_in_cells(across)} cells across in stage {stick.stage + 1}"
+            f" ({stick.source}: c = {stick.value:.3g} mm); its size is reliable from {FEWEST_STICK_CELLS} cells on"
         )
 
 
@@ -131,18 +116,13 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     wanted = f"that accuracy {percent(accuracy)} picks"
     (nx, ny), (more_x, more_y) = setup.grid.shape, points_needed(setup.closed_forms, path, setup.grid.size)
     if nx < more_x or ny < more_y:
-        yield (
-            f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}, so it will hardly be met; leave"
-            " them out"
-        )
+        yield f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}; leave them out to meet it"
     short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
     if short:
         stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], path.needed[short[0]]
         more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
-        yield (
-            f"{dotted(stage.key)}.increments: {count} are fewer than the {needed} {wanted}{more}, so it will hardly be"
-            " met; leave them out"
-        )
+        key = f"{dotted(stage.key)}.increments"
+        yield f"{key}: {count} are fewer than the {needed} {wanted}{more}; leave them out to meet it"
 
 
 def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
@@ -153,8 +133,7 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     if hertz.size_over_radius > LARGEST_SIZE:
         yield (
             f"load_path: the contact is large against the radius (a/R = {hertz.size_over_radius:.2g}, p0/E* ="
-            f" {hertz.max_pressure / modulus:.2g}): half-spaces and linear elasticity hold to about a/R ="
-            f" {LARGEST_SIZE:g}; are all units right?"
+            f" {hertz.max_pressure / modulus:.2g}): {HOLD_TO} a/R = {LARGEST_SIZE:g}; are all units right?"
         )
     radius = min(hertz.half_extent)
     for load, name in product(setup.load_path.imposed, ("delta_x", "delta_y", "phi_z")):
@@ -185,13 +164,10 @@ def cells_across(setup: ProblemSetup) -> float | None:
     return width / max(grid.dx, grid.dy)
 
 
-def warning_of_result(setup: ProblemSetup, result: Result) -> str | None:
-    """Warn if the finished contact has too few cells, where no closed form could warn before the run."""
-    if not result.increments or cells_across(setup) is not None:
-        return None
-    most = int(result.history["contact_cells"].max())
-    needed = math.ceil(0.25 * math.pi * FEWEST_CELLS**2)
-    if most >= needed:
+def warning_of_result(setup: ProblemSetup, contact_cells: DoubleArray) -> str | None:
+    """Warn if the contact had too few cells in all increments, where no closed form could warn before the run."""
+    most, needed = int(contact_cells.max(initial=0)), math.ceil(0.25 * math.pi * FEWEST_CELLS**2)
+    if not len(contact_cells) or cells_across(setup) is not None or most >= needed:
         return None
     return (
         f"grid.points: the contact has at most {most} cell{'s' * (most != 1)}; errors below a few per cent need"

@@ -49,7 +49,7 @@ WARNINGS = {
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 76 x 76 that accuracy 1 %",
     (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
-        "load_path.0.increments: 30 are fewer than the 91 that accuracy 1 % picks, so it will"
+        "load_path.0.increments: 30 are fewer than the 91 that accuracy 1 % picks; leave them out to meet it"
     ),
     (UNLIKE, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }
