@@ -77,8 +77,8 @@ def auto(example: str) -> Named:
 
 def require_either(model: CaseModel, one: str, other: str) -> None:
     """Refuse a mapping that gives neither or both of two keys."""
-    given = sum(getattr(model, key) is not None for key in (one, other))
-    if given != 1:
+    given = getattr(model, one) is not None
+    if given == (getattr(model, other) is not None):
         raise refused(f"either {one} or {other} is needed; {'both are' if given else 'neither is'} given")
 
 

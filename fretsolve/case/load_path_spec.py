@@ -62,8 +62,7 @@ class StageSpec(CaseModel):
         if not named:
             components = ", ".join(name for pair in PAIRS for name in pair)
             raise refused(f"the stage moves nothing; at least one of {components} is needed")
-        both = [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]
-        if both:
+        if both := [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]:
             raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
 
@@ -99,10 +98,10 @@ Cycle.model_rebuild()
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the unrolled load path.
+    """A stage of the unrolled load path, numbered from 1.
 
-    number: 1-based. key: where it stands in the case file. targets: components with their new totals (mm, N,
-    N*mm, rad). increments: None for as many as the case needs. spacing: None for what goes with that.
+    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad);
+    increments: None for as many as the case needs; spacing: None for what goes with that.
     """
 
     number: int
@@ -161,8 +160,7 @@ def _cycle(step: Any) -> tuple[Any, int] | None:
 
 def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
     """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
-    count = stage_count(load_path)
-    if count > LARGEST_STAGE_COUNT:
+    if (count := stage_count(load_path)) > LARGEST_STAGE_COUNT:
         raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible")
     key, first = next(_walk(load_path, ()))
     if first.P is None and first.delta_z is None:

@@ -140,10 +140,8 @@ class SolverSpec(CaseModel):
     @model_validator(mode="after")
     def _certifiable(self) -> Self:
         if self.precision == "single" and self.tolerance < LEAST_SINGLE_TOLERANCE:
-            message = (
-                f"{self.tolerance:g} is less than single precision can certify; {LEAST_SINGLE_TOLERANCE:g} or more is"
-                " needed, or precision: double"
-            )
+            message = f"{self.tolerance:g} is less than single precision can certify"
+            message += f"; {LEAST_SINGLE_TOLERANCE:g} or more is needed, or precision: double"
             refused_at([(("tolerance",), message)])
         return self
 
@@ -258,8 +256,7 @@ class Case(CaseModel):
 
     def effective(self) -> dict[str, Any]:
         """Return the case with every default filled in, as a case file has it, in values that JSON can hold."""
-        written: dict[str, Any] = _without_none(self.model_dump(mode="json"))
-        return written
+        return dict(_without_none(self.model_dump(mode="json")))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Case) and self.__dict__ == other.__dict__
@@ -291,14 +288,13 @@ class Case(CaseModel):
     @field_validator("expect")
     @classmethod
     def _stages_exist(cls, expect: tuple[Expectation, ...], info: ValidationInfo) -> tuple[Expectation, ...]:
-        if "load_path" not in info.data:  # refused itself
-            return expect
-        count = stage_count(info.data["load_path"])
-        refused_at(
-            ((i, "stage"), f"{wanted.stage} is beyond the load path; a stage from 1 to {count} is needed")
-            for i, wanted in enumerate(expect)
-            if wanted.stage is not None and wanted.stage > count
-        )
+        if "load_path" in info.data:  # not refused itself
+            count = stage_count(info.data["load_path"])
+            refused_at(
+                ((i, "stage"), f"{wanted.stage} is beyond the load path; a stage from 1 to {count} is needed")
+                for i, wanted in enumerate(expect)
+                if wanted.stage is not None and wanted.stage > count
+            )
         return expect
 
 

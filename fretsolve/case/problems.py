@@ -74,8 +74,7 @@ class _Reader:
         """Return where the error is, without the parts of pydantic's location that the file does not have."""
         value, key = self._data, []
         for part in details["loc"]:
-            inside = isinstance(value, dict) and part in value
-            if inside or (isinstance(value, list) and isinstance(part, int) and part < len(value)):
+            if part in (value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()):
                 value = value[part]
                 key.append(part)
         last = details["loc"][-1] if details["loc"] else 0
@@ -89,13 +88,19 @@ class _Reader:
         if kind == "refused":
             return str(limits["message"])
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
-            return f"{value} has the wrong number of entries; {self._length(key)} needed"
+            array = next(node for node in self._nodes(key) if node.get("type") == "array")
+            length = f"{array['maxItems']} are" if "maxItems" in array else f"at least {array['minItems']} is"
+            return f"{value} has the wrong number of entries; {length} needed"
         if kind == "missing":
             return f"missing; needed: {self._description(key)}"
         if kind == "extra_forbidden":
-            return self._unknown(str(key[-1]), self._keys(key[:-1]))
+            name, allowed = str(key[-1]), self._keys(key[:-1])
+            if name in allowed:  # of another alternative, as P beside cycle
+                return f"key {shown(name)} cannot stand beside the other keys here; remove it"
+            return f"unknown key {shown(name)}; {nearest(name, allowed)}"
         if kind == "literal_error":
-            return f"{value} is not allowed; {nearest(str(details['input']), _quoted(limits['expected']))}"
+            allowed = re.findall("'([^']*)'", limits["expected"])  # pydantic's 'a', 'b' or 'c'
+            return f"{value} is not allowed; {nearest(str(details['input']), allowed)}"
         if kind == "greater_than_equal":
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -116,24 +121,10 @@ class _Reader:
     def _keys(self, key: KeyPath) -> list[str]:
         return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))
 
-    def _unknown(self, name: str, allowed: list[str]) -> str:
-        if name in allowed:  # of another alternative, as P beside cycle
-            return f"key {shown(name)} cannot stand beside the other keys here; remove it"
-        return f"unknown key {shown(name)}; {nearest(name, allowed)}"
-
     def _description(self, key: KeyPath) -> str:
-        texts = [
-            part["properties"][key[-1]].get("description")
-            for part in self._nodes(key[:-1])
-            if key[-1] in part.get("properties", ())
-        ]
-        return next(filter(None, texts), "this key").partition(UNIT_NOTE)[0]
-
-    def _length(self, key: KeyPath) -> str:
-        array = next(node for node in self._nodes(key) if node.get("type") == "array")
-        if "maxItems" in array:
-            return f"{array['maxItems']} are"
-        return f"at least {array['minItems']} is"
+        properties = [part.get("properties", {}).get(key[-1], {}) for part in self._nodes(key[:-1])]
+        texts = (part["description"] for part in properties if "description" in part)
+        return next(texts, "this key").partition(UNIT_NOTE)[0]
 
     def _nodes(self, key: KeyPath) -> list[Mapping[str, Any]]:
         """Return what the schema allows at `key`: alternatives side by side, references followed."""
@@ -160,8 +151,3 @@ def _children(node: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str,
         yield node["prefixItems"][part]
     elif "items" in node:
         yield node["items"]
-
-
-def _quoted(alternatives: str) -> list[str]:
-    """Return the names in pydantic's ``'a', 'b' or 'c'``."""
-    return re.findall("'([^']*)'", alternatives)

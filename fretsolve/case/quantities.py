@@ -1,7 +1,7 @@
 """Quantities with units: read by pint, kept as plain floats in mm, N, MPa, rad (and s).
 
-A bare number is in these units already. pint is loaded only for an uncommon unit. Its registry holds the few units that
-a contact problem needs: pint's full file takes fifty times as long to load and would read "5 oil_bbl" as a volume.
+pint is loaded only for an uncommon unit. Its registry holds the few units that a contact problem needs: pint's full
+file takes fifty times as long to load and would read "5 oil_bbl" as a volume.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import re
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -142,35 +142,27 @@ def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:
 
 
 def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
-    if _is_number(value):
-        return float(value)
-    match = _match(value)
-    if match is None or not match[0].strip():
+    number, unit = _parts(value)
+    if number is None and not unit:
         comma = isinstance(value, str) and re.search(r"\d,\d", value)
         raise QuantityError(f"is not {dimension.wanted}{' (the decimal separator is a point)' if comma else ''}")
-    number, unit = match.groups()
     if number is None and not bare_unit:
         raise QuantityError(f"has no number; {dimension.wanted} is needed")
-    return float(number or 1.0) * (_unit_factor(unit, dimension) if unit else 1.0)
+    return (1.0 if number is None else number) * (_unit_factor(unit, dimension) if unit else 1.0)
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _match(value: object) -> re.Match[str] | None:
-    """Match a text with the groups number and unit, each of which may be missing."""
-    return _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+def _parts(value: object) -> tuple[float | None, str]:
+    """Return the number and the unit of a value, each of which may be missing; neither for anything else."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    return (float(match[1]) if match[1] else None, match[2] or "") if match is not None else (None, "")
 
 
 def split_quantity(value: object) -> tuple[float, str]:
     """Split a number with or without a unit into number and unit. Raises `QuantityError`."""
-    match = _match(value)
-    if _is_number(value):
-        number, unit = float(value), ""
-    elif match is not None and match[1] is not None:
-        number, unit = float(match[1]), match[2] or ""
-    else:
+    number, unit = _parts(value)
+    if number is None:
         raise QuantityError(f"{shown(value)} is not a number with a unit or without, such as '400 N' or 0.1")
     if not math.isfinite(number):
         raise QuantityError(f"{shown(value)} is not finite; a number such as 0.1 is needed")

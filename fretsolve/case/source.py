@@ -7,7 +7,7 @@ text, ``010`` is ten and ``1:30`` is text.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -134,8 +134,7 @@ def read_text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(_LARGEST_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(f"cannot be read: {reason}", path) from None
+        raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None
     if len(content) > _LARGEST_FILE:
         raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
     try:
@@ -165,35 +164,34 @@ def parse(text: str) -> Parsed:
     if node is None:
         return Parsed(None, Place(1), ())
     builder = _Builder()
-    line = node.start_mark.line + 1
-    built = builder.build(node, (), line)
-    return Parsed(built.value, Place(line, built.inside), tuple(builder.flaws))
+    built = builder.build(node, (), _line(node))
+    return Parsed(built.value, Place(_line(node), built.inside), tuple(builder.flaws))
+
+
+def _line(node: yaml.Node | yaml.Event) -> int:
+    return node.start_mark.line + 1 if node.start_mark is not None else 1
 
 
 def _refuse_deep_nesting(text: str) -> None:
     """Refuse deep nesting: libyaml's composer recurses without a limit and would overflow the C stack."""
     depth = 0
     for event in yaml.parse(text, Loader=_Loader):
-        if isinstance(event, yaml.CollectionStartEvent):
-            depth += 1
-        elif isinstance(event, yaml.CollectionEndEvent):
-            depth -= 1
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST_NESTING:
-            line = event.start_mark.line + 1 if event.start_mark is not None else 1
-            raise CaseError(f"values are nested more than {_DEEPEST_NESTING} levels deep", line=line)
+            raise CaseError(f"values are nested more than {_DEEPEST_NESTING} levels deep", line=_line(event))
 
 
 def _syntax_error(error: yaml.MarkedYAMLError) -> CaseError:
-    mark = error.problem_mark if error.problem_mark is not None else error.context_mark
+    mark = error.problem_mark or error.context_mark
     line = mark.line + 1 if mark is not None else 1
-    message = f"not valid YAML: {error.problem or error.context}"
-    if error.context and error.problem:
+    problem = error.problem or ""
+    message = f"not valid YAML: {problem or error.context}"
+    if error.context and problem:
         begun = error.context_mark.line + 1 if error.context_mark is not None else line
-        since = f" begun on line {begun}" if begun != line else ""
-        message += f", {error.context}{since}"
-    if error.problem and "tab character" in error.problem:
+        message += f", {error.context}" + (f" begun on line {begun}" if begun != line else "")
+    if "tab character" in problem:
         message += "; indent with spaces"
-    if error.problem and "cannot start any token" in error.problem:
+    if "cannot start any token" in problem:
         message += "; indent with spaces, not tabs, and quote text that begins with @, ` or %"
     return CaseError(" ".join(message.split()), line=line)
 
@@ -236,35 +234,27 @@ class _Builder:
         if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
             return self._mapping(node, key)
         if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
-            return self._sequence(node, key)
+            lines = [_line(item) for item in node.value]
+            items = [self.build(item, (*key, i), lines[i]) for i, item in enumerate(node.value)]
+            return _collected([item.value for item in items], dict(enumerate(items)), dict(enumerate(lines)))
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, key, line)
         return self._refused(key, line, f"unknown tag {shown(node.tag)}; a value without a tag is needed")
 
-    def _sequence(self, node: yaml.SequenceNode, key: KeyPath) -> _Built:
-        lines = [item.start_mark.line + 1 for item in node.value]
-        items = [self.build(item, (*key, i), lines[i]) for i, item in enumerate(node.value)]
-        inside: dict[str | int, Place] = {i: Place(lines[i], item.inside) for i, item in enumerate(items)}
-        return _collected([item.value for item in items], inside, items)
-
     def _mapping(self, node: yaml.MappingNode, key: KeyPath) -> _Built:
         items: dict[str, _Built] = {}
-        inside: dict[str | int, Place] = {}
+        lines: dict[str, int] = {}
         for key_node, value_node in node.value:
-            line = key_node.start_mark.line + 1
+            line, name = _line(key_node), key_node.value
             if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _TAG + "str":
-                name = key_node.value if isinstance(key_node, yaml.ScalarNode) else "of several parts"
+                name = name if isinstance(key_node, yaml.ScalarNode) else "of several parts"
                 self._refused(key, line, f"the key {shown(name)} is not a name; keys are text")
-                continue
-            name = key_node.value
-            if name in items:
-                first = inside[name].line
-                message = f"duplicate key {shown(name)}, given first on line {first}; keep one of the two"
+            elif name in items:
+                message = f"duplicate key {shown(name)}, given first on line {lines[name]}; keep one of the two"
                 self._refused((*key, name), line, message)
-                continue
-            items[name] = self.build(value_node, (*key, name), line)
-            inside[name] = Place(line, items[name].inside)
-        return _collected({name: item.value for name, item in items.items()}, inside, items.values())
+            else:
+                items[name], lines[name] = self.build(value_node, (*key, name), line), line
+        return _collected({name: item.value for name, item in items.items()}, items, lines)
 
     def _scalar(self, node: yaml.ScalarNode, key: KeyPath, line: int) -> _Built:
         kind, text = node.tag.removeprefix(_TAG), node.value
@@ -288,6 +278,7 @@ class _Builder:
         return _Built(None)
 
 
-def _collected(value: Any, inside: dict[str | int, Place], items: Collection[_Built]) -> _Built:
-    size = 1 + sum(item.size for item in items)
-    return _Built(value, inside, size, 1 + max((item.depth for item in items), default=0))
+def _collected(value: Any, items: Mapping[Any, _Built], lines: Mapping[Any, int]) -> _Built:
+    inside = {key: Place(lines[key], item.inside) for key, item in items.items()}
+    size = 1 + sum(item.size for item in items.values())
+    return _Built(value, inside, size, 1 + max((item.depth for item in items.values()), default=0))

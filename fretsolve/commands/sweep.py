@@ -51,7 +51,7 @@ def run_sweep(order: SweepOrder, stop: StopRequest) -> int:
     """Check the sweep, write its manifest and run what is missing. Returns the exit code."""
     require_own(order.folder, order.sweep)
     plan = make_plan(order.sweep, order.folder)
-    stop.begin()
+    stop.idle = False
     write_manifest(plan.manifest)
     todo = missing(plan.manifest)
     _introduce(order, plan, todo)

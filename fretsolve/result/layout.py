@@ -1,8 +1,7 @@
 """The datasets of a result file: names, units, meaning, and how they and their attributes are stored.
 
-Fields are stored as shuffled, gzip-compressed chunks with a checksum. Nine fields of a contact that covers a third of a
-256 x 256 grid take 35 ms and 1.9 MB an increment, without compression 5 ms and 5.3 MB. lzf saves a fifth of the time,
-but only h5py reads it; gzip levels above 1 gain nothing.
+Compression makes nine fields of a contact on a third of a 256 x 256 grid take 35 ms and 1.9 MB instead of 5 ms and
+5.3 MB. lzf saves a fifth of the time, but only h5py reads it; gzip levels above 1 gain nothing.
 """
 
 from __future__ import annotations
@@ -54,12 +53,11 @@ STEP, *HISTORY = (
     for one in fields(Summary)
 )
 
-_MEANINGS = {quantity.name: quantity for quantity in HISTORY}
-
 ERRORS = (
     *(
-        Quantity(name + ERROR_SUFFIX, _MEANINGS[name].units, f"estimated error of {_MEANINGS[name].long_name}")
-        for name in ESTIMATED
+        Quantity(one.name + ERROR_SUFFIX, one.units, f"estimated error of {one.long_name}")
+        for one in HISTORY
+        if one.name in ESTIMATED
     ),
     Quantity("coarse_runs_applications", "1", "operator applications of the error bars, over those on the run's grid"),
     Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),
@@ -113,8 +111,7 @@ def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQ
     single: whether floating-point numbers are stored in single precision. Raises ValueError for an unknown field.
     """
     names = set(selected)
-    unknown = names - {quantity.array for quantity in FIELDS}
-    if unknown:
+    if unknown := names - {quantity.array for quantity in FIELDS}:
         raise ValueError(f"no such field: {', '.join(sorted(unknown))}")
     kept = (quantity for quantity in FIELDS if quantity.array in names)
     return tuple(replace(each, dtype="float32") if single and each.dtype == "float64" else each for each in kept)
@@ -134,37 +131,16 @@ def create_field(group: Any, quantity: FieldQuantity, steps: int, shape: tuple[i
 
 
 def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None) -> Any:
-    """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale.
-
-    A result has some forty columns, which h5py's low-level interface creates in half the time. Returns a DatasetID.
-    """
-    from h5py import h5d, h5ds, h5p, h5s, h5t
-
+    """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale."""
     data = np.array(values, quantity.dtype)
-    properties = h5p.create(h5p.DATASET_CREATE)
-    properties.set_obj_track_times(False)  # identical runs give identical files
-    if data.size:
-        properties.set_chunk(data.shape)
-        properties.set_fletcher32()
-    space = h5s.create_simple(data.shape)
-    column = h5d.create(group.id, quantity.name.encode(), h5t.py_create(data.dtype), space, properties)
-    column.write(h5s.ALL, h5s.ALL, data)
+    layout = {"chunks": data.shape, "fletcher32": True} if data.size else {}
+    column = group.create_dataset(quantity.name, data=data, **layout)
     if scale is None:
-        h5ds.set_scale(column, quantity.name.encode())
+        column.make_scale(quantity.name)
     else:
-        h5ds.attach_scale(column, scale, 0)
-    set_attributes(column, quantity.attributes)
+        column.dims[0].attach_scale(scale)
+    column.attrs.update(quantity.attributes)
     return column
-
-
-def set_attributes(node: Any, values: Mapping[str, Any]) -> None:
-    """Set new attributes of an HDF5 object, given by its low-level identifier: texts, numbers or arrays."""
-    from h5py import h5a, h5s, h5t, string_dtype
-
-    for name, value in values.items():
-        data = np.asarray(value, string_dtype() if isinstance(value, str) else None)
-        kind, space = h5t.py_create(data.dtype, logical=True), h5s.create_simple(data.shape)
-        h5a.create(node, name.encode(), kind, space).write(data)
 
 
 def copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:

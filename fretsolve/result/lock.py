@@ -6,6 +6,7 @@ import fcntl
 import os
 import socket
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,15 +22,15 @@ WAIT, POLL = 0.2, 0.02
 """Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
 
 
+@dataclass(frozen=True)
 class RunLock:
     """The right to write in a parts folder, kept until `release` or the end of the process, even by SIGKILL.
 
     HDF5's own locks do not keep a second process from truncating a file.
     """
 
-    def __init__(self, folder: Path, lock: BaseFileLock):
-        self.folder = folder
-        self._lock = lock
+    folder: Path
+    lock: BaseFileLock
 
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
@@ -59,7 +60,7 @@ class RunLock:
             (self.folder / HOLDER_NAME).unlink(missing_ok=True)
             if [path.name for path in self.folder.iterdir()] == [LOCK_NAME]:
                 atomic_files.remove_folder(self.folder, self.folder / LOCK_NAME)
-        self._lock.release()
+        self.lock.release()
 
 
 def is_locked(folder: Path) -> bool:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5ds
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
@@ -36,7 +35,6 @@ from fretsolve.result.layout import (
     copy_chunks,
     create_column,
     create_field,
-    set_attributes,
 )
 from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
@@ -77,7 +75,7 @@ def all_parts(folder: Path) -> list[Part]:
 
 
 def contiguous_parts(folder: Path) -> list[Part]:
-    """Return the parts that together hold increments 0 to n without a gap, n as large as possible. Raises OSError."""
+    """Return the parts that hold increments 0 to n without a gap, for the largest n. Raises OSError."""
     chosen: list[Part] = []
     for part in all_parts(folder):
         if part.first == (chosen[-1].last + 1 if chosen else 0):
@@ -126,7 +124,7 @@ def write_result(
         steps.append(last_state.summary.step)
         unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
     with atomic_files.new_hdf5(out, folder) as file:
-        set_attributes(file.id, header.attributes("complete" if failure is None else "failed", failure))
+        file.attrs.update(header.attributes("complete" if failure is None else "failed", failure))
         history, fields = file.create_group("history"), file.create_group("fields")
         scale = None
         for name in rows.dtype.names or ():  # the step first
@@ -134,12 +132,12 @@ def write_result(
             scale = scale or column
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         for quantity, dataset in _write_fields(fields, header, steps, sources, unsaved):
-            set_attributes(dataset.id, quantity.attributes)
+            dataset.attrs.update(quantity.attributes)
             for axis, scale in enumerate(scales):
-                h5ds.attach_scale(dataset.id, scale, axis)
+                dataset.dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
-                set_attributes(dataset.id, QUANTITIES[name].attributes)
+                dataset.attrs.update(QUANTITIES[name].attributes)
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
@@ -210,20 +208,13 @@ class Piece(AbstractContextManager["Piece"]):
 
     def __init__(self, path: Path):
         self.path = path
-        with damage_reported(path):
-            self.file = h5py.File(path, "r")
-            try:
-                self.field_steps: list[int] = self.file["fields/step"][:].tolist()
-                self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
-            except BaseException:
-                self.file.close()
-                raise
+        with damage_reported(path), ExitStack() as opened:
+            self.file = opened.enter_context(h5py.File(path, "r"))
+            self.field_steps: list[int] = self.file["fields/step"][:].tolist()
+            self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
+            opened.pop_all()
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the file."""
         self.file.close()
 
     def rows(self) -> NDArray[Any]:
@@ -243,15 +234,12 @@ class Piece(AbstractContextManager["Piece"]):
 
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
-        values: NDArray[Any]
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             if step in self.field_steps and name in self.field_names:
-                values = self.file["fields"][name][self.field_steps.index(step)]
-            elif step == self.rows()["step"][-1]:
-                values = self.file["restart"][name][:]
-            else:
-                raise FileError(f"the fields of increment {step} are not kept any more", self.path)
-        return values
+                return np.asarray(self.file["fields"][name][self.field_steps.index(step)])
+            if step == self.rows()["step"][-1]:
+                return np.asarray(self.file["restart"][name][:])
+        raise FileError(f"the fields of increment {step} are not kept any more", self.path)
 
     def state(self) -> State:
         """Return the last increment, exactly as it was."""

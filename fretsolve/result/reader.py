@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader, present_case
-from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, is_single
+from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
 from fretsolve.system.arrays import DoubleArray
@@ -136,20 +136,31 @@ class Result(AbstractContextManager["Result"]):
         Fields are read when their values are asked for, also after `close`. Raises ImportError without xarray.
         """
         try:
-            from fretsolve.result.xarray_view import fields_dataset, history_dataset
+            import xarray
+            from xarray.core.indexing import LazilyIndexedArray
+
+            from fretsolve.result.xarray_view import StoredField
         except ImportError as error:
             raise ImportError(f"datasets need xarray ({error}): {how_to_install('xarray')}") from error
+        columns: dict[str, tuple[Any, Any]] = {}
         if group == "history":
-            return history_dataset(self.history, self.attributes)
-        if group != "fields":
+            columns = {name: ("step", column) for name, column in self.history.items()}
+        elif group == "fields":
+            axes = {"step": np.array(self.steps, STEP.dtype), "x": self.x, "y": self.y}
+            columns = {name: (name, values) for name, values in axes.items()}
+            for name in self.fields:
+                shape, dtype = (len(self.x), len(self.y)), self.field_type(name)
+                field = StoredField(partial(self.field, name), self.steps, shape, dtype)
+                columns[name] = tuple(axes), LazilyIndexedArray(field)
+        else:
             raise ValueError(f"a result has the groups history and fields, not {group!r}")
-        types = {name: self.field_type(name) for name in self.fields}
-        return fields_dataset(self.field, types, self.steps, self.x, self.y, self.attributes)
+        variables = {name: (*column, QUANTITIES[name].attributes) for name, column in columns.items()}
+        return xarray.Dataset(variables, attrs=self.attributes)
 
     def close(self) -> None:
         """Close the file, if one is open."""
         if self._open is not None:
-            self._open.close()
+            self._open.file.close()
             self._open = None
 
     def __exit__(self, *_: object) -> None:
@@ -233,14 +244,12 @@ def _parts_of(out: Path) -> list[Part]:
 
 def _open_file(out: Path) -> Result:
     attributes = read_attributes(out)
-    piece = Piece(out)
-    try:
+    with ExitStack() as opened:
+        piece = opened.enter_context(Piece(out))
         rows = piece.rows()
         with damage_reported(out, "grid"):
             x, y = piece.file["fields/x"][:], piece.file["fields/y"][:]
-    except BaseException:
-        piece.close()
-        raise
+        opened.pop_all()
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 

@@ -38,17 +38,10 @@ ZONE_NAMES = ("open", "stick", "slip")
 
 @dataclass(frozen=True)
 class Certificate:
-    """Residuals of the contact conditions, computed from the tractions alone (dimensionless).
+    """Residuals of the contact conditions, computed from the tractions alone (dimensionless, slip in rad).
 
-    gap: largest |gap| in contact or penetration outside, over the largest normal displacement in the contact; or
-        largest tension over the largest pressure.
-    stick: largest |slip increment| in the stick zone over the largest rigid displacement increment.
-    slip: largest angle (rad) between shear traction and slip increment, weighted by the slip over the largest slip.
-    bound: largest excess of |shear traction| over the friction limit (friction coefficient times pressure), over its
-        largest value.
-    load: worst imposed load or displacement component's error, over its scale.
-
-    The scales of stick and slip have least values (docs/conventions.md).
+    The columns ``residual_gap`` to ``residual_load`` of `Summary` say what they are; gap is also the largest tension
+    over the largest pressure. The scales of stick and slip have least values (docs/conventions.md).
     """
 
     gap: float

@@ -87,8 +87,9 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise ValueError("resume and overwrite exclude each other")
         with reported("cannot begin the result", out):
             require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
-            if overwrite:
-                _require_replaceable(out)
+            if overwrite and out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
+                message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
+                raise FileError(message, out)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not parts_folder(out).exists() and _is_final(out, header, retry):
                 writer = cls(out, header, None)
@@ -222,11 +223,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         atomic_files.remove(self._folder / HEADER_NAME)
         atomic_files.remove(*[part.path for part in all_parts(self._folder)])
         self._parts = []
-
-
-def _require_replaceable(out: Path) -> None:
-    if out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
-        raise FileError("is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name", out)
 
 
 def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:

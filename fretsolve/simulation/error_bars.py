@@ -1,10 +1,10 @@
 """Error bars: estimates of how far a run's values lie from those of the continuum, from coarse runs.
 
-Three errors are added as independent ones. That of the cells is the difference to a coarse run on half of the points
-per side, by Richardson's extrapolation, and no less than a small part of the cells' own scale, since the errors of both
-runs may agree by chance. That of the increments is the difference between two coarse runs, one of which has half of
-the increments. That of the iteration is the certificate's worst residual. ``benchmarks/calibrate_error_bars.py``
-calibrates the constants; docs/error_bars.md has the outcome.
+They add three errors as independent ones. The error of the cells is the difference to a coarse run on half of the
+points per side, by Richardson's extrapolation. It has a least value, since the errors of both runs may agree by chance.
+The error of the increments is the difference between two coarse runs, one of which has half of the increments. The
+error of the iteration is the certificate's worst residual. ``benchmarks/calibrate_error_bars.py`` calibrates the
+constants; docs/error_bars.md has the outcome.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from fretsolve.system.arrays import DoubleArray
 
 ORDER, SURER_ORDERS = 0.8, {"contact_radius": 1.0, "work": 1.0, "work_total": 1.0}
 """Assumed orders of the discretisation. Sequences of grids show 1.3 to 2, but fluctuate with the place of the edges in
-their cells; the contact radius and the dissipated energy need somewhat less safety."""
+their cells. The contact radius and the dissipated energy need less safety."""
 
 INCREMENTS_SAFETY = 2.0
 """Factor on the difference that is the error of the increments to first order; the observed order is slightly less."""
 
 FLOOR, FLOOR_ORDER = 0.1, 2.0
 FLOOR_WORK, FLOOR_ORDER_WORK = 0.2, 1.5
-"""The least error of the cells is FLOOR (h/a)^FLOOR_ORDER times the largest value so far, with h the side of a cell and
-a the contact radius. That of the dissipated energy is relative to its own value."""
+"""The least error of the cells is FLOOR (h/a)^FLOOR_ORDER times the largest value so far, with the side h of a cell and
+the contact radius a. That of the dissipated energy is relative to its own value."""
 
 FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
 """The least error of radii, in units of h."""
@@ -62,26 +62,22 @@ def run_with_error_bars(
     """
     setup = case if isinstance(case, ProblemSetup) else set_up(case)
     bars = ErrorBars(setup, history, threads)
-    warned = False
     for state in run(setup, start, history, threads):
         errors = bars.of(state.summary)
-        if bars.failure is not None and warn is not None and not warned:
+        if bars.failure is not None and warn is not None:
             warn(f"no error bars from increment {state.summary.step} on: {bars.failure}")
-            warned = True
+            warn = None
         yield replace(state, errors=errors)
 
 
 class ErrorBars:
-    """The error bars of a problem, summary after summary; `history`: the summaries so far."""
+    """The error bars of a problem, summary after summary. history: the summaries so far."""
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup = setup
         self._threads = threads
         self._coarse = CoarseRun(coarser(setup, setup.load_path.counts), threads)
-        self._coarse_runs = [self._coarse]
-        self._fewer: CoarseRun | None = None
-        if setup.load_path.path_dependent:
-            self._start_fewer()
+        self._fewer = self._with_fewer() if setup.load_path.path_dependent else None
         orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
         points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
         self._coarse_share = coarse_points / points
@@ -98,7 +94,7 @@ class ErrorBars:
     @property
     def failure(self) -> str | None:
         """Why a coarse run stopped, in one line; None if none did."""
-        for coarse in self._coarse_runs:
+        for coarse in self._coarse_runs():
             if coarse.failure is not None:
                 nx, ny = coarse.setup.grid.shape
                 return f"the coarse run on {nx} x {ny} cells has no solution: {coarse.failure.message}"
@@ -112,28 +108,29 @@ class ErrorBars:
         errors = np.sqrt(cells**2 + increments**2 + self._iteration(summary) ** 2)
         return SummaryErrors(*errors.tolist(), *(self._cost() - cost_before).tolist())
 
-    def _start_fewer(self) -> None:
-        counts = fewer_increments(self._setup.load_path.counts)
-        self._fewer = CoarseRun(coarser(self._setup, counts), self._threads)
-        self._coarse_runs.append(self._fewer)
+    def _coarse_runs(self) -> list[CoarseRun]:
+        return [self._coarse] if self._fewer is None else [self._coarse, self._fewer]
+
+    def _with_fewer(self) -> CoarseRun:
+        """Return the coarse run with fewer increments."""
+        return CoarseRun(coarser(self._setup, fewer_increments(self._setup.load_path.counts)), self._threads)
 
     def _add(self, summary: Summary) -> None:
         nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
         if self._fewer is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
-            self._start_fewer()
+            self._fewer = self._with_fewer()
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
     def _cost(self) -> DoubleArray:
         """Return operator applications of the coarse runs, in units of one on the run's own grid, and their seconds."""
-        applications = self._coarse_share * sum(coarse.applications for coarse in self._coarse_runs)
-        return np.array([applications, sum(coarse.seconds for coarse in self._coarse_runs)])
+        applications = self._coarse_share * sum(coarse.applications for coarse in self._coarse_runs())
+        return np.array([applications, sum(coarse.seconds for coarse in self._coarse_runs())])
 
     def _cells(self, summary: Summary) -> DoubleArray:
         """Return the error of the discretisation."""
         difference = values_of(summary) - self._coarse.values(summary.step)
-        found: DoubleArray = np.hypot(self._richardson * difference, self._floor(summary))
-        return found
+        return np.asarray(np.hypot(self._richardson * difference, self._floor(summary)))
 
     def _floor(self, summary: Summary) -> DoubleArray:
         """Return the least error of the discretisation; none for imposed values."""
@@ -182,8 +179,8 @@ class ErrorBars:
     def _iteration(self, summary: Summary) -> DoubleArray:
         """Return the error of the iteration: the worst residual, for imposed values that of the load, times a scale."""
         imposed, scales = self._imposed(summary.step), self._scales(summary)
-        residuals = (summary.residual_load if name in imposed else summary.worst_residual for name in ESTIMATED)
-        return np.array([residual * scales[name] for residual, name in zip(residuals, ESTIMATED, strict=True)])
+        residuals = {True: summary.residual_load, False: summary.worst_residual}
+        return np.array([residuals[name in imposed] * scales[name] for name in ESTIMATED])
 
     def _scales(self, summary: Summary) -> dict[str, float]:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""

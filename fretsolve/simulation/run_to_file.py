@@ -24,13 +24,11 @@ from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
 
-LIBRARIES = ("numpy", "scipy", "pyfftw", "h5py")
-
 Show = Callable[[Summary, SummaryErrors | None], None]
 
 
 class Stop(Protocol):
-    """Tells whether the run is to stop after the increment."""
+    """A request to stop after the increment."""
 
     @property
     def requested(self) -> bool: ...
@@ -48,8 +46,8 @@ def solve_missing(
 ) -> bool:
     """Solve and save the increments that the result lacks, finish it, and return whether it is complete.
 
-    show: called after each saved increment, with its error bars if the case asks for them; warn: with a line if there
-    are none any more. beside: save each increment in a thread of its own while the next one is solved.
+    show: called after each saved increment with its summary, and with its error bars if the case asks for them. warn:
+    called with one line if the error bars end. beside: save an increment in a thread while the next one is solved.
     Raises FileError, and NoSolutionError once the failed result is written. After a stop, and after any other
     exception, the saved increments stay for a resume.
     """
@@ -63,19 +61,19 @@ def solve_missing(
     states = run_with_error_bars(setup, *so_far, threads, warn) if barred else run(setup, *so_far, threads)
     failure: NoSolutionError | None = None
     with ThreadPoolExecutor(1, "saving") if beside else nullcontext() as thread:
-        pending: list[Future[None]] = []
+        pending: Future[None] | None = None
         try:
             while not stop.requested and (state := next(states, None)) is not None:
+                if pending is not None:
+                    pending.result()
                 if thread is None:
                     save(state)
-                    continue
-                for one in pending:
-                    one.result()
-                pending = [thread.submit(save, state)]
+                else:
+                    pending = thread.submit(save, state)
         except NoSolutionError as error:
             failure = error
-        for one in pending:
-            one.result()
+        if pending is not None:
+            pending.result()
     if failure is not None:
         writer.finish("failed", str(failure), failure.kind)
         raise failure
@@ -88,7 +86,7 @@ def solve_missing(
 
 
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
-    """Return what the result says about its run, which is the same in each run of a case."""
+    """Return the header of the result, which is the same in each run of a case."""
     case = setup.case
     provenance = {
         "threads": threads,
@@ -115,7 +113,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
 
 @functools.cache
 def _environment() -> dict[str, str]:
-    versions = {library: version(library) for library in LIBRARIES}
+    versions = {library: version(library) for library in ("numpy", "scipy", "pyfftw", "h5py")}
     return {"platform": platform.platform(), "python": platform.python_version(), **versions}
 
 

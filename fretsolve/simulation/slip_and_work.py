@@ -1,15 +1,9 @@
 """Slip and dissipated energy of cells that the contact's edge passes within an increment.
 
-The slip increment of the solution is the surfaces' relative motion over the whole increment. A cell that is open at
-its start or at its end slips only while it touches; taking all of the motion makes the dissipated energy too large,
-with an error of order 3/2 in the increment. The share in contact follows from how far the edge has moved on both sides
-of the cell: at a distance s from the edge the pressure inside is C s^(1/2), the gap outside 4 C s^(3/2) / 3 E*
-(Johnson, Contact Mechanics, section 5.1), and C^2 is the slope of the squared pressure, which is constant near the edge
-(in Hertz's contact: everywhere). So the squared pressure of a cell is proportional to the path of the edge, and the
-mean friction limit is that of mu p with p^2 changing linearly from start to end.
-
-A cell that opens slips while it does so if the edge that leaves it slips; if the edge sticks, as at high friction, the
-cell sticks until it opens.
+The slip increment of the solution is the relative motion over the whole increment, but a cell that is open at its start
+or end slips only while it touches. docs/theory.md derives the share (T14) and the mean pressure (T15) from the
+square-root law of Johnson, Contact Mechanics, section 5.1. An opening cell slips if the edge that leaves it slips; if
+that sticks, as at high friction, the cell sticks until it opens.
 """
 
 from __future__ import annotations
@@ -51,9 +45,8 @@ def limit_to_contact(
 def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArray) -> BoolArray:
     """Return which of the cells `parted` slipped: those whose nearest cell in contact slips.
 
-    If no contact is left, those that slipped before.
-
-    zone: at the increment's end; slipping: at its start; all (nx, ny).
+    If no contact is left, these are the cells that slipped before. zone: at the increment's end; slipping: at its
+    start; all (nx, ny).
     """
     places, edge = np.argwhere(parted), np.argwhere(_edge(zone != Zone.OPEN))
     if not len(places) or not len(edge):

@@ -1,22 +1,16 @@
 """Areas of the contact and of its stick zone to a small part of a cell, from the fields of one increment.
 
-A count of cells jumps by a cell, and is too large: a cell joins while the front is still about a sixth of a cell short
-of its centre. The fields show where the front is. At a distance s from it the pressure inside goes like s^(1/2) and
-the gap outside like s^(3/2), with factors in a ratio that the contact modulus E* sets (Johnson, Contact Mechanics,
-section 5.1). The discrete solution has a ratio of its own: on a link of length h, between the centres of a cell with
-pressure p and of the next one, open by g, the front lies at the share
-
-    p h / (p h + lever E* g)
-
-of the link, less an inset along its normal. For a front along the cells this holds to 2e-4 of h, with a lever of 0.58
-and an inset of 0.175 h; in any direction to 0.02 of h, and to 0.002 on average, with the constants below, measured on
-Hertz contacts on grids of 128 to 512 cells a side. The stick zone ends as the contact does: the reserve, by which the
-shear traction is below the friction limit, takes the place of the pressure, the slip increment that of the gap.
+The fields place the edge of the contact, and of a stick zone that shrinks, on the link between the centres of an inner
+and an outer cell by (T16) of docs/theory.md, less an inset along its normal; the factor kappa is here the lever. For an
+edge along the cells this holds to 2e-4 of their side h, with a lever of 0.58 and an inset of 0.175 h; in any direction
+to 0.02 of h, and to 0.002 on average, with the constants below, measured on Hertz contacts on grids of 128 to 512 cells
+a side. For the stick zone the reserve, by which the shear traction is below the friction limit, takes the place of the
+pressure, and the slip increment that of the gap.
 
 Straight segments join the points on the links, one in each square between four centres. If no smooth front fits the
 fields, the square's cells are counted instead: along a body's sharp edge, and in contacts so small that no cell has
 its four neighbours with it. The reserve behind the front gives its place if there is less slip than belongs to the
-shear traction, as when the front moves by less than a cell in an increment, and if the stick zone grows.
+shear traction, as when the front moves by less than a cell in an increment, and if the stick zone grows (T17).
 """
 
 from __future__ import annotations
@@ -46,28 +40,28 @@ INSET = 0.104
 logarithm of their ratio, averaged over the front's places within a cell, which the inset corrects."""
 
 STEEPEST = 2.0
-"""Limit of lever E* g over h times the largest pressure behind the front: 1.6 at most past a smooth front, far more
-past a sharp edge."""
+"""Limit of lever E* g over h times the largest pressure behind the front. It is at most 1.6 past a smooth front, and far
+more past a sharp edge."""
 
 RATIO, RATIO_INSET, TRUST = 0.4245, 0.05, 0.16
 """By the reserve alone the share is r/(1 - RATIO r) less about RATIO_INSET, with r the reserve in the last cell over
-that in the one behind: to 2e-4 on a front along the cells (without the inset), to 0.1 on others. This share begins to
-replace the one by the slip if that is larger by TRUST, and has replaced it at twice that."""
+that in the one behind. It holds to 2e-4 on a front along the cells (without the inset), to 0.1 on others. It begins to
+replace the share by the slip if that is larger by TRUST, and has replaced it at twice that."""
 
 LIKE_A_ROOT = 0.65
-"""Behind a front that has moved into the stick zone, that ratio is at least 0.7 farther in, or 0.61 next to a front
-that is about to reach a cell."""
+"""Farther in, r is at least 0.7 behind a front that has moved into the stick zone, or 0.61 if the front is about to
+reach a cell."""
 
 STEEP = 0.72
-"""Behind a front of a stick zone that has grown over some increments that ratio is at most 0.55, and 0.65 one cell
-farther in, where it is at least 0.78 behind other fronts."""
+"""Behind the front of a stick zone that has grown over some increments, r is at most 0.55, and 0.65 one cell farther in,
+where it is at least 0.78 behind other fronts."""
 
 GAINED, GAINED_BEYOND = 1.5, 0.12
-"""A stick zone grows without a singularity of the shear traction's rate, or the friction limit would be exceeded behind
-its front: the reserve goes like s^GAINED there. Its ratio in the last two cells gives the front's place, which on the
-discrete grid is GAINED_BEYOND of a link farther out: for spheres pressed on a dissimilar body, for which Spence's
-theory is exact, to 0.02 of h on average, and within 0.03 of that from one place in a cell to another. In increments
-smaller than a cell, the slip shows only which cell the front has reached."""
+"""Behind the front of a growing stick zone the reserve goes like s^GAINED, since a singular rate of the shear traction
+would exceed the friction limit. So r gives the front's place, which on the discrete grid is GAINED_BEYOND of a link
+farther out. For spheres pressed on a dissimilar body, for which Spence's theory is exact, this holds to 0.02 of h on
+average, and within 0.03 of that from place to place. In increments smaller than a cell, the slip shows only which cell
+the front has reached."""
 
 MARGIN = 4
 """Cells kept around a zone, to which a link's share may refer."""
@@ -159,6 +153,7 @@ class _CellPart:
 
 
 def _contact_share(part: _CellPart, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
+    """Return the shares by pressure and gap."""
     load, opening = part.cut(pressure, 0.0), part.cut(gap, np.inf)
     opening = materials.contact_modulus * np.maximum(opening, 0.0)
 
@@ -171,8 +166,10 @@ def _contact_share(part: _CellPart, pressure: FloatArray, gap: FloatArray, mater
 def _slip_share(
     part: _CellPart, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
 ) -> Share:
-    """Return the shares by slip and `reserve`. A front across the slip has the contact modulus, one along it that of
-    antiplane shear."""
+    """Return the shares by slip and `reserve`.
+
+    The modulus is the contact modulus for a front across the slip, and that of antiplane shear for one along it.
+    """
     across, along = materials.contact_modulus, 2.0 / materials.torsional
 
     def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import CaseError
-from fretsolve.result.layout import set_attributes
 from fretsolve.system import atomic_files
 
 
@@ -64,14 +63,14 @@ def write_hdf5(
     columns: by group, empty for none; links: by their names in the file.
     """
     with atomic_files.reported(path), atomic_files.new_hdf5(path, path.parent) as file:
-        set_attributes(file.id, {"fretsolve_version": __version__, **attributes})
+        file.attrs.update({"fretsolve_version": __version__, **attributes})
         for group, members in columns.items():
             for one in members:
                 values = one.values.astype(np.uint8) if one.values.dtype == bool else one.values
                 kind = h5py.string_dtype() if values.dtype == object else None
                 dataset = file.create_dataset(f"{group}/{one.name}" if group else one.name, data=values, dtype=kind)
                 meaning = {"units": one.units, "long_name": one.meaning or one.name, **one.attributes}
-                set_attributes(dataset.id, meaning)
+                dataset.attrs.update(meaning)
         for name, link in links.items():
             file[name] = link
 

@@ -22,9 +22,6 @@ from fretsolve.system.files import writing
 if TYPE_CHECKING:
     import h5py
 
-LIBRARY_VERSIONS = ("v110", "v110")
-"""Read by HDF5 1.10 and later, and with checksums on all metadata."""
-
 TEMPORARY_SUFFIX = ".tmp"
 
 STALE = 3600.0
@@ -34,9 +31,8 @@ STALE = 3600.0
 class WriteThroughFile(io.FileIO):
     """A new file that remembers its first error instead of raising it.
 
-    HDF5 cannot recover from a write that fails while it closes a file: the interpreter then crashes at exit.
-    So HDF5 writes through this object (h5py's file-like driver), which drops all writes after a failed one
-    and reports the failure afterwards, in `check`.
+    If a write fails while HDF5 closes a file, the interpreter crashes at exit. So HDF5 writes through this object
+    (h5py's file-like driver), which drops all writes after a failed one and reports the failure in `check`.
     """
 
     def __init__(self, path: Path):
@@ -74,19 +70,13 @@ class WriteThroughFile(io.FileIO):
         if self._error is not None:
             raise self._error
 
-    def sync(self) -> None:
-        """Wait until all is on the disk. Raises OSError, also that of an earlier write."""
-        self.check()
-        os.fsync(self.fileno())
-
 
 @contextmanager
 def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) -> Iterator[WriteThroughFile]:
     """Open a new file, which replaces `target` in one step once the block ends without an error.
 
-    Until then it lies in `folder` (default: that of `target`; on the same file system) under a name of its own, so that
-    several processes may write `target` at the same time; `remove_temporaries` clears up after a kill.
-    durable: wait until file and name are on the disk, so that a power cut does not take them back. Raises OSError.
+    Until then it has a name of its own in `folder` (default: that of `target`; on the same file system), so that
+    several processes may write `target` at once. durable: wait until file and name are on the disk. Raises OSError.
     """
     temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
     file = WriteThroughFile(temporary)
@@ -95,7 +85,7 @@ def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) 
             yield file
             file.check()
             if durable:
-                file.sync()
+                os.fsync(file.fileno())
         finally:
             file.close()
         os.replace(temporary, target)
@@ -114,7 +104,8 @@ def new_hdf5(target: Path, folder: Path | None = None) -> Iterator[h5py.File]:
 
     with new_file(target, folder) as raw:
         try:
-            with h5py.File(raw, "w", libver=LIBRARY_VERSIONS) as file:
+            # HDF5 1.10 and later read such a file, and all of its metadata have checksums.
+            with h5py.File(raw, "w", libver=("v110", "v110")) as file:
                 yield file
         except Exception:
             raw.check()  # whatever HDF5 reports after a failed write, that write is the cause

@@ -36,13 +36,13 @@ class StopRequest(AbstractContextManager["StopRequest"]):
     """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
 
     requested: whether a signal has come, so that the run is to stop after its increment. notice: the line written to
-    standard error at the first signal, empty for none; at_once: at the second. idle: a signal ends the process at once
-    until `begin` is called, since there is nothing to save.
+    standard error at the first signal, empty for none; at_once: at the second. idle: a signal ends the process at once,
+    since there is nothing to save yet.
     """
 
     def __init__(self, notice: str = NOTICE, *, at_once: str = AT_ONCE_NOTICE, idle: bool = False):
         self._notice, self._at_once = notice, at_once
-        self._idle = idle
+        self.idle = idle
         self._first: float | None = None
         self._previous: dict[signal.Signals, Any] = {}
 
@@ -51,13 +51,8 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         """Whether a signal has come."""
         return self._first is not None
 
-    def begin(self) -> None:
-        """From now on there is work to stop."""
-        self._idle = False
-
     def __enter__(self) -> StopRequest:
-        for number in SIGNALS:
-            self._previous[number] = signal.signal(number, self._handle)
+        self._previous = {number: signal.signal(number, self._handle) for number in SIGNALS}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -66,7 +61,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
-        if self._idle:
+        if self.idle:
             _announce(number, IDLE_NOTICE)
             if number == signal.SIGINT:
                 end_by(signal.SIGINT)

@@ -335,6 +335,6 @@ def test_writes_after_a_failed_one_are_dropped(tmp_path: Path, monkeypatch: pyte
     monkeypatch.undo()
     file.write(b"ghi")
     with pytest.raises(OSError, match="full"):
-        file.sync()
+        file.check()
     file.close()
     assert (tmp_path / "file").read_bytes() == b"abc"
