@@ -16,8 +16,8 @@ from fretsolve.cli.options import CommandLine, output_option, overrides_option, 
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
 from fretsolve.plots import KINDS
+from fretsolve.system.environment import available, set_up_numerics
 from fretsolve.system.signals import StopRequest
-from fretsolve.system.threads import available, set_up_numerics
 from fretsolve.templates import TEMPLATES
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, STILL, PictureKind, Selection
 from fretsolve.result import Result, open_result
+from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
-from fretsolve.system.optional import how_to_install
 
 DEFAULT_KIND = "loop"
 

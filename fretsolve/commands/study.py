@@ -24,8 +24,8 @@ from fretsolve.study.variation import words
 from fretsolve.study.wording import advice, notes
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.system import atomic_files
+from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, writing
-from fretsolve.system.optional import how_to_install
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PICTURE_NAME = "study.png"

@@ -17,9 +17,9 @@ from fretsolve.sweep.plan import SweepPlan, make_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
 from fretsolve.sweep.status import CaseState, counts, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect, writer_of
+from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
-from fretsolve.system.threads import processors
 
 MOST_REASONS = 20
 """Lines on cases that have no result or no solution."""

@@ -35,8 +35,7 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
     finished = result.status in ("complete", "failed")
-    atomic_files.remove_stale(beside)
-    with atomic_files.new_hdf5(beside, beside.parent) as file:
+    with atomic_files.new_hdf5(beside) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
         file.create_dataset("points", data=points, compression="gzip", shuffle=True)

@@ -13,7 +13,7 @@ from fretsolve.kernels import cg_numpy as cg
 from fretsolve.kernels import friction_numpy as friction
 from fretsolve.kernels import normal_numpy as normal
 from fretsolve.kernels import spectral_numpy as spectral
-from fretsolve.system.optional import compiler_wanted
+from fretsolve.system.environment import compiler_wanted
 
 COMPILED = False
 WHY_NOT = ""

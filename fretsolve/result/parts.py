@@ -272,20 +272,14 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         yield
     except FileNotFoundError:
         raise
+    except PermissionError as error:
+        raise FileError("no permission to read the file", path) from error
+    except IsADirectoryError as error:
+        raise FileError("a folder; the file of a result is needed", path) from error
     except (OSError, KeyError, RuntimeError) as error:
-        raise FileError(_reason(error, what), path) from error
-
-
-def _reason(error: Exception, what: str) -> str:
-    message = " ".join(str(error).split())
-    if isinstance(error, PermissionError):
-        return "no permission to read the file"
-    if isinstance(error, IsADirectoryError):
-        return "a folder; the file of a result is needed"
-    for part, reason in _REASONS.items():
-        if part in message:
-            return reason.format(what or "the file")
-    return f"cannot read {what or 'the file'}: {message}"
+        message, what = " ".join(str(error).split()), what or "the file"
+        reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
+        raise FileError(next(reasons, f"cannot read {what}: {message}"), path) from error
 
 
 def _records(columns: Mapping[str, Any]) -> NDArray[Any]:

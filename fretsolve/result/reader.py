@@ -22,7 +22,7 @@ from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.optional import how_to_install
+from fretsolve.system.environment import how_to_install
 
 if TYPE_CHECKING:
     import xarray

@@ -19,7 +19,7 @@ from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import Part
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.system.optional import compiler_wanted
+from fretsolve.system.environment import compiler_wanted
 
 PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
 """Python with its libraries; numba, where it is installed; blocks of the transforms that stay in cache, for the normal

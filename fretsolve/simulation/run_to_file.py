@@ -87,7 +87,10 @@ def solve_missing(
 
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
     """Return the header of the result, which is the same in each run of a case."""
-    case = setup.case
+    case, digests = setup.case, {}
+    for number, file in enumerate(height_maps(case), start=1):
+        with reported("cannot be read", file):
+            digests[f"height map {number}"] = hashlib.sha256(file.read_bytes()).hexdigest()
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,
@@ -101,7 +104,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
         effective_case=json.dumps(case.effective()),
         coupling=setup.model.coupling,
         model=json.dumps([vars(decision) for decision in setup.model.decisions]),
-        inputs=json.dumps({f"height map {n}": _digest(file) for n, file in enumerate(height_maps(case), start=1)}),
+        inputs=json.dumps(digests),
         provenance=json.dumps(provenance),
         x=setup.grid.x,
         y=setup.grid.y,
@@ -120,8 +123,3 @@ def _environment() -> dict[str, str]:
 def height_maps(case: Case) -> list[Path]:
     """Return the files of the measured maps of a case."""
     return [surface.file for surface in case.surface if isinstance(surface, HeightsSurface)]
-
-
-def _digest(file: Path) -> str:
-    with reported("cannot be read", file):
-        return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -48,7 +48,9 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
     If no contact is left, these are the cells that slipped before. zone: at the increment's end; slipping: at its
     start; all (nx, ny).
     """
-    places, edge = np.argwhere(parted), np.argwhere(_edge(zone != Zone.OPEN))
+    contact = np.pad(zone != Zone.OPEN, 1, mode="edge")
+    surrounded = contact[2:, 1:-1] & contact[:-2, 1:-1] & contact[1:-1, 2:] & contact[1:-1, :-2]
+    places, edge = np.argwhere(parted), np.argwhere(contact[1:-1, 1:-1] & ~surrounded)
     if not len(places) or not len(edge):
         return parted & slipping
     from scipy.spatial import cKDTree  # takes as long to import as a small increment to solve
@@ -57,12 +59,6 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
     slipped = np.zeros_like(parted)
     slipped[tuple(places.T)] = zone[tuple(edge[nearest].T)] == Zone.SLIP
     return slipped
-
-
-def _edge(contact: BoolArray) -> BoolArray:
-    """Return the cells in contact that have a neighbour out of contact."""
-    padded = np.pad(contact, 1, mode="edge")
-    return contact & ~(padded[2:, 1:-1] & padded[:-2, 1:-1] & padded[1:-1, 2:] & padded[1:-1, :-2])
 
 
 def share_in_contact(

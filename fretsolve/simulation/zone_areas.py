@@ -40,8 +40,8 @@ INSET = 0.104
 logarithm of their ratio, averaged over the front's places within a cell, which the inset corrects."""
 
 STEEPEST = 2.0
-"""Limit of lever E* g over h times the largest pressure behind the front. It is at most 1.6 past a smooth front, and far
-more past a sharp edge."""
+"""Limit of lever E* g over h times the largest pressure behind the front. Smooth fronts have at most 1.6, sharp edges
+far more."""
 
 RATIO, RATIO_INSET, TRUST = 0.4245, 0.05, 0.16
 """By the reserve alone the share is r/(1 - RATIO r) less about RATIO_INSET, with r the reserve in the last cell over
@@ -53,8 +53,8 @@ LIKE_A_ROOT = 0.65
 reach a cell."""
 
 STEEP = 0.72
-"""Behind the front of a stick zone that has grown over some increments, r is at most 0.55, and 0.65 one cell farther in,
-where it is at least 0.78 behind other fronts."""
+"""Behind the front of a stick zone that has grown over some increments, r is at most 0.55. One cell farther in it is at
+most 0.65, and at least 0.78 behind other fronts."""
 
 GAINED, GAINED_BEYOND = 1.5, 0.12
 """Behind the front of a growing stick zone the reserve goes like s^GAINED, since a singular rate of the shear traction

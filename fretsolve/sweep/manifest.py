@@ -12,7 +12,7 @@ from typing import Any
 from fretsolve.errors import CaseError, FileError
 from fretsolve.sweep.points import Setting
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of
+from fretsolve.system.files import reason_of, writing
 
 MANIFEST_NAME = "manifest.json"
 RESULTS_NAME = "results"
@@ -112,7 +112,7 @@ def write_manifest(manifest: Manifest) -> None:
         ],
     }
     path = manifest.folder / MANIFEST_NAME
-    with atomic_files.reported(path):
+    with writing(path):
         manifest.results.mkdir(parents=True, exist_ok=True)
         atomic_files.write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from fretsolve import __version__
 from fretsolve.errors import CaseError
 from fretsolve.system import atomic_files
+from fretsolve.system.files import writing
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ def write_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) 
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([column.heading for column in columns])
     writer.writerows([_cell(value) for value in row] for row in ([first, *rows] if first else rows))
-    with atomic_files.reported(path):
+    with writing(path):
         atomic_files.write_text(path, text.getvalue())
 
 
@@ -62,7 +63,7 @@ def write_hdf5(
 
     columns: by group, empty for none; links: by their names in the file.
     """
-    with atomic_files.reported(path), atomic_files.new_hdf5(path, path.parent) as file:
+    with writing(path), atomic_files.new_hdf5(path) as file:
         file.attrs.update({"fretsolve_version": __version__, **attributes})
         for group, members in columns.items():
             for one in members:
@@ -85,7 +86,7 @@ def write_parquet(path: Path, columns: Iterable[Column]) -> None:
     content = io.BytesIO()
     arrays = {column.heading: pyarrow.array(column.values.tolist()) for column in columns}
     pyarrow.parquet.write_table(pyarrow.table(arrays), content)
-    with atomic_files.reported(path), atomic_files.new_file(path, path.parent) as file:
+    with writing(path), atomic_files.new_file(path) as file:
         file.write(content.getvalue())
 
 

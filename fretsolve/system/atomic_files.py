@@ -17,15 +17,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretsolve.system.files import writing
-
 if TYPE_CHECKING:
     import h5py
 
 TEMPORARY_SUFFIX = ".tmp"
 
 STALE = 3600.0
-"""Age in seconds at which a temporary file counts as left by a kill, if other processes may write the same file."""
+"""Seconds after which a temporary file counts as left by a kill, if other processes may write the same file."""
 
 
 class WriteThroughFile(io.FileIO):
@@ -75,9 +73,12 @@ class WriteThroughFile(io.FileIO):
 def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) -> Iterator[WriteThroughFile]:
     """Open a new file, which replaces `target` in one step once the block ends without an error.
 
-    Until then it has a name of its own in `folder` (default: that of `target`; on the same file system), so that
-    several processes may write `target` at once. durable: wait until file and name are on the disk. Raises OSError.
+    Until then it has a name of its own, so that several processes may write `target` at once. folder: where it lies, on
+    the same file system; by default beside `target`, where it also removes what kills have left. durable: wait until
+    file and name are on the disk. Raises OSError.
     """
+    if folder is None:
+        remove_stale(target)
     temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
     file = WriteThroughFile(temporary)
     try:
@@ -116,14 +117,6 @@ def write_text(target: Path, text: str) -> None:
     """Write a small file. Raises OSError."""
     with new_file(target) as file:
         file.write(text.encode())
-
-
-@contextmanager
-def reported(target: Path) -> Iterator[None]:
-    """Clear up what kills have left of `target`, which the block writes, and turn an OSError into a FileError."""
-    with writing(target):
-        remove_stale(target)
-        yield
 
 
 def sync_folder(folder: Path) -> None:

@@ -24,7 +24,7 @@ from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.worker_pool import Warn, WorkerPool, in_rounds
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import is_taken
-from fretsolve.system.optional import how_to_install
+from fretsolve.system.environment import how_to_install
 
 TASK_SECONDS = 1.0
 """Estimated time of a task of small cases: the scheduler takes milliseconds for each task."""

@@ -17,6 +17,7 @@ from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list
 from fretsolve.sweep.plan import SweepPlan
 from fretsolve.sweep.spec import SlurmSpec
 from fretsolve.system import atomic_files
+from fretsolve.system.files import writing
 
 FOLDER_NAME, SCRIPT_NAME = "slurm", "job.sh"
 
@@ -99,7 +100,7 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
 
 def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
     script = manifest.folder / FOLDER_NAME / SCRIPT_NAME
-    with atomic_files.reported(script):
+    with writing(script):
         script.parent.mkdir(exist_ok=True)
         atomic_files.write_text(script, script_text(manifest, spec))
     return script

@@ -17,7 +17,7 @@ from fretsolve import load_case, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.system.threads import available
+from fretsolve.system.environment import available
 
 
 @pytest.fixture(scope="module")

@@ -131,9 +131,9 @@ def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
     target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123abcd.tmp"
     stale.touch()
     os.utime(stale, (0.0, 0.0))
-    with atomic_files.reported(target), atomic_files.new_file(target, tmp_path) as first:
+    with atomic_files.new_file(target) as first:
         first.write(b"first")
-        with atomic_files.reported(target), atomic_files.new_file(target, tmp_path) as second:
+        with atomic_files.new_file(target) as second:
             second.write(b"second")
         assert target.read_bytes() == b"second"
     assert target.read_bytes() == b"first"

@@ -1,0 +1,144 @@
+"""A case run into its result file: what is written, what a stop leaves, and what a resume adds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, build
+
+from fretsolve import open_result, run, run_with_error_bars
+from fretsolve.errors import FileError, SlidingError
+from fretsolve.result import HistoryWriter
+from fretsolve.result.state import Summary, SummaryErrors
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.run_to_file import run_header, solve_missing
+
+PATH = [{"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 3}]
+CLOCKS = {"wall_time", "coarse_runs_wall_time"}
+
+
+@dataclass
+class StopAfter:
+    """Asks to stop after so many increments."""
+
+    increments: int = 1000
+
+    @property
+    def requested(self) -> bool:
+        self.increments -= 1
+        return self.increments < 0
+
+
+def setup_of(**parts: Any) -> ProblemSetup:
+    grid = {"points": 16, "size": 0.8}
+    return set_up(build(**{"bodies": DISSIMILAR, "grid": grid, "load_path": PATH, **parts}))
+
+
+def solve(out: Path, setup: ProblemSetup, increments: int = 1000, **options: Any) -> tuple[bool, list[Any]]:
+    """Solve up to so many increments; return whether the result is complete, and what was shown."""
+    shown: list[tuple[Summary, SummaryErrors | None]] = []
+
+    def show(summary: Summary, errors: SummaryErrors | None) -> None:
+        shown.append((summary, errors))
+
+    with HistoryWriter.open(out, run_header(setup, 1, ()), resume=True) as writer:
+        return solve_missing(setup, writer, StopAfter(increments), show=show, **options), shown
+
+
+def assert_same_results(one: Path, other: Path) -> None:
+    with open_result(one) as first, open_result(other) as second:
+        assert (first.status, first.steps, first.fields) == (second.status, second.steps, second.fields)
+        for name in first.history.keys() - CLOCKS:
+            np.testing.assert_array_equal(first.history[name], second.history[name], strict=True)
+        for name in first.fields:
+            for step in first.steps:
+                np.testing.assert_array_equal(first.field(name, step), second.field(name, step), strict=True)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_result_has_each_increment_of_the_run(tmp_path: Path, beside: bool) -> None:
+    setup, out = setup_of(), tmp_path / "out.h5"
+    complete, shown = solve(out, setup, beside=beside)
+    assert complete
+    assert list(tmp_path.iterdir()) == [out]
+    states = list(run(setup))
+    with open_result(out) as result:
+        assert (result.status, result.steps) == ("complete", tuple(range(5)))
+        for name in result.history.keys() - CLOCKS:
+            assert result.history[name].tolist() == [getattr(state.summary, name) for state in states]
+        for state in states:
+            np.testing.assert_array_equal(result.field("shear", state.summary.step), state.fields.shear)
+            np.testing.assert_array_equal(result.field("zone", state.summary.step), state.fields.zone)
+        assert [(row.step, row.P, errors) for row, errors in shown] == [
+            (step, load, None) for step, load in enumerate(result.history["P"])
+        ]
+
+
+def test_stopped_run_goes_on_to_the_same_result(tmp_path: Path) -> None:
+    setup, out = setup_of(), tmp_path / "halves.h5"
+    complete, shown = solve(out, setup, increments=3, beside=True)
+    assert (complete, [row.step for row, _ in shown]) == (False, [0, 1, 2])
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("stopped", 3)
+    complete, shown = solve(out, setup)
+    assert (complete, [row.step for row, _ in shown]) == (True, [3, 4])
+    solve(tmp_path / "whole.h5", setup)
+    assert_same_results(out, tmp_path / "whole.h5")
+
+
+def test_error_bars_are_saved_and_go_on_after_a_stop(tmp_path: Path) -> None:
+    setup = setup_of(solver={"error_bars": True})
+    complete, shown = solve(tmp_path / "halves.h5", setup, increments=3)
+    assert not complete
+    _, later = solve(tmp_path / "halves.h5", setup)
+    states = list(run_with_error_bars(setup))
+    with open_result(tmp_path / "halves.h5") as result:
+        for name in ("delta_x_error", "stick_radius_error", "work_total_error"):
+            assert result.history[name].tolist() == [getattr(state.errors, name) for state in states]
+            assert result.history[name].tolist() == [getattr(errors, name) for _, errors in (*shown, *later)]
+            assert result.history[name][-1] > 0.0
+
+
+def test_run_without_a_solution_is_saved_as_failed(tmp_path: Path) -> None:
+    setup, out = setup_of(load_path=[PATH[0], {"Qx": 90.0, "increments": 3}]), tmp_path / "out.h5"
+    with pytest.raises(SlidingError, match="stage 2"):
+        solve(out, setup, beside=True)
+    with open_result(out) as result:
+        assert (result.status, result.attributes["failure_kind"]) == ("failed", "sliding")
+        assert result.history["Qx"] == pytest.approx([0.0, 0.0, 30.0], abs=1e-3)
+        assert "stage 2" in result.attributes["failure"]
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_increments_before_a_fault_stay(tmp_path: Path, beside: bool) -> None:
+    def show(summary: Summary, errors: SummaryErrors | None) -> None:
+        if summary.step == 1:
+            raise RuntimeError("the reader of the messages is gone")
+
+    setup, out = setup_of(), tmp_path / "out.h5"
+    with HistoryWriter.open(out, run_header(setup, 1, ())) as writer, pytest.raises(RuntimeError, match="is gone"):
+        solve_missing(setup, writer, StopAfter(), show=show, beside=beside)
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("stopped", 2)
+    assert solve(out, setup)[0]
+
+
+def test_header_says_what_makes_the_numbers(tmp_path: Path) -> None:
+    heights = tmp_path / "heights.npy"
+    np.save(heights, np.add.outer(np.linspace(-1, 1, 32) ** 2, np.linspace(-1, 1, 32) ** 2))
+    setup = setup_of(surface={"heights": {"file": str(heights), "spacing": 0.05}})
+    header = run_header(setup, 2, ("friction=0.1",))
+    assert json.loads(header.inputs) == {"height map 1": hashlib.sha256(heights.read_bytes()).hexdigest()}
+    provenance = json.loads(header.provenance)
+    assert (provenance["threads"], provenance["overrides"]) == (2, ["friction=0.1"])
+    assert {"numpy", "scipy", "pyfftw", "h5py", "python", "platform"} <= provenance.keys()
+    assert json.loads(header.effective_case)["friction"] == {"coefficient": 0.1}
+    heights.unlink()
+    with pytest.raises(FileError, match=r"heights\.npy: cannot be read: No such file"):
+        run_header(setup, 1, ())
