@@ -18,18 +18,15 @@ from fretsolve.system.arrays import DoubleArray
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
 
-SHOWN_DIFFERENCES = 3
-
 
 @dataclass(frozen=True, eq=False)
 class RunHeader:
-    """What is known of a run before its first increment.
+    """Everything known of a run before its first increment.
 
-    case_yaml: the case as written. effective_case, provenance: JSON objects. coupling: the terms kept, and model: the
+    case_yaml: the case as written. effective_case, provenance: JSON objects. coupling: the terms kept; model: the
     reason for each part of the model, a JSON list. inputs: JSON object of the SHA-256 of files that the case names.
-    x, y: cell centres in mm, ``(nx,)`` and ``(ny,)``. fields: which to store, of `pressure`, `shear`, `slip`,
-    `slip_path`, `work_density`, `zone`, `gap`; every: of which increments, besides the last. errors: whether every
-    increment comes with error bars.
+    x, y: cell centres in mm, ``(nx,)`` and ``(ny,)``. fields: which to store, as in a case; every: at which increments
+    besides the last. errors: whether every increment comes with error bars.
     """
 
     case_yaml: str
@@ -91,24 +88,18 @@ def present_case(effective_case: str) -> dict[str, Any]:
 def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:
     """Raise FileError unless the run stored in `file`, with these attributes, gives the same numbers as `header`'s."""
     if (version := attributes["fretsolve_version"]) != header.version:
-        raise FileError(
-            f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ:"
-            " finish it with that version, or start anew with --overwrite",
-            file,
-        )
+        message = f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ"
+        raise FileError(f"{message}: finish it with that version, or start anew with --overwrite", file)
     there, here = _identity(attributes), _identity(header.attributes("running"))
-    shown = [
+    differences = [
         f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}
         if there.get(key) != here.get(key)
     ]
-    if shown:
-        more = f" and {len(shown) - SHOWN_DIFFERENCES} more" if len(shown) > SHOWN_DIFFERENCES else ""
-        raise FileError(
-            f"holds a run of another case: {'; '.join(shown[:SHOWN_DIFFERENCES])}{more};"
-            " give another -o, or start anew with --overwrite",
-            file,
-        )
+    if differences:
+        more = f" and {len(differences) - 3} more" if len(differences) > 3 else ""
+        message = f"holds a run of another case: {'; '.join(differences[:3])}{more}"
+        raise FileError(f"{message}; give another -o, or start anew with --overwrite", file)
 
 
 def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:

@@ -89,7 +89,7 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def increments(self) -> int:
-        """How many increments there are."""
+        """The number of increments."""
         return len(self.history["step"])
 
     @property
@@ -231,11 +231,9 @@ def read_header(folder: Path) -> RunHeader:
 def _require_known_format(file: Path, format_version: int, version: str) -> None:
     """Raise FileError if this version is too old to read `file`."""
     if format_version > FORMAT_VERSION:
-        raise FileError(
-            f"has format {format_version}, written by fretsolve {version}; this is {__version__}, which reads"
-            f" formats up to {FORMAT_VERSION}: install fretsolve {version} or newer",
-            file,
-        )
+        message = f"has format {format_version}, written by fretsolve {version}; this is {__version__}"
+        advice = f"which reads formats up to {FORMAT_VERSION}: install fretsolve {version} or newer"
+        raise FileError(f"{message}, {advice}", file)
 
 
 def _parts_of(out: Path) -> list[Part]:

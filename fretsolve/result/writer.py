@@ -35,10 +35,10 @@ MERGE_EVERY = 32
 """Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
 
 RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
-"""How to go on with a run of one case, and with one of several cases."""
+"""Advice for a run of one case, and for one of several cases."""
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
-"""What to do about an existing result."""
+"""Advice for an existing result."""
 
 
 class HistoryWriter(AbstractContextManager["HistoryWriter"]):
@@ -48,7 +48,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     beginning. summaries: of all increments so far. notes: warnings about the resume.
     """
 
-    def __init__(self, out: Path, header: RunHeader, lock: RunLock | None, pause: float = 0.0, advice: str = RESUME):
+    def __init__(self, out: Path, header: RunHeader, pause: float = 0.0, advice: str = RESUME):
         self.out = out
         self.header = header
         self._kept = f"; the increments so far are kept, {advice}"
@@ -60,7 +60,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.summaries: list[Summary] = []
         self.notes: list[str] = []
         self._folder = parts_folder(out)
-        self._lock = lock
+        self._lock: RunLock | None = None
         self._parts: list[Part] = []
 
     @classmethod
@@ -77,11 +77,10 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
-        retry: whether to resume a failed one; otherwise it stays as it is.
-        pause: seconds for which increments may stay unsaved; a run that takes less is written as a whole at its end.
-        advice: how to go on, for the message if nothing more can be saved.
-        Raises CaseError if `out` or its parts exist and neither option is given, FileError if they belong to
-        another run or are damaged, if another run writes them, or if the folder cannot be written.
+        retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
+        unsaved. advice: how to go on, for the message if nothing more can be saved. Raises CaseError if `out` or its
+        parts exist and neither option is given, FileError if they belong to another run or are damaged, if another run
+        writes them, or if the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
@@ -90,12 +89,11 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             if overwrite and out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
                 message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
                 raise FileError(message, out)
+            writer = cls(out, header, pause, advice)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
-            if resume and out.exists() and not parts_folder(out).exists() and _is_final(out, header, retry):
-                writer = cls(out, header, None)
-                writer._read_final()
+            if resume and out.exists() and not writer._folder.exists() and writer._take_final(retry):
                 return writer
-            writer = cls(out, header, RunLock.acquire(parts_folder(out)), pause, advice)
+            writer._lock = RunLock.acquire(writer._folder)
             try:
                 writer._begin(resume, overwrite, retry)
             except BaseException:
@@ -153,11 +151,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self._lock.release()
             self._lock = None
 
-    def _read_final(self) -> None:
-        with Piece(self.out) as piece:
-            self.summaries = piece.summaries()
-        self.complete = True
-
     def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
         # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
@@ -166,9 +159,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self._clear()
             atomic_files.remove(self.out)
         elif self.out.exists():
-            if _is_final(self.out, self.header, retry):
+            if self._take_final(retry):
                 self._clear()
-                self._read_final()
             else:
                 self._take_up_failed()
             return
@@ -181,6 +173,16 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise CaseError(message, (), self._folder)
         if not self._pause:
             self._write_header()
+
+    def _take_final(self, retry: bool) -> bool:
+        """Take OUT as it is if nothing is left to do, and return whether. Raises FileError if it is of another run."""
+        attributes = read_attributes(self.out)
+        require_same_run(self.out, attributes, self.header)
+        if attributes["status"] == "complete" or not retry:
+            with Piece(self.out) as piece:
+                self.summaries = piece.summaries()
+            self.complete = True
+        return self.complete
 
     def _write_header(self) -> None:
         atomic_files.write_text(self._folder / HEADER_NAME, self.header.to_json())
@@ -223,10 +225,3 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         atomic_files.remove(self._folder / HEADER_NAME)
         atomic_files.remove(*[part.path for part in all_parts(self._folder)])
         self._parts = []
-
-
-def _is_final(out: Path, header: RunHeader, retry: bool) -> bool:
-    """Return whether nothing is left to do for the result `out`. Raises FileError if it is that of another run."""
-    attributes = read_attributes(out)
-    require_same_run(out, attributes, header)
-    return attributes["status"] == "complete" or not retry

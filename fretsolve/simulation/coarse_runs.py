@@ -23,8 +23,8 @@ COARSER = 2
 """Cells of the run along a side of one cell of a coarse run."""
 
 LOOSER, LOOSEST = 10.0, 1e-4
-"""Tolerance of a coarse run in units of the run's, and its limit. It shifts values by some 1e-6 of theirs, well below
-the differences of interest, and saves a quarter of the cost."""
+"""Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the cost, and shifts values by
+some 1e-6 of theirs, well below the differences of interest."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -103,7 +103,6 @@ def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoin
     count = fine.counts[stage]
     common = min(count, coarse.counts[stage])
     position = (step - ends[stage] + count) * common / count
-    low = math.floor(position + 1e-9)
-    high = math.ceil(position - 1e-9)
+    low, high = math.floor(position + 1e-9), math.ceil(position - 1e-9)
     first = PathPoint(stage - 1, 1.0) if stage and not low else PathPoint(stage, low / common)
     return first, PathPoint(stage, high / common), position - low

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -48,16 +49,9 @@ def run(
         raise ValueError("start must be the state after the last increment of history, or both be left out")
     setup = case if isinstance(case, ProblemSetup) else set_up(case)
     load_wisdom()
-    solver = IncrementSolver(
-        setup.grid,
-        setup.separation(),
-        setup.model,
-        setup.case.solver.tolerance,
-        setup.case.solver.max_iterations,
-        threads,
-        setup.map_border(),
-        _precision(setup),
-    )
+    limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
+    separation, border, precision = setup.separation(), setup.map_border(), _precision(setup)
+    solver = IncrementSolver(setup.grid, separation, setup.model, *limits, threads, border, precision)
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):
@@ -102,17 +96,17 @@ def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields
     slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup)
-    floats = {
-        "pressure": solution.pressure,
-        "shear": solution.shear,
-        "slip": evidence.slip,
-        "slip_path": slip_path,
-        "work_density": work_density,
-        "gap": evidence.gap,
-    }
-    precision = _precision(setup)
-    fields = Fields(**{name: _kept(field, precision) for name, field in floats.items()}, zone=evidence.zone)
-    displacement = _kept(solution.displacement, precision)
+    kept = partial(_kept, precision=_precision(setup))
+    fields = Fields(
+        pressure=kept(solution.pressure),
+        shear=kept(solution.shear),
+        slip=kept(evidence.slip),
+        slip_path=kept(slip_path),
+        work_density=kept(work_density),
+        zone=evidence.zone,
+        gap=kept(evidence.gap),
+    )
+    displacement = kept(solution.displacement)
     for array in (*vars(fields).values(), displacement):
         array.flags.writeable = False  # the next increment starts from these very arrays
     return fields, displacement, work
