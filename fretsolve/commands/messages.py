@@ -30,7 +30,7 @@ MOST_STAGES_SHOWN = 30
 class QuietMessages:
     """Print warnings, and nothing else. out: the result; resume: the run goes on with that result."""
 
-    def __init__(self, setup: ProblemSetup, out: Path, threads: int, resume: bool):
+    def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool):
         self.setup, self.out, self.threads, self.resume = setup, out, threads, resume
         self.source = setup.case.source
         self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
@@ -43,15 +43,14 @@ class QuietMessages:
         return shlex.join(["fretsolve", "run", str(self.source.path), *out, *sets, "--resume"])
 
     def start(self, writer: HistoryWriter) -> None:
-        """Print what is about to be solved, and the warnings of the case."""
-        for text in self._warnings():
+        """Print what is about to be solved, and all warnings before the run."""
+        if kernels.WHY_NOT:
+            self.warn(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}")
+        for text in (*case_warnings(self.setup), *writer.notes):
             self.warn(text)
-
-    def _warnings(self) -> Iterator[str]:
-        yield from case_warnings(self.setup)
         too_large = None if self.resume else disk_problem(self.setup, self.out)
         if too_large is not None:
-            yield f"{dotted(too_large.key)}: {too_large.message}"
+            self.warn(f"{dotted(too_large.key)}: {too_large.message}")
 
     @contextmanager
     def progress(self, done: int) -> Iterator[None]:
@@ -84,13 +83,19 @@ class QuietMessages:
 
 
 class TextMessages(QuietMessages):
-    """Print lines and a table, and a bar on a terminal."""
+    """Print lines and a table, and a bar on a terminal.
+
+    verbose: print the stages, the settings and the whole history of each increment as well, without a bar.
+    """
+
+    def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool, verbose: bool = False):
+        super().__init__(setup, out, threads, resume=resume)
+        self.verbose = verbose
+        self.has_bar = sys.stdout.isatty() and not verbose
 
     def start(self, writer: HistoryWriter) -> None:
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
-        if kernels.WHY_NOT:
-            print(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}", file=sys.stderr)
         print(setup.case.title or self.source.path.name)
         print(f"result: {self.out}")
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
@@ -98,12 +103,16 @@ class TextMessages(QuietMessages):
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
         print(f"{self.increments} increment{'s' if self.increments > 1 else ''}{done}", flush=True)
         super().start(writer)
-        for note in writer.notes:
-            print(f"warning: {note}", file=sys.stderr)
+        if self.verbose:
+            for line in stage_lines(setup):
+                print(line)
+            compiled, solver = "compiled by numba" if kernels.COMPILED else "NumPy", setup.case.solver
+            print(f"fretsolve {__version__}, kernels: {compiled}, threads: {self.threads}", end=", ")
+            print(f"tolerance: {solver.tolerance:g}, at most {solver.max_iterations} iterations", flush=True)
 
     @contextmanager
     def progress(self, done: int) -> Iterator[None]:
-        if not self._has_bar:
+        if not self.has_bar:
             yield
             return
         texts = (f"stage {{task.fields[stage]}}/{self.stages}", "{task.fields[detail]}")
@@ -111,20 +120,13 @@ class TextMessages(QuietMessages):
             self._bar.add_task("", total=self.increments, completed=done, stage=1, detail="")
             yield
 
-    @property
-    def _has_bar(self) -> bool:
-        return sys.stdout.isatty()
-
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
-        if self._has_bar:
+        if self.has_bar:
             iterations = summary.iterations_normal + summary.iterations_tangential
             detail = f"{iterations} iterations, residual {summary.worst_residual:.1e}"
             self._bar.update(self._bar.task_ids[0], completed=summary.step + 1, stage=summary.stage, detail=detail)
-        else:
-            key_value_line(**self._values(summary, errors))
-
-    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
-        return {
+            return
+        values: dict[str, Any] = {
             "step": summary.step,
             "increments": self.increments,
             "stage": summary.stage,
@@ -135,15 +137,16 @@ class TextMessages(QuietMessages):
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
+        if self.verbose:
+            values |= {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
+        key_value_line(**values)
 
     def already_complete(self, increments: int) -> None:
         print(f"{self.out}: already complete, {increments} increments")
 
     def stopped(self, increments: int) -> None:
-        print(
-            f"stopped with {increments} of {self.increments} increments saved; to go on: {self.resuming}",
-            file=sys.stderr,
-        )
+        done = f"stopped with {increments} of {self.increments} increments saved"
+        print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
@@ -152,31 +155,6 @@ class TextMessages(QuietMessages):
         if compiling := kernels.compile_seconds():
             print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
         print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
-
-
-class VerboseMessages(TextMessages):
-    """Print text, the stages, how the case is computed, and all of the history of each increment."""
-
-    def start(self, writer: HistoryWriter) -> None:
-        """Print the same, the stages and how the case is computed."""
-        super().start(writer)
-        for line in stage_lines(self.setup):
-            print(line)
-        solver = self.setup.case.solver
-        compiled = "compiled by numba" if kernels.COMPILED else "NumPy"
-        print(
-            f"fretsolve {__version__}, kernels: {compiled}, threads: {self.threads},"
-            f" tolerance: {solver.tolerance:g}, at most {solver.max_iterations} iterations",
-            flush=True,
-        )
-
-    @property
-    def _has_bar(self) -> bool:
-        return False
-
-    def _values(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
-        values = super()._values(summary, errors)
-        return values | {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
 
 
 class JsonMessages(QuietMessages):
@@ -200,8 +178,7 @@ class JsonMessages(QuietMessages):
             **({} if setup.case.solver.accuracy is None else {"accuracy_picks": list(setup.picked)}),
             model=[asdict(decision) for decision in setup.model.decisions],
         )
-        for text in (*([kernels.WHY_NOT] if kernels.WHY_NOT else []), *self._warnings(), *writer.notes):
-            self.warn(text)
+        super().start(writer)
 
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         json_line("increment", increments=self.increments, stages=self.stages, **_history(summary, errors))
@@ -232,18 +209,3 @@ class JsonMessages(QuietMessages):
 def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
     """Return all that the history keeps of an increment."""
     return vars(summary) | (vars(errors) if errors is not None else {})
-
-
-def run_messages(
-    setup: ProblemSetup,
-    out: Path,
-    threads: int,
-    *,
-    resume: bool,
-    quiet: bool = False,
-    verbose: bool = False,
-    log_json: bool = False,
-) -> QuietMessages:
-    """Return the messages that the command line asks for; at most one of the last three."""
-    loud = VerboseMessages if verbose else TextMessages
-    return (JsonMessages if log_json else QuietMessages if quiet else loud)(setup, out, threads, resume)

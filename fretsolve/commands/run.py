@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
-from fretsolve.commands.messages import run_messages
+from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import disk_problem, require_memory
@@ -28,11 +28,13 @@ def run_case(
     resume: bool = False,
     overwrite: bool = False,
     threads: int = 1,
-    **shown: bool,
+    quiet: bool = False,
+    verbose: bool = False,
+    log_json: bool = False,
 ) -> int:
     """Solve a case, save it and report. Return the exit code 0 or 75; errors that are raised have the others.
 
-    out: None for the case's name with .h5; shown: what to print, see `run_messages`.
+    out: None for the case's name with .h5. At most one of the last three is true.
     """
     loaded = load_case(case, overrides)
     out = out or case.with_suffix(".h5")
@@ -44,7 +46,10 @@ def run_case(
         raise problem
     header = run_header(setup, threads, overrides)
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite) as writer:
-        messages = run_messages(setup, out, threads, resume=resume, **shown)
+        if quiet or log_json:
+            messages = (QuietMessages if quiet else JsonMessages)(setup, out, threads, resume=resume)
+        else:
+            messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
             return 0
