@@ -201,7 +201,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import plot_result
 
-    return plot_result(kinds=KINDS if every_kind else kinds, every_kind=every_kind, **options)
+    return plot_result(kinds=tuple(KINDS) if every_kind else kinds or ("loop",), every_kind=every_kind, **options)
 
 
 @main.command()

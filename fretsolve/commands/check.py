@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -44,36 +44,20 @@ class Comparison:
         return self.expected.abs or 0.0
 
     @property
-    def deviation(self) -> float | None:
-        """Found less expected, in the quantity's units."""
-        return None if self.found is None else self.found - self.expected.value
-
-    @property
     def ok(self) -> bool:
         """Whether the value was found within the tolerance."""
-        return self.deviation is not None and abs(self.deviation) <= self.allowed
+        return self.found is not None and abs(self.found - self.expected.value) <= self.allowed
 
     def cells(self) -> tuple[str, ...]:
-        """Return the row under `HEADINGS`."""
-        units = HISTORY_DIMENSIONS[self.expected.quantity].unit
-        found = "not reached" if self.found is None else f"{self.found:.7g} {units}".rstrip()
-        return (
-            str(self.stage),
-            self.expected.quantity,
-            f"{self.expected.value:.7g} {units}".rstrip(),
-            found,
-            self._measured(self.deviation, "+"),
-            self._measured(self.allowed, ""),
-            "yes" if self.ok else "NO",
-        )
-
-    def _measured(self, amount: float | None, sign: str) -> str:
-        """Return a deviation in the form of the tolerance: in per cent, or in the unit of the quantity."""
-        if amount is None:
-            return "-"
-        if self.expected.rel is not None:
-            return f"{100.0 * amount / abs(self.expected.value):{sign}.3g} %"
-        return f"{amount:{sign}.3g} {HISTORY_DIMENSIONS[self.expected.quantity].unit}".rstrip()
+        """Return the row under `HEADINGS`. Deviations have the form of the tolerance: in per cent or with a unit."""
+        value, unit = self.expected.value, HISTORY_DIMENSIONS[self.expected.quantity].unit
+        factor, of = (1.0, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
+        found, deviation = "not reached", "-"
+        if self.found is not None:
+            found, deviation = f"{self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
+        allowed = f"{factor * self.allowed:.3g} {of}"
+        row = (f"{value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
+        return str(self.stage), self.expected.quantity, *map(str.rstrip, row)
 
 
 @dataclass(frozen=True)
@@ -81,9 +65,9 @@ class CheckedCase:
     """The outcome of a check of one case. error: what stopped it; seconds: time of solving."""
 
     case: Path
-    comparisons: tuple[Comparison, ...] = ()
-    error: FretsolveError | None = None
-    seconds: float = field(default=0.0, compare=False)
+    comparisons: tuple[Comparison, ...]
+    error: FretsolveError | None
+    seconds: float
 
     @property
     def exit_code(self) -> int:
@@ -96,7 +80,7 @@ class CheckedCase:
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
     """Check and print each case, and return the worst exit code. Raises CaseError for a wrong ending of `junit`."""
     if junit is not None:
-        require_ending(junit, "JUnit XML, which replaces what is there", ".xml")
+        require_ending(junit, "a JUnit file", ".xml")
     outcomes = []
     for path in cases:
         outcome = check_case(path, overrides)
@@ -112,7 +96,10 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
 
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     """Solve a case as far as it has a solution, and compare with the values that it expects."""
+    expectations: Sequence[Expectation] = ()
+    ends: Sequence[int] = ()
     summaries: list[Summary] = []
+    failure = None
     try:
         case = load_case(path, overrides)
         if not case.expect:
@@ -121,18 +108,14 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
             )
         setup = set_up(case)
         require_memory(setup)
-    except FretsolveError as error:
-        return CheckedCase(path, error=error)
-    warn(setup, *case_warnings(setup))
-    failure = None
-    try:
+        expectations, ends = case.expect, setup.load_path.last_steps
+        warn(setup, *case_warnings(setup))
         for state in run(setup):
             summaries.append(state.summary)
-    except NoSolutionError as error:
+    except FretsolveError as error:
         failure = error
-    ends = setup.load_path.last_steps
     comparisons = []
-    for expected in case.expect:
+    for expected in expectations:
         stage = expected.stage or len(ends)
         step = ends[stage - 1]
         found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
@@ -157,29 +140,23 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
     """Write the outcome as JUnit XML, which build servers read: a suite per case, a test per expectation."""
     suites = ElementTree.Element("testsuites", name="fretsolve check")
     for outcome in outcomes:
-        name = _printable(str(outcome.case))
+        name = str(outcome.case)
         suite = ElementTree.SubElement(suites, "testsuite", name=name, time=f"{outcome.seconds:.3f}")
         for comparison in outcome.comparisons or (None,):
             what = f"{comparison.expected.quantity} at stage {comparison.stage}" if comparison else "case"
             test = ElementTree.SubElement(suite, "testcase", classname=name, name=what)
             if comparison is None or comparison.found is None:
-                _note(test, "error", str(outcome.error), type(outcome.error).__name__)
+                kind = type(outcome.error).__name__
+                ElementTree.SubElement(test, "error", message=str(outcome.error), type=kind)
             elif not comparison.ok:
                 _, _, expected, found, deviation, allowed, _ = comparison.cells()
                 message = f"{expected} expected, {found} found: {deviation} off, {allowed} allowed"
-                _note(test, "failure", message, "deviation")
+                ElementTree.SubElement(test, "failure", message=message, type="deviation")
         counts = {"tests": "testcase", "failures": "*/failure", "errors": "*/error"}
         suite.attrib |= {key: str(len(suite.findall(tag))) for key, tag in counts.items()}
     ElementTree.indent(suites)
     text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
+    # XML cannot hold control characters
+    printable = "".join(character if character.isprintable() or character == "\n" else "?" for character in text)
     with writing(path):
-        path.write_text(text + "\n", encoding="utf-8")
-
-
-def _note(test: ElementTree.Element, tag: str, message: str, kind: str) -> None:
-    ElementTree.SubElement(test, tag, message=_printable(message), type=kind)
-
-
-def _printable(text: str) -> str:
-    """Return the text without control characters, which XML cannot hold."""
-    return "".join(character if character.isprintable() or character == "\n" else "?" for character in text)
+        path.write_text(printable + "\n", encoding="utf-8")

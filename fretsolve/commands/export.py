@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.errors import CaseError
+from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
 from fretsolve.export.xdmf import points_file
 from fretsolve.result import Result, open_result
-from fretsolve.system.files import require_ending, require_free, writing
-
-SUFFIXES = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
-"""Ending of the file's name, per format."""
+from fretsolve.system.files import require_ending, require_free, require_other, writing
 
 
 def export_result(out: Path, file_format: str, target: Path | None, steps: Sequence[int], overwrite: bool) -> int:
@@ -22,15 +20,15 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
     target: None for the result's name with the format's ending; steps: none for all; overwrite: replace existing files.
     """
     if steps and file_format == "csv":
-        raise CaseError("--step has no effect on csv, which holds the history; leave it out", (), out)
+        raise CaseError("csv holds the history of all increments, so --step has no effect; leave it out", (), out)
     with open_result(out) as result:
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
-        target = target or result.path.with_suffix(SUFFIXES[file_format])
-        require_ending(target, file_format, SUFFIXES[file_format])
-        files = (target, points_file(target)) if file_format == "xdmf" else (target,)
-        _require_other(files, result.path)
-        require_free(*files, overwrite=overwrite)
+        target = target or result.path.with_suffix(FORMATS[file_format])
+        require_ending(target, f"a {file_format} file", FORMATS[file_format])
+        for file in (target, points_file(target)) if file_format == "xdmf" else (target,):
+            require_other(file, result.path, "the result itself")
+            require_free(file, overwrite=overwrite)
         try:
             exported = tuple(sorted({stored_step(result, step) for step in steps})) or result.steps
         except ValueError as error:
@@ -47,28 +45,19 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
 
 def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) -> Sequence[str]:
     """Write the file with the libraries of its format alone, and return warnings."""
-    if file_format == "csv":
-        from fretsolve.export.tables import write_csv
+    if file_format == "vtk":
+        from fretsolve.export.vtk import write_vtk
 
-        write_csv(result, out)
-    elif file_format == "npz":
-        from fretsolve.export.tables import write_npz
-
-        write_npz(result, steps, out)
-    elif file_format == "xdmf":
+        return write_vtk(result, steps, out)
+    if file_format == "xdmf":
         from fretsolve.export.xdmf import write_xdmf
 
         write_xdmf(result, steps, out)
     else:
-        from fretsolve.export.vtk import write_vtk
+        from fretsolve.export.tables import write_csv, write_npz
 
-        return write_vtk(result, steps, out)
+        if file_format == "csv":
+            write_csv(result, out)
+        else:
+            write_npz(result, steps, out)
     return ()
-
-
-def _require_other(files: Sequence[Path], result: Path) -> None:
-    """Raise CaseError if one of `files` is the result itself."""
-    for path in files:
-        same = path.exists() and result.exists() and path.samefile(result)
-        if same or path.resolve() == result.resolve():
-            raise CaseError("would replace the result itself; give another name with -o", (), path)

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.case.loading import load_case
-from fretsolve.case.models import Case
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
-from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system.files import require_ending
+from fretsolve.system.files import require_ending, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
@@ -38,7 +37,9 @@ def run_case(
     """
     loaded = load_case(case, overrides)
     out = out or case.with_suffix(".h5")
-    _keep_inputs(out, loaded)
+    require_other(out, case, "the case itself")
+    for height_map in height_maps(loaded):
+        require_other(out, height_map, "a height map of the case")
     require_ending(out, "a result", *RESULT_ENDINGS)
     setup = set_up(loaded)
     require_memory(setup)
@@ -67,11 +68,3 @@ def run_case(
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
-
-
-def _keep_inputs(out: Path, case: Case) -> None:
-    """Raise CaseError if the result would replace the case file or a height map."""
-    for source in (case.source.path, *height_maps(case)):
-        if out.exists() and source.exists() and out.samefile(source):
-            what = "the case itself" if source == case.source.path else "a height map of the case"
-            raise CaseError(f"the result would replace {what}; give another name with -o", (), out)

@@ -1,4 +1,4 @@
-"""Turn a result into files for other programs and into text: ParaView (VTK, XDMF), spreadsheets (CSV), NumPy (npz).
+"""Write a result for other programs, ParaView (VTK, XDMF), spreadsheets (CSV) and NumPy (npz), or print it.
 
 A result and its chosen increments come in, files go out, written increment by increment; `text_report` prints.
 
@@ -9,5 +9,5 @@ A result and its chosen increments come in, files go out, written increment by i
 
 from __future__ import annotations
 
-FORMATS = ("vtk", "xdmf", "csv", "npz")
-"""The formats, by their names on the command line."""
+FORMATS = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
+"""The formats by their names on the command line, with the endings of their files."""

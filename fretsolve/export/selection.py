@@ -20,6 +20,16 @@ _COLUMNS = (
 )
 
 
+RESIDUALS = {
+    "residual_gap": "gap",
+    "residual_stick": "stick",
+    "residual_slip": "slip",
+    "residual_bound": "friction limit",
+    "residual_load": "load",
+}
+"""Columns of the certificate's residuals, and what each is about."""
+
+
 def stored_names(result: Result) -> list[str]:
     """Return the stored fields by their names in the case file, of vectors without the component."""
     return list(dict.fromkeys(name.removesuffix("_x").removesuffix("_y") for name in result.fields))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import IO
 
 import numpy as np
@@ -13,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fretsolve.export.selection import relevant_columns, round_off, stage_ends
+from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends
 from fretsolve.result import Result
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.accuracy import verdict
@@ -30,21 +29,8 @@ ROUNDING = 1e-14
 GAP = 2
 """Blanks between two columns."""
 
-_RESIDUALS = ("residual_gap", "residual_stick", "residual_slip", "residual_bound", "residual_load")
-
-
-@dataclass(frozen=True)
-class ReportColumn:
-    """A column as printed: a heading of two lines, the units, the cells."""
-
-    heading: tuple[str, str]
-    units: str
-    cells: tuple[str, ...]
-
-    @property
-    def width(self) -> int:
-        """Its width with the gap to the next column."""
-        return GAP + max(len(text) for text in (*self.heading, self.units, *self.cells))
+Column = tuple[str, ...]
+"""A column as printed, line by line: two lines of heading, the units, the cells."""
 
 
 def print_report(
@@ -93,19 +79,16 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
         return []
-    fixed = [
-        ReportColumn(("", name), "", tuple(map(str, result.history[name][rows].tolist()))) for name in ("step", "stage")
-    ]
-    columns = []
+    fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
+    columns: list[Column] = []
     for name in relevant_columns(result):
         first, _, second = name.rpartition("_")
         heading = (first, second) if len(second) > 1 and first else ("", name)  # delta_x stays in one line
         least = round_off(result, name)
         cells = (f"{value:.4g}" if abs(value) > least else "0" for value in result.history[name][rows])
-        columns.append(ReportColumn(heading, result.units(name), tuple(cells)))
-    residuals = tuple(f"{value:.1e}" for value in _worst_residuals(result)[rows])
-    columns.append(ReportColumn(("worst", "residual"), "1", residuals))
-    return [_table([*fixed, *part]) for part in _split(columns, width - sum(column.width for column in fixed))]
+        columns.append((*heading, result.units(name), *cells))
+    columns.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
+    return [_table([*fixed, *part]) for part in _split(columns, width - sum(map(_width, fixed)))]
 
 
 def _error_table(result: Result) -> list[Table]:
@@ -115,11 +98,11 @@ def _error_table(result: Result) -> list[Table]:
         return []
     values = [result.history[name][-1] for name in names]
     errors = [result.history[name + ERROR_SUFFIX][-1] for name in names]
-    columns = [
-        ReportColumn(("at the", "end"), "", tuple(names)),
-        ReportColumn(("", "value"), "", tuple(f"{value:.6g}" for value in values)),
-        ReportColumn(("estimated", "error"), "", tuple(map(_error_text, values, errors))),
-        ReportColumn(("", "units"), "", tuple(result.units(name) for name in names)),
+    columns: list[Column] = [
+        ("at the", "end", "", *names),
+        ("", "value", "", *(f"{value:.6g}" for value in values)),
+        ("estimated", "error", "", *map(_error_text, values, errors)),
+        ("", "units", "", *map(result.units, names)),
     ]
     return [_table(columns)]
 
@@ -138,7 +121,7 @@ def _totals(result: Result) -> list[str]:
     history, lines = result.history, []
     worst = _worst_residuals(result)
     step = int(worst.argmax())
-    name = max(_RESIDUALS, key=lambda residual: history[residual][step])
+    name = max(RESIDUALS, key=lambda residual: history[residual][step])
     applications, seconds = float(history["operator_applications"].sum()), float(history["wall_time"].sum())
     if "coarse_runs_wall_time" in history:
         for_errors = float(history["coarse_runs_wall_time"].sum())
@@ -157,32 +140,35 @@ def _totals(result: Result) -> list[str]:
 
 def _worst_residuals(result: Result) -> DoubleArray:
     """Return the worst residual of each increment, ``(increments,)``."""
-    return np.asarray(np.max([result.history[name] for name in _RESIDUALS], axis=0))
+    return np.asarray(np.max([result.history[name] for name in RESIDUALS], axis=0))
 
 
-def _split(columns: Sequence[ReportColumn], width: int) -> list[list[ReportColumn]]:
+def _width(column: Column) -> int:
+    """Return the width of a column with the gap to the next one."""
+    return GAP + max(map(len, column))
+
+
+def _split(columns: Sequence[Column], width: int) -> list[list[Column]]:
     """Return the columns in as few parts as `width` allows, and of those ways the one with the most even widths."""
-    narrowest = max(column.width for column in columns)
-    ways = [_filled(columns, less) for less in range(narrowest, max(width, narrowest) + 1)]
-    return min(ways, key=len)
+    narrowest = max(map(_width, columns))
+    return min((_filled(columns, less) for less in range(narrowest, max(width, narrowest) + 1)), key=len)
 
 
-def _filled(columns: Sequence[ReportColumn], width: int) -> list[list[ReportColumn]]:
+def _filled(columns: Sequence[Column], width: int) -> list[list[Column]]:
     """Return the columns in order, each part as wide as `width` allows."""
-    parts: list[list[ReportColumn]] = [[]]
+    parts: list[list[Column]] = [[]]
     for column in columns:
-        if parts[-1] and sum(other.width for other in parts[-1]) + column.width > width:
+        if parts[-1] and sum(map(_width, [*parts[-1], column])) > width:
             parts.append([])
         parts[-1].append(column)
     return parts
 
 
-def _table(columns: Sequence[ReportColumn]) -> Table:
+def _table(columns: Sequence[Column]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
-    with_units = any(column.units for column in columns)
+    heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
     for column in columns:
-        heading = (*column.heading, column.units) if with_units else column.heading
-        table.add_column("\n".join(heading), justify="right", no_wrap=True)
-    for row in zip(*(column.cells for column in columns), strict=True):
+        table.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True)
+    for row in zip(*(cells for _, _, _, *cells in columns), strict=True):
         table.add_row(*row)
     return table

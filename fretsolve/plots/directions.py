@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names
 from fretsolve.plots import maps
-from fretsolve.plots.canvas import Canvas, Target
-from fretsolve.plots.labels import line_colors
-from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_step, present_fields, view_box
+from fretsolve.plots.canvas import Target
+from fretsolve.plots.labels import FIELD_NAMES, line_colors
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import DoubleArray
@@ -42,16 +40,37 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
     Colours show the length of the vectors. Raises PictureError if there are none.
     """
     snapshot = Snapshot(result, chosen_step(result, step))
-    names = present_fields([snapshot], VECTORS)
+    names = chosen_fields([snapshot], VECTORS)
     if min(len(result.x), len(result.y)) < 2:
         raise PictureError("lines need two cells or more along x and along y")
     if not snapshot.field(names[0]).any():
         stored = [name for name in VECTORS if name in stored_names(result)]
         raise PictureError(f"{' and '.join(stored)} are 0 everywhere in increment {snapshot.step}")
     box = view_box(result, snapshot.contact)
+    i, j = maps.cells_inside(result, box)
+    inside = np.ix_(i, j)
+    # streamplot asks for coordinates that are evenly spaced to the last bit
+    x, y = (np.linspace(centres[0], centres[-1], len(centres)) for centres in (result.x[i], result.y[j]))
     with maps.map_canvas(ax, snapshot, len(names), box) as drawn:
         for axes, name in zip(drawn.axes, names, strict=False):
-            _draw_lines(drawn, axes, snapshot, name, box)
+            length = snapshot.magnitude(name)
+            scale = maps.scale_of(result, name, float(length.max()))
+            u, v = (np.ma.masked_where(length <= NOTHING * length.max(), values) for values in snapshot.field(name))
+            lines = axes.streamplot(
+                x,
+                y,
+                u[inside].T,
+                v[inside].T,
+                color=(length * scale.factor)[inside].T,
+                cmap=line_colors(),
+                norm=Normalize(0.0, scale.norm.vmax),
+                density=DENSITY,
+                linewidth=1.0,
+                arrowsize=0.8,
+            ).lines
+            maps.draw_outlines(axes, snapshot)
+            maps.draw_frame(axes, box, FIELD_NAMES[name])
+            drawn.colorbar(axes, lines, scale.label)
     return drawn.figure
 
 
@@ -115,28 +134,3 @@ def _load_direction(result: Result, step: int) -> tuple[DoubleArray, str]:
         raise PictureError(f"no tangential load changes in increment {step}, so that the angle has no reference")
     x, y = np.meshgrid(result.x, result.y, indexing="ij")
     return np.stack([shift[0] - turn * y, shift[1] + turn * x]), "the motion of body 1"
-
-
-def _draw_lines(drawn: Canvas, axes: Axes, snapshot: Snapshot, name: str, box: Bbox) -> None:
-    result, length = snapshot.result, snapshot.magnitude(name)
-    scale = maps.scale_of(result, name, float(length.max()))
-    i, j = maps.cells_inside(result, box)
-    nothing = length <= NOTHING * length.max()
-    u, v = (np.ma.masked_where(nothing, values)[np.ix_(i, j)].T for values in snapshot.field(name))
-    # streamplot asks for coordinates that are evenly spaced to the last bit
-    x, y = (np.linspace(centres[0], centres[-1], len(centres)) for centres in (result.x[i], result.y[j]))
-    lines = axes.streamplot(
-        x,
-        y,
-        u,
-        v,
-        color=(length * scale.factor)[np.ix_(i, j)].T,
-        cmap=line_colors(),
-        norm=Normalize(0.0, scale.norm.vmax),
-        density=DENSITY,
-        linewidth=1.0,
-        arrowsize=0.8,
-    ).lines
-    maps.draw_outlines(axes, snapshot)
-    maps.draw_frame(axes, box, maps.NAMES[name])
-    drawn.colorbar(axes, lines, scale.label)

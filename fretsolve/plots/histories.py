@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
-from fretsolve.export.selection import stage_ends
+from fretsolve.export.selection import RESIDUALS, stage_ends
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
@@ -41,13 +41,6 @@ COUNTS = {
     "iterations_normal": "normal iterations",
     "iterations_tangential": "tangential iterations",
     "alternations": "staggered iterations",
-}
-RESIDUALS = {
-    "residual_gap": "gap",
-    "residual_stick": "stick",
-    "residual_slip": "slip",
-    "residual_bound": "friction limit",
-    "residual_load": "load",
 }
 FLOOR = 1e-4
 """Residuals below this part of the tolerance are round-off, which would take up most of the axis."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fretsolve.errors import PictureError
@@ -14,7 +13,8 @@ if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alon
 STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 """File formats; the first one is the default."""
 
-_STEP, _FIELDS = {"step": "--step"}, {"fields": "--field"}
+OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field"}
+"""Parameters of the functions that draw, with the options of the command line that set them."""
 
 
 class Selection(NamedTuple):
@@ -35,14 +35,14 @@ class Selection(NamedTuple):
 class PictureKind(NamedTuple):
     """A kind of pictures.
 
-    drawn_by: module and function; a function may not be called as a module, which would hide it. caption: what it
-    shows. options: parameters of the function, with the options of the command line that set them.
+    drawn_by: module and function; a function may not be called as a module, which would hide it. caption: for the page.
+    options: parameters of the function, of `OPTIONS`.
     """
 
     name: str
     drawn_by: str
     caption: str
-    options: Mapping[str, str] = MappingProxyType({})
+    options: tuple[str, ...] = ()
     formats: tuple[str, ...] = STILL
 
     @property
@@ -50,8 +50,7 @@ class PictureKind(NamedTuple):
         """The function, which returns a `Figure`, or a `FuncAnimation` for moving pictures."""
         import pkgutil
 
-        found: Callable[..., Any] = pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")
-        return found
+        return pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")  # type: ignore[no-any-return]
 
     def content(self, result: Result, selection: Selection, file_format: str) -> bytes:
         """Return the content of a file of the picture. Raises PictureError."""
@@ -67,23 +66,14 @@ class PictureKind(NamedTuple):
 
 
 _ALL = (
-    PictureKind(
-        "loop", "histories:loop", "Force over displacement; the shaded area is the energy dissipated in a cycle."
-    ),
-    PictureKind(
-        "profiles",
-        "line_profiles:profiles",
-        "Pressure, shear traction and slip along two lines through the contact.",
-        {"steps": "--step", "at": "--at"},
-    ),
-    PictureKind("map", "maps:contact_map", "Fields over the contact; arrows show directions.", _STEP | _FIELDS),
-    PictureKind("streamlines", "directions:streamlines", "Lines along the shear traction and along the slip.", _STEP),
-    PictureKind(
-        "slip-angle", "directions:slip_angle", "Angle from the direction of the load to that of the slip.", _STEP
-    ),
+    PictureKind("loop", "histories:loop", "Force over displacement; shaded: the energy dissipated in a cycle."),
+    PictureKind("profiles", "line_profiles:profiles", "Fields along two lines through the contact.", ("steps", "at")),
+    PictureKind("map", "maps:contact_map", "Fields over the contact; arrows show directions.", ("step", "fields")),
+    PictureKind("streamlines", "directions:streamlines", "Lines along shear traction and slip.", ("step",)),
+    PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
-    PictureKind("animate", "maps:animation", "Fields over the load path.", _FIELDS, MOVING),
+    PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}
 """The kinds of pictures, by their names on the command line."""

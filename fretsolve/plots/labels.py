@@ -10,8 +10,20 @@ import numpy as np
 from matplotlib.colors import Colormap, ListedColormap
 from numpy.typing import ArrayLike
 
+from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
+
+FIELD_NAMES = {
+    "pressure": "pressure",
+    "shear": "shear traction",
+    "slip": "slip",
+    "slip_path": "slip path",
+    "work_density": "dissipated energy",
+    "zone": "zone",
+    "gap": "gap",
+}
+"""Fields in words, by their names in the case file."""
 
 MOST_NAMED = 7
 """Lines that a legend tells apart; of more lines a colour bar does."""
@@ -100,9 +112,10 @@ def readable(unit: str, values: ArrayLike) -> Unit:
     return Unit(_UNITS[unit][chosen], 1e3**chosen)
 
 
-def unit_of(result: Result, name: str) -> Unit:
-    """Return the readable unit of a column of the history."""
-    return readable(result.units(name), result.history[name])
+def unit_of(result: Result, name: str, largest: float | None = None) -> Unit:
+    """Return the readable unit of a column of the history, or of a field whose largest value is `largest`."""
+    stored = f"{name}_x" if name in VECTORS else name
+    return readable(result.units(stored), result.history[name] if largest is None else largest)
 
 
 def axis_label(name: str, unit: Unit) -> str:

@@ -14,11 +14,10 @@ from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Target, canvas, title_of
-from fretsolve.plots.labels import CLOSED_FORM, marks, short_number
+from fretsolve.plots.labels import CLOSED_FORM, FIELD_NAMES, marks, short_number, unit_of
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
-from fretsolve.plots.maps import NAMES
 from fretsolve.plots.reference import hertz_pressure, shear_form
-from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_step, field_unit, middle, present_fields, view_box
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, middle, view_box
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -76,7 +75,7 @@ def profiles(
     chosen_step(result, None)
     chosen = [chosen_step(result, step) for step in steps] if steps else chosen_stage_ends(result)
     snapshots = [Snapshot(result, step) for step in chosen]
-    names = present_fields(snapshots, FIELDS)
+    names = chosen_fields(snapshots, FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
     with canvas(ax, 2 * len(names), PANEL, columns=2) as drawn:
         panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
@@ -109,7 +108,7 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     low, high = box.intervalx if line.axis == 0 else box.intervaly
     inside = (line.along >= low) & (line.along <= high)
     largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
-    unit = field_unit(result, name, largest)
+    unit = unit_of(result, name, largest)
     forms: list[Line2D] = []
     components: set[int] = set()
     points, across = np.linspace(low, high, CURVE_POINTS), np.full(CURVE_POINTS, line.at)
@@ -132,6 +131,6 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
                 if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
-    ylabel = " ".join([NAMES[name], *of_vector, f"({unit.text})"])
+    ylabel = " ".join([FIELD_NAMES[name], *of_vector, f"({unit.text})"])
     axes.set(xlim=(low, high), xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
     return len(components)

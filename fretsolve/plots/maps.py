@@ -23,21 +23,10 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from fretsolve.errors import PictureError
-from fretsolve.export.selection import stored_names
 from fretsolve.plots.canvas import Canvas, Target, canvas, own_style, panel_width, title_of
+from fretsolve.plots.labels import FIELD_NAMES, unit_of
 from fretsolve.plots.load_history import step_text
-from fretsolve.plots.snapshot import (
-    VECTORS,
-    Snapshot,
-    cell_size,
-    chosen_step,
-    field_unit,
-    outer_edges,
-    present_fields,
-    require_field,
-    view_box,
-)
+from fretsolve.plots.snapshot import VECTORS, Snapshot, cell_size, chosen_fields, chosen_step, outer_edges, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
@@ -45,15 +34,6 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
 
-NAMES = {
-    "pressure": "pressure",
-    "shear": "shear traction",
-    "slip": "slip",
-    "slip_path": "slip path",
-    "work_density": "dissipated energy",
-    "zone": "zone",
-    "gap": "gap",
-}
 AREA = 9.0
 """Square inches of a panel; a narrow one has less."""
 
@@ -103,7 +83,7 @@ def contact_map(
     PictureError.
     """
     snapshot = Snapshot(result, chosen_step(result, step))
-    names = chosen_fields([snapshot], fields, FIELDS)
+    names = chosen_fields([snapshot], FIELDS, fields)
     box = view_box(result, snapshot.contact)
     with map_canvas(ax, snapshot, len(names), box) as drawn:
         for axes, name in zip(drawn.axes, names, strict=False):
@@ -121,7 +101,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     steps = result.steps
     if len(steps) > MOST_FRAMES:
         steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, MOST_FRAMES).round().astype(int))
-    names = chosen_fields([Snapshot(result, step) for step in steps], fields, FIELDS[:2])
+    names = chosen_fields([Snapshot(result, step) for step in steps], FIELDS[:2], fields)
     # Find the limits. The fields of one increment are held at a time.
     largest = [0.0] * len(names)
     contact = np.zeros((len(result.x), len(result.y)), bool)
@@ -182,30 +162,19 @@ def map_canvas(
         drawn.legend(key, columns=2)
 
 
-def chosen_fields(snapshots: Sequence[Snapshot], asked: Sequence[str] | None, usual: Sequence[str]) -> list[str]:
-    """Return the fields that are asked for, or the usual ones that are present. Raises PictureError."""
-    result = snapshots[0].result
-    for name in asked or ():
-        if name not in NAMES:
-            stored = ", ".join(stored_names(result)) or "none"
-            raise PictureError(f"there is no field {name!r}; stored are {stored}")
-        require_field(result, name)
-    return list(dict.fromkeys(asked)) if asked else present_fields(snapshots, usual)
-
-
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
     """Return the scale of a field from 0 to `largest`, which is in its own units."""
     if name == "zone":
         return FieldScale(name, "", 1.0, BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
-    unit = field_unit(result, name, largest)
+    unit = unit_of(result, name, largest)
     norm = Normalize(0.0, (largest or 1.0) * unit.factor)
-    return FieldScale(name, f"{NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
+    return FieldScale(name, f"{FIELD_NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
 
 
 def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale, box: Bbox) -> None:
     """Draw one field with its frame and its colour bar, in equal scales along x and y."""
     image = draw_field(axes, snapshot, scale, box)
-    draw_frame(axes, box, NAMES[scale.name])
+    draw_frame(axes, box, FIELD_NAMES[scale.name])
     bar = drawn.colorbar(axes, image, scale.label)
     if scale.name == "zone":
         bar.set_ticks(range(len(ZONE_NAMES)), labels=ZONE_NAMES)
@@ -246,7 +215,9 @@ def draw_frame(axes: Axes, box: Bbox, title: str) -> None:
 
 def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
     """Draw the edge of the contact, and that of the stick zone if it is known."""
-    x, y = (_padded(centres) for centres in (snapshot.result.x, snapshot.result.y))
+    # one more cell at each end, so that outlines close at the edge of the grid
+    grid = snapshot.result.x, snapshot.result.y
+    x, y = (centres[0] + cell_size(centres) * np.arange(-1, len(centres) + 1) for centres in grid)
     for _, mask, line in _outlines(snapshot):
         cells = np.pad(mask, 1).T.astype(float)
         drawn = axes.contour(x, y, cells, levels=[0.5], colors="black", linewidths=1.3, linestyles=[line])
@@ -291,9 +262,3 @@ def _outlines(snapshot: Snapshot) -> Iterator[tuple[str, BoolArray, Any]]:
     for name, mask, line in (("contact", snapshot.contact, "-"), ("stick zone", snapshot.stick, (0, (3, 1.5)))):
         if mask is not None and mask.any():
             yield name, mask, line
-
-
-def _padded(centres: DoubleArray) -> DoubleArray:
-    """Return cell centres with one more cell at each end, so that outlines close at the edge of the grid."""
-    cell = cell_size(centres)
-    return np.concatenate([[centres[0] - cell], centres, [centres[-1] + cell]])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,6 @@ from matplotlib.transforms import Bbox
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names, stored_step
-from fretsolve.plots.labels import Unit, readable
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -69,27 +68,25 @@ def require_increments(result: Result) -> None:
         raise PictureError(result.why_empty)
 
 
-def field_unit(result: Result, name: str, largest: float) -> Unit:
-    """Return the readable unit of a field whose largest value is `largest` in the result's own unit."""
-    return readable(result.units(f"{name}_x" if name in VECTORS else name), largest)
-
-
 def require_field(result: Result, name: str) -> None:
     """Raise PictureError if the field is not stored."""
     stored = stored_names(result)
     if name not in stored:
-        raise PictureError(
-            f"the field {name!r} is not stored, only {', '.join(stored) or 'none'};"
-            " output.fields in the case file chooses them"
-        )
+        there = ", ".join(stored) or "none"
+        raise PictureError(f"no field {name!r} is stored, only {there}; output.fields in the case file chooses them")
 
 
-def present_fields(snapshots: Sequence[Snapshot], names: Sequence[str]) -> list[str]:
-    """Return those of `names` that are stored and not 0 everywhere, or the first stored one. Raises PictureError."""
+def chosen_fields(snapshots: Sequence[Snapshot], usual: Sequence[str], asked: Sequence[str] | None = None) -> list[str]:
+    """Return the fields asked for, else the usual ones that are stored and not 0 everywhere, or the first stored one.
+
+    Raises PictureError if a field asked for, or all usual ones, are not stored.
+    """
     result = snapshots[0].result
-    stored = [name for name in names if name in stored_names(result)]
-    if not stored:
-        require_field(result, names[0])
+    stored = [name for name in usual if name in stored_names(result)]
+    for name in asked or stored or usual[:1]:
+        require_field(result, name)
+    if asked:
+        return list(dict.fromkeys(asked))
     return [name for name in stored if any(snapshot.field(name).any() for snapshot in snapshots)] or stored[:1]
 
 
@@ -117,9 +114,8 @@ def outer_edges(centres: DoubleArray) -> tuple[float, float]:
 
 def middle(snapshot: Snapshot) -> tuple[float, float]:
     """Return the middle of the contact (mm), or that of the grid if it is at most a cell away or nothing touches."""
-    result = snapshot.result
     found = []
-    for (low, high), centres in zip(_extent(result, snapshot.contact), (result.x, result.y), strict=True):
+    for centres, low, high in _extent(snapshot.result, snapshot.contact):
         of_contact, of_grid = 0.5 * (low + high), 0.5 * float(centres[0] + centres[-1])
         found.append(of_grid if abs(of_contact - of_grid) <= cell_size(centres) else of_contact)
     return found[0], found[1]
@@ -128,18 +124,16 @@ def middle(snapshot: Snapshot) -> tuple[float, float]:
 def view_box(result: Result, contact: BoolArray) -> Bbox:
     """Return the contact with some space around it (mm), within the grid; the whole grid if nothing touches."""
     sides = []
-    for (low, high), centres in zip(_extent(result, contact), (result.x, result.y), strict=True):
+    for centres, low, high in _extent(result, contact):
         space = max(MARGIN * (high - low), 1.5 * cell_size(centres))
         first, last = outer_edges(centres)
         sides.append((max(first, low - space), min(last, high + space)))
     return Bbox(np.transpose(sides))
 
 
-def _extent(result: Result, contact: BoolArray) -> list[tuple[float, float]]:
-    """Return the first and last cell centre in contact (mm) along x and y; those of the grid if none is."""
-    sides = []
+def _extent(result: Result, contact: BoolArray) -> Iterator[tuple[DoubleArray, float, float]]:
+    """Yield the cell centres along x and y, with the first and the last in contact (mm), or of all if none is."""
     for axis, centres in enumerate((result.x, result.y)):
-        inside = np.flatnonzero(contact.any(axis=1 - axis))
-        first, last = (inside[0], inside[-1]) if len(inside) else (0, -1)
-        sides.append((float(centres[first]), float(centres[last])))
-    return sides
+        touching = centres[contact.any(axis=1 - axis)]
+        ends = touching if len(touching) else centres
+        yield centres, float(ends[0]), float(ends[-1])

@@ -49,7 +49,13 @@ def require_free(
             raise CaseError(f"exists: {advice}", (), file)
 
 
+def require_other(file: Path, source: Path, what: str) -> None:
+    """Raise CaseError if `file`, which is to be written, is `source`; what: that in words."""
+    if file.resolve() == source.resolve() or (file.exists() and source.exists() and file.samefile(source)):
+        raise CaseError(f"would replace {what}; give another name with -o", (), file)
+
+
 def require_ending(file: Path, what: str, *endings: str) -> None:
     """Raise CaseError unless the name of `file`, which is to hold `what`, has one of `endings`, such as ``.csv``."""
     if file.suffix.lower() not in endings:
-        raise CaseError(f"not a name for {what}; one ending in {', '.join(endings)} is needed", (), file)
+        raise CaseError(f"the name of {what} must end in {' or '.join(endings)}", (), file)

@@ -171,6 +171,6 @@ def test_schema_is_written_for_editors(tmp_path: Path) -> None:
     assert file.read_text() == invoke("schema").stdout
     wrong = invoke("schema", "-o", tmp_path / "case.yaml")
     assert wrong.exit_code == 2
-    assert wrong.stderr == f"{tmp_path}/case.yaml: not a name for a JSON Schema; one ending in .json is needed\n"
+    assert wrong.stderr == f"{tmp_path}/case.yaml: the name of a JSON Schema must end in .json\n"
     missing = invoke("schema", "-o", tmp_path / "none" / "schema.json")
     assert missing.exit_code == 4

@@ -98,7 +98,7 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     folder = invoke("run", case, "-o", tmp_path)
     assert folder.exit_code == 2
-    assert folder.output == f"{tmp_path}: not a name for a result; one ending in .h5, .hdf5 is needed\n"
+    assert folder.output == f"{tmp_path}: the name of a result must end in .h5 or .hdf5\n"
     (tmp_path / "folder.h5").mkdir()
     folder = invoke("run", case, "-o", tmp_path / "folder.h5", "--overwrite")
     message = f"{tmp_path}/folder.h5: is a folder; the name of a file is needed\n"

@@ -124,8 +124,7 @@ def test_junit_file_is_no_case(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     result = invoke("check", case, "--junit", case)
     assert result.exit_code == 2
-    message = "not a name for JUnit XML, which replaces what is there; one ending in .xml is needed"
-    assert result.output == f"{case}: {message}\n"
+    assert result.output == f"{case}: the name of a JUnit file must end in .xml\n"
     assert case.read_text() == CASE
 
 

@@ -56,7 +56,7 @@ def test_wrong_names(tmp_path: Path) -> None:
     assert invoke("new").exit_code == 2
     suffix = invoke("new", "hertz", "-o", tmp_path / "case.h5")
     assert suffix.exit_code == 2
-    assert suffix.stderr == f"{tmp_path}/case.h5: not a name for a case; one ending in .yaml, .yml is needed\n"
+    assert suffix.stderr == f"{tmp_path}/case.h5: the name of a case must end in .yaml or .yml\n"
     missing = invoke("new", "hertz", "-o", tmp_path / "none" / "case.yaml")
     assert missing.exit_code == 4
     assert missing.stderr == f"{tmp_path}/none/case.yaml: cannot be written: No such file or directory\n"

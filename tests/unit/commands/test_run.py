@@ -178,7 +178,7 @@ def test_case_is_never_replaced(tmp_path: Path, words: tuple[str, ...]) -> None:
     case = write_case(tmp_path)
     result = invoke("run", case, *[word.format(case=case) for word in words])
     assert result.exit_code == 2
-    assert result.output == f"{case}: the result would replace the case itself; give another name with -o\n"
+    assert result.output == f"{case}: would replace the case itself; give another name with -o\n"
     assert case.read_text() == CASE
 
 
@@ -188,7 +188,7 @@ def test_result_has_the_ending_of_hdf5(tmp_path: Path, name: str) -> None:
     for words in ((), ("--overwrite",), ("--resume",)):
         result = invoke("run", write_case(tmp_path), "-o", other, *words)
         assert result.exit_code == 2
-        assert result.output == f"{other}: not a name for a result; one ending in .h5, .hdf5 is needed\n"
+        assert result.output == f"{other}: the name of a result must end in .h5 or .hdf5\n"
     assert other.read_text() == CASE
     assert not (tmp_path / f"{name}.parts").exists()
 
@@ -203,7 +203,7 @@ def test_height_map_is_never_replaced(tmp_path: Path) -> None:
     before = (tmp_path / "case.h5").read_bytes()
     result = invoke("run", case, "--overwrite")
     assert result.exit_code == 2
-    assert "the result would replace a height map of the case" in result.output
+    assert "would replace a height map of the case" in result.output
     assert (tmp_path / "case.h5").read_bytes() == before
 
 

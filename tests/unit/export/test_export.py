@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import invoke, write_case
 from fake_states import fake_header, fake_states
-from small_cases import write_case
 
 from fretsolve import load_case, open_result
 from fretsolve.commands.run import run_header
@@ -233,11 +232,11 @@ def test_surfaces_need_the_tractions_and_the_height_map(tmp_path: Path) -> None:
 
 
 WRONG = {
-    ("csv", "--step", "1"): "fake.h5: --step has no effect on csv",
+    ("csv", "--step", "1"): "fake.h5: csv holds the history of all increments, so --step has no effect; leave it out",
     ("npz", "--step", "9"): "there is no increment 9; there are 0 to 2",
     ("npz", "--step", "-4"): "there is no increment -4; there are 0 to 2",
-    ("vtk", "-o", "x.vtk"): "x.vtk: not a name for vtk; one ending in .pvd is needed",
-    ("csv", "-o", "."): ".: not a name for csv; one ending in .csv is needed",
+    ("vtk", "-o", "x.vtk"): "x.vtk: the name of a vtk file must end in .pvd",
+    ("csv", "-o", "."): ".: the name of a csv file must end in .csv",
     ("hdf5",): "'hdf5' is not one of 'vtk', 'xdmf', 'csv', 'npz'",
 }
 

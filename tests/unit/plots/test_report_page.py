@@ -43,5 +43,5 @@ def test_report_says_what_is_left_out(result_folder: Path, tmp_path: Path) -> No
     assert done.exit_code == 0
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "<li>stick-history: nothing sticks or slips without friction and shear traction</li>" in text
-    assert "left out: streamlines: the field 'shear' is not stored, only pressure, zone" in done.stdout
+    assert "left out: streamlines: no field 'shear' is stored, only pressure, zone" in done.stdout
     assert not (tmp_path / "streamlines.png").exists()
