@@ -5,14 +5,20 @@ Only click is imported here; what a command needs is imported when it is called.
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from fretsolve import __version__
-from fretsolve.cli.options import CommandLine, output_option, overrides_option, overwrite_option, quiet_option
+from fretsolve.cli.options import (
+    CommandLine,
+    output_option,
+    overrides_option,
+    overwrite_option,
+    quiet_option,
+    repeatable_option,
+)
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
 from fretsolve.plots import KINDS
@@ -20,33 +26,33 @@ from fretsolve.system.environment import available, set_up_numerics
 from fretsolve.system.signals import StopRequest
 from fretsolve.templates import TEMPLATES
 
+_CASE = click.argument("case", type=click.Path(path_type=Path))
+_CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
+_OUT = click.argument("out", type=click.Path(path_type=Path))
 
-@click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True)
+
+@click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, "-V", "--version", message="fretsolve %(version)s")
-@click.pass_context
-def main(context: click.Context) -> None:
+def main() -> None:
     """Solve fretting contact: elastic bodies pressed together with friction, sticking and slipping.
 
     Exit codes: 0 done, 1 a check missed, 2 case or usage error, 3 no solution, 4 a file cannot be read or written,
-    70 a bug, 75 stopped by a signal (--resume goes on).
+    70 a bug, 75 stopped by a signal and can be continued.
     """
-    if context.invoked_subcommand is None:
-        print(context.get_help(), file=sys.stderr)
-        context.exit(2)
     set_up_numerics()
 
 
-_CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
+main.add_command(sweep)
 
 
 @main.command()
-@click.argument("case", type=click.Path(path_type=Path))
+@_CASE
 @output_option("The result file, ending in .h5; by default the name of the case with .h5.")
 @overrides_option
 @click.option(
     "--error-bars", is_flag=True, help="Estimate the errors of the history from coarse runs (solver.error_bars)."
 )
-@click.option("--resume", is_flag=True, help="Go on with a run that was stopped, or start it.")
+@click.option("--resume", is_flag=True, help="Continue a stopped run, or start it.")
 @overwrite_option("an existing result")
 @click.option(
     "--threads",
@@ -58,13 +64,13 @@ _CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, requ
     help="Threads that share the Fourier transforms; the result does not depend on their number.",
 )
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="Print the whole history of each increment.")
+@click.option("-v", "--verbose", is_flag=True, help="Print stages, settings and the whole history of each increment.")
 @click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
 def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
-    Every completed increment is saved at once. SIGINT (Ctrl-C), SIGTERM and SIGUSR1 stop the run after its
-    increment, a second one at once; --resume goes on.
+    Each increment is saved as soon as it is solved. Ctrl-C (SIGINT), SIGTERM and SIGUSR1 stop the run after the
+    increment under way, a second signal at once. --resume continues it.
     """
     if options["resume"] and options["overwrite"]:
         raise click.UsageError("--resume and --overwrite exclude each other.")
@@ -83,7 +89,10 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
 @_CASES
 @overrides_option
 def validate(**options: Any) -> int:
-    """Read each CASE and print its values, model, grid, stages, expected results, memory and cost. Solve nothing."""
+    """Read each CASE and print what a run would do, without solving.
+
+    This is: all values with the defaults, model, grid, stages, expected results, memory and cost.
+    """
     from fretsolve.commands.validate import validate_cases
 
     return validate_cases(**options)
@@ -92,14 +101,17 @@ def validate(**options: Any) -> int:
 @main.command()
 @_CASES
 @click.option(
-    "--junit", type=click.Path(path_type=Path), metavar="FILE.xml", help="Write the outcome as JUnit XML as well."
+    "--junit",
+    type=click.Path(path_type=Path),
+    metavar="FILE.xml",
+    help="Also write the outcome as JUnit XML; an existing FILE.xml is replaced.",
 )
 @overrides_option
 def check(**options: Any) -> int:
-    """Solve each CASE in memory and compare with what it expects.
+    """Solve each CASE in memory and compare with the values it expects.
 
-    All cases are run. The exit code is that of the worst outcome: a file that cannot be read or written (4), a
-    wrong case (2), no solution (3), a value outside its tolerance (1).
+    All cases are run. The exit code is that of the worst outcome: a file cannot be read or written (4), a case is
+    wrong (2), there is no solution (3), a value is outside its tolerance (1).
     """
     from fretsolve.commands.check import check_cases
 
@@ -107,24 +119,18 @@ def check(**options: Any) -> int:
 
 
 @main.command()
-@click.argument("case", type=click.Path(path_type=Path))
-@click.option(
-    "--vary",
-    "varied",
-    multiple=True,
-    required=True,
-    metavar="KEY=A,B,C",
-    help="Values of a key; several keys are crossed. load_path.*.increments means every stage.",
+@_CASE
+@repeatable_option(
+    "--vary", "varied", "KEY=A,B,C", "Values of a key; load_path.*.increments means every stage.", required=True
 )
 @output_option("The folder for runs, tables and picture; by default the name of the case with .study.")
 @overrides_option
-@click.option(
+@repeatable_option(
     "--quantity",
     "quantities",
-    multiple=True,
-    metavar="NAME[@STAGE]",
-    help="The quantity to compare at the end of a stage (by default the last); by default what the load path moves"
-    " and what the case expects.",
+    "NAME[@STAGE]",
+    "A quantity to compare, at the end of a stage (by default the last). By default: what the load path moves and what"
+    " the case expects.",
 )
 @click.option(
     "--truth",
@@ -136,10 +142,10 @@ def check(**options: Any) -> int:
 )
 @quiet_option
 def study(**options: Any) -> int:
-    """Run CASE with all combinations of settings, and print the error and the cost of each.
+    """Compare settings of CASE by their errors and costs.
 
-    The runs are kept in OUT, where later studies reuse them. After an interrupt (exit code 75) the same command
-    goes on.
+    All combinations of the values of --vary are run. The runs are kept in OUT, where later studies reuse them. After an
+    interrupt (exit code 75) the same command continues.
     """
     with StopRequest() as stop:
         from fretsolve.commands.study import StudyOrder, study_case
@@ -148,10 +154,10 @@ def study(**options: Any) -> int:
 
 
 @main.command()
-@click.argument("out", type=click.Path(path_type=Path))
+@_OUT
 @click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
 def show(out: Path, every_increment: bool) -> int:
-    """Print the result OUT as a table; it may still be growing."""
+    """Print the result OUT as a table, even while it grows."""
     from fretsolve.export.text_report import print_report
     from fretsolve.result import open_result
 
@@ -171,8 +177,19 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
     return x, y
 
 
-@main.command()
-@click.argument("out", type=click.Path(path_type=Path))
+_KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.values())
+
+
+@main.command(
+    help=f"""Draw the result OUT, even while it grows.
+
+    KIND is one or more of these, by default loop. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
+
+    \b
+    {_KIND_LINES}
+    """
+)
+@_OUT
 @click.argument("kinds", type=click.Choice(KINDS), nargs=-1, metavar="[KIND]...")
 @click.option(
     "-o",
@@ -183,20 +200,11 @@ def _point(context: click.Context, parameter: click.Parameter, value: str | None
     help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (created if the name ends in /); by default"
     " OUT with the kind in its name.",
 )
-@click.option(
-    "--step", "steps", type=int, multiple=True, metavar="N", help="The increment to show; profiles show several."
-)
+@repeatable_option("--step", "steps", "N", "An increment to show; only profiles show several at once.", type=int)
 @click.option("--at", callback=_point, metavar="X,Y", help="The point in mm that the profiles go through.")
-@click.option(
-    "--field", "fields", multiple=True, metavar="NAME", help="The field that map and animate show; may be repeated."
-)
-@click.option("--all", "every_kind", is_flag=True, help="All kinds and a report, index.html, in the folder of -o.")
+@repeatable_option("--field", "fields", "NAME", "A field that map and animate show.")
+@click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
 def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
-    """Draw the result OUT; it may still be growing.
-
-    KIND is one or more of loop (the default), profiles, map, streamlines, slip-angle, stick-history, convergence,
-    animate. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
-    """
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import plot_result
@@ -205,17 +213,10 @@ def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
 
 
 @main.command()
-@click.argument("out", type=click.Path(path_type=Path))
+@_OUT
 @click.option("--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above.")
 @output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
-@click.option(
-    "--step",
-    "steps",
-    type=int,
-    multiple=True,
-    metavar="N",
-    help="Export this increment instead of all that have fields; may be repeated.",
-)
+@repeatable_option("--step", "steps", "N", "Export this increment instead of all that have fields.", type=int)
 @overwrite_option("existing files")
 def export(**options: Any) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
@@ -223,11 +224,11 @@ def export(**options: Any) -> int:
     OUT may still be growing.
 
     \b
-    vtk   the deformed surfaces of both bodies and all fields over the increments, for ParaView: opens as FILE.pvd,
-          the surfaces lie in the folder FILE.vtk. Heights are true to scale: scale z up to see them.
-    xdmf  the fields over the increments, for ParaView: FILE.xdmf refers to OUT and to FILE.xdmf.h5.
-    csv   the history, units in the header, for spreadsheets.
-    npz   history and fields, for NumPy.
+    vtk   for ParaView: the deformed surfaces of both bodies and all fields, over the increments. Open FILE.pvd; the
+          surfaces lie in the folder FILE.vtk. Heights are true to scale: scale z up to see them.
+    xdmf  for ParaView: the fields over the increments. FILE.xdmf refers to OUT and to FILE.xdmf.h5.
+    csv   for spreadsheets: the history, with units in the header.
+    npz   for NumPy: history and fields.
     """
     from fretsolve.commands.export import export_result
 
@@ -254,7 +255,7 @@ def new(kind: str, target: Path | None) -> int:
 
 
 @main.command()
-@output_option("A .json file to write it to.", "FILE", "target")
+@output_option("Write it to this .json file instead of printing it.", "FILE", "target")
 @overwrite_option("an existing file")
 def schema(target: Path | None, overwrite: bool) -> int:
     """Print the JSON Schema of the case file, for editors.
@@ -262,12 +263,6 @@ def schema(target: Path | None, overwrite: bool) -> int:
     Begin a case with the line `# yaml-language-server: $schema=FILE`: editors with the YAML language server then
     complete its keys, show their meaning and mark mistakes.
     """
-    from fretsolve.commands.new import schema_text, write_schema
+    from fretsolve.commands.new import print_schema
 
-    if target is not None:
-        return write_schema(target, overwrite=overwrite)
-    print(schema_text())
-    return 0
-
-
-main.add_command(sweep)
+    return print_schema(target, overwrite=overwrite)

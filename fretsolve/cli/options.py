@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,19 +26,10 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 class CommandLine(click.Group):
     """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
 
-    def main(
-        self,
-        args: Sequence[str] | None = None,
-        prog_name: str | None = None,
-        complete_var: str | None = None,
-        standalone_mode: bool = True,
-        **extra: Any,
-    ) -> Any:
+    def main(self, *args: Any, **options: Any) -> Any:
         """Run the command line and exit; see `click.Command.main`."""
-        if not standalone_mode:
-            return super().main(args, prog_name, complete_var, standalone_mode, **extra)
         with tolerant_streams():
-            code = _exit_code(lambda: super(CommandLine, self).main(args, prog_name, complete_var, False, **extra))
+            code = _exit_code(lambda: super(CommandLine, self).main(*args, **options | {"standalone_mode": False}))
         sys.exit(code)
 
 
@@ -47,6 +38,8 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     try:
         code = command() or 0
         sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        message, code = error.format_message(), error.exit_code
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "fretsolve"
         what = " ".join(error.format_message().split())
@@ -75,12 +68,13 @@ def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Ca
     return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
 
 
-overrides_option = click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Replace a value of the case, as in --set grid.points=64 or --set stage.2.increments=20; may be repeated.",
+def repeatable_option(flag: str, name: str, metavar: str, help_text: str, **more: Any) -> Callable[[Command], Command]:
+    """Return an option that may be given several times; their values go to the parameter `name`."""
+    return click.option(flag, name, multiple=True, metavar=metavar, help=f"{help_text} May be repeated.", **more)
+
+
+overrides_option = repeatable_option(
+    "--set", "overrides", "KEY=VALUE", "Replace a value of the case, such as grid.points=64 or stage.2.increments=20."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors and warnings.")
 

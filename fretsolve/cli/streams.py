@@ -40,16 +40,11 @@ class TolerantStream:
             try:
                 yield
             except OSError as error:
-                self._drop()
+                # the null device takes the buffer and all later output, so that the interpreter can flush at its exit
+                with suppress(OSError), Path(os.devnull).open("w") as nowhere:
+                    os.dup2(nowhere.fileno(), self._stream.fileno())
                 if not isinstance(error, BrokenPipeError):
                     raise
-
-    def _drop(self) -> None:
-        """Send the buffer and all later output to the null device, so that the interpreter can flush it at its exit."""
-        with suppress(OSError):
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
 
 
 @contextmanager

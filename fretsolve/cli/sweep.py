@@ -7,20 +7,19 @@ from pathlib import Path
 
 import click
 
-from fretsolve.cli.options import output_option, overwrite_option, quiet_option
+from fretsolve.cli.options import output_option, overwrite_option, quiet_option, repeatable_option
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
 MOST_CASES = 1_000_000
 
 
-@click.group(invoke_without_command=True)
-@click.pass_context
-def sweep(context: click.Context) -> None:
-    """Run a case over many points of its keys, on this machine or on a cluster; see docs/howto/sweeps.md."""
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help(), err=True)
-        context.exit(2)
+@click.group()
+def sweep() -> None:
+    """Run a case over many values of its keys.
+
+    On this machine or on a cluster; see docs/howto/sweeps.md.
+    """
 
 
 def _engine(context: click.Context, parameter: click.Parameter, value: str) -> str:
@@ -50,11 +49,7 @@ _FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR
 @click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1, MOST_JOBS),
-    metavar="N",
-    help="Cases at the same time; by default one per core.",
+    "-j", "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
 )
 @click.option(
     "--on",
@@ -67,13 +62,13 @@ _FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR
 )
 @quiet_option
 def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool) -> int:
-    """Run all cases of SWEEP that have no result yet.
+    """Run the cases of SWEEP that have no result yet.
 
-    The whole sweep is checked before anything runs. Whatever ends it, the same command goes on, on any engine. The
-    exit code is 0 if every case has a result, even if that is that there is no solution.
+    All cases are checked before the first one runs. Whatever ends a sweep, the same command continues it, on any
+    engine. The exit code is 0 if every case has a result; "no solution" is a result as well.
     """
     notice = "stopping after the current increments; a second signal stops this command at once"
-    at_once = "stopped; its processes stop after their increments, then the same command goes on"
+    at_once = "stopped; its processes stop after their increments, then the same command continues the sweep"
     with StopRequest(notice, at_once=at_once, idle=True) as stop:
         from fretsolve.commands.sweep import SweepOrder, run_sweep
 
@@ -82,10 +77,15 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
 
 @sweep.command()
 @_FOLDER
-@click.option("--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Such as 3,7-9.")
-@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: run again after a signal.")
+@click.option(
+    "--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Their numbers, such as 3,7-9."
+)
+@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: queue the job again after a signal.")
 def work(folder: Path, indices: list[int], requeued: bool) -> int:
-    """Run some cases of the sweep in DIR one after another; for job scripts of any scheduler."""
+    """Run some cases of a sweep one after another.
+
+    For job scripts of any scheduler. DIR is the folder of the sweep.
+    """
     with StopRequest() as stop:
         from fretsolve.commands.sweep import work
 
@@ -95,7 +95,10 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
 @sweep.command()
 @_FOLDER
 def status(folder: Path) -> int:
-    """Print how far the sweep in DIR is, what has failed and why, and what is missing."""
+    """Print what of the sweep in DIR is done, failed or missing.
+
+    For a failure the reason is printed.
+    """
     from fretsolve.commands.sweep import status
 
     return status(folder)
@@ -104,19 +107,18 @@ def status(folder: Path) -> int:
 @sweep.command()
 @_FOLDER
 @output_option("A name ending in .csv, .h5 or .parquet; by default table.csv and table.h5 in DIR.", "FILE")
-@click.option(
+@repeatable_option(
     "--quantity",
     "quantities",
-    multiple=True,
-    metavar="NAME[@STAGE]",
-    help="What to collect at the end of a stage (the last by default); by default what the sweep file names.",
+    "NAME[@STAGE]",
+    "A quantity to collect, at the end of a stage (by default the last). By default: what the sweep file names.",
 )
 @click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
 @overwrite_option("an existing FILE")
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
-    """Write one table of the settings and results of the sweep in DIR, with error bars where there are any.
+    """Collect settings and results of the sweep in DIR in one table.
 
-    The tables in DIR belong to the sweep and are written anew each time.
+    It has error bars where the results have them. The tables in DIR belong to the sweep and are written anew each time.
     """
     from fretsolve.commands.sweep import collect_sweep
 
@@ -127,11 +129,11 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
 @_FOLDER
 @click.argument("kind", type=click.Choice(["quantity", "running-condition"]), default="quantity", metavar="[KIND]")
 @click.option("--quantity", metavar="NAME[@STAGE]", help="What to draw; by default the first that is collected.")
-@click.option(
+@repeatable_option(
     "--over",
-    multiple=True,
-    metavar="KEY",
-    help="A varied key or a quantity along an axis; twice for a map. By default the first keys of the sweep.",
+    "over",
+    "KEY",
+    "A varied key or a quantity along an axis; two of them give a map. By default the first keys of the sweep.",
 )
 @output_option("The picture (.png, .pdf, .svg); by default DIR/QUANTITY.png or DIR/running-condition.png.", "FILE")
 def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:

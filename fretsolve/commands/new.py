@@ -47,18 +47,19 @@ def _heights() -> str:
     return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
 
 
-def schema_text() -> str:
-    """Return the JSON Schema of the case file as indented text."""
+def print_schema(path: Path | None, *, overwrite: bool) -> int:
+    """Print the JSON Schema of the case file, or write it and print its path; return the exit code.
+
+    Raises CaseError, FileError.
+    """
+    if path is not None:
+        require_ending(path, "a JSON Schema", ".json")
+        require_free(path, overwrite=overwrite)
     from fretsolve.case.schema import case_schema  # loads pydantic, which `new` does without
 
-    return json.dumps(case_schema(), indent=2, ensure_ascii=False)
-
-
-def write_schema(path: Path, *, overwrite: bool) -> int:
-    """Write the schema and print its path; return the exit code. Raises CaseError, FileError."""
-    require_ending(path, "a JSON Schema", ".json")
-    require_free(path, overwrite=overwrite)
-    with writing(path):
-        path.write_text(schema_text() + "\n", encoding="utf-8")
-    print(path)
+    text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
+    if path is not None:
+        with writing(path):
+            path.write_text(text + "\n", encoding="utf-8")
+    print(text if path is None else path)
     return 0
