@@ -42,19 +42,6 @@ STYLE: dict[Any, Any] = {
 
 DPI = 150
 MOST_COLUMNS = 3
-MARGINS = 0.5
-"""Height (inches) of heading and legend."""
-
-NARROWEST = 5.2
-"""Width (inches) that a legend of outlines and a title need."""
-
-TITLE_LETTERS = 11.5
-"""Letters of a title per inch."""
-
-MOST_TITLE_LINES = 2
-BAR_SPACE, BAR_WIDTH = 0.08, 0.14
-"""A colour bar's distance from its panel, and its width (inches)."""
-
 WITHOUT_DATE = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 """Metadata per format with which the same result gives the same file."""
 
@@ -77,14 +64,14 @@ class Canvas:
     def heading(self, title: str, detail: str = "") -> None:
         """Write a title and a line below it on a new figure."""
         if self.own:
-            width = int(TITLE_LETTERS * self.figure.get_figwidth())
-            lines = textwrap.wrap(title, width, max_lines=MOST_TITLE_LINES, placeholder=" ...")
+            width = int(11.5 * self.figure.get_figwidth())  # letters
+            lines = textwrap.wrap(title, width, max_lines=2, placeholder=" ...")
             self.figure.suptitle("\n".join([*lines, *textwrap.wrap(detail, width)]), parse_math=False)
 
     def colorbar(self, axes: Axes, colors: ScalarMappable, label: str, extend: str = "neither") -> Colorbar:
-        """Add a colour bar beside a panel whose limits are set, as high as the panel is in the end."""
+        """Add a colour bar of 0.14 inches beside a panel whose limits are set, as high as the panel is in the end."""
         width = panel_width(axes)
-        place = axes.inset_axes((1.0 + BAR_SPACE / width, 0.0, BAR_WIDTH / width, 1.0))
+        place = axes.inset_axes((1.0 + 0.08 / width, 0.0, 0.14 / width, 1.0))
         return self.figure.colorbar(colors, cax=place, label=label, extend=extend)
 
     def legend(self, handles: Sequence[Any], columns: int) -> None:
@@ -125,8 +112,9 @@ def canvas(
     columns = min(columns, count)
     rows = -(-count // columns)
     with own_style():
-        width = max(columns * size[0], NARROWEST)
-        picture = Picture(figsize=(width, rows * size[1] + MARGINS), layout="constrained")
+        # a legend of outlines and a title need a width of 5.2 inches, and a height of half an inch
+        figsize = max(columns * size[0], 5.2), rows * size[1] + 0.5
+        picture = Picture(figsize=figsize, layout="constrained")
         panels = picture.subplots(rows, columns, squeeze=False, sharex=sharex).ravel()
         for unused in panels[count:]:
             unused.remove()

@@ -17,21 +17,8 @@ from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import DoubleArray
 
-DENSITY = 1.3
-NOTHING = 1e-3
-"""Vectors shorter than this part of the longest one carry no line: their direction is round-off."""
-
 LEAST_CHANGE = 1e-6
 """A smaller change of the load, in parts of it, is round-off."""
-
-LEAST_LIMIT = 1.0
-"""Degrees that the colours reach at least, also if all angles are round-off."""
-
-WORST_SHARE = 0.01
-"""Share of the cells whose angles may lie beyond the colours."""
-
-LARGER = (1.35, 1.25)
-"""Width and height of the map of angles, over those of other maps."""
 
 
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
@@ -55,7 +42,8 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
         for axes, name in zip(drawn.axes, names, strict=False):
             length = snapshot.magnitude(name)
             scale = maps.scale_of(result, name, float(length.max()))
-            u, v = (np.ma.masked_where(length <= NOTHING * length.max(), values) for values in snapshot.field(name))
+            # the direction of vectors that are short against the longest one is round-off
+            u, v = (np.ma.masked_where(length <= 1e-3 * length.max(), values) for values in snapshot.field(name))
             lines = axes.streamplot(
                 x,
                 y,
@@ -64,7 +52,7 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
                 color=(length * scale.factor)[inside].T,
                 cmap=line_colors(),
                 norm=Normalize(0.0, scale.norm.vmax),
-                density=DENSITY,
+                density=1.3,
                 linewidth=1.0,
                 arrowsize=0.8,
             ).lines
@@ -85,9 +73,10 @@ def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) ->
     degrees, reference = angle_of(snapshot)
     slipping = np.isfinite(degrees)
     sizes = np.sort(np.abs(degrees[slipping]))
-    limit = max(float(sizes[int((1.0 - WORST_SHARE) * (len(sizes) - 1))]), LEAST_LIMIT)
+    # the worst hundredth of the cells may lie beyond the colours; if all angles are round-off, they reach a degree
+    limit = max(float(sizes[int(0.99 * (len(sizes) - 1))]), 1.0)
     box, contact = view_box(result, snapshot.contact), snapshot.contact
-    with maps.map_canvas(ax, snapshot, 1, box, LARGER) as drawn:
+    with maps.map_canvas(ax, snapshot, 1, box, larger=(1.35, 1.25)) as drawn:
         axes = drawn.axes[0]
         maps.draw_cells(axes, result, contact, ~contact, Normalize(0.0, 1.0), ListedColormap(["0.85"]))
         colors = matplotlib.colormaps["RdBu_r"]

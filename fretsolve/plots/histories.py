@@ -33,29 +33,11 @@ from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
-LOOP_PANEL, STICK_PANEL, CONVERGENCE_PANEL = (4.6, 3.9), (4.9, 3.6), (8.0, 2.7)
-MOST_SHADED = 2
-"""Closed cycles that are all shaded; of more only the last one is."""
-
 COUNTS = {
     "iterations_normal": "normal iterations",
     "iterations_tangential": "tangential iterations",
     "alternations": "staggered iterations",
 }
-FLOOR = 1e-4
-"""Residuals below this part of the tolerance are round-off, which would take up most of the axis."""
-
-ERROR_BARS: dict[str, Any] = {
-    "fmt": "none",
-    "ecolor": "0.35",
-    "elinewidth": 0.8,
-    "capsize": 1.5,
-    "zorder": 2.5,
-    "label": "estimated errors",
-}
-
-MOST_STAGES = 60
-"""Stages whose ends are marked; the lines of more would hide the curves."""
 
 
 def loop(result: Result, ax: Target = None) -> Figure:
@@ -69,7 +51,7 @@ def loop(result: Result, ax: Target = None) -> Figure:
     if not moved:
         raise PictureError("no load component is more than round-off")
     pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2] or moved[:1]
-    with canvas(ax, len(pairs), LOOP_PANEL) as drawn:
+    with canvas(ax, len(pairs), (4.6, 3.9)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
@@ -89,7 +71,7 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
     moved = moved_pairs(result)
     pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
     pairs = pairs or [pair for pair in moved if pair.force == "P"]
-    with canvas(ax, len(pairs), STICK_PANEL) as drawn:
+    with canvas(ax, len(pairs), (4.9, 3.6)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_stick_ratio(drawn, axes, result, pair)
         drawn.heading(title_of(result))
@@ -102,11 +84,11 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    with canvas(ax, 2, CONVERGENCE_PANEL, columns=1, sharex=True) as drawn:
+    with canvas(ax, 2, (8.0, 2.7), columns=1, sharex=True) as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
-            for end in ends if len(ends) <= MOST_STAGES else ():
+            for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
             axes.set_xlim(-0.5, result.increments - 0.5)
@@ -122,7 +104,7 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     found = cycles(result, pair)
     _draw_cycles(axes, found, x, y)
     closed = [cycle for cycle in found if cycle.closed]
-    for cycle in closed if len(closed) <= MOST_SHADED else closed[-1:]:
+    for cycle in closed if len(closed) <= 2 else closed[-1:]:
         color = marks(len(found))[cycle.number].color
         total = result.history["work_total"]
         label = f"{_energy(float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
@@ -132,7 +114,8 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
         for name, unit in ((pair.motion, x_unit), (pair.force, y_unit))
     ]
     if any(error is not None for error in errors):
-        axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **ERROR_BARS)
+        look: dict[str, Any] = {"fmt": "none", "ecolor": "0.35", "elinewidth": 0.8, "capsize": 1.5, "zorder": 2.5}
+        axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], label="estimated errors", **look)
     curve = hertz_curve(result) if pair.force == "P" else None
     if curve is not None:
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
@@ -194,7 +177,8 @@ def _draw_counts(axes: Axes, result: Result) -> None:
 
 def _draw_residuals(axes: Axes, result: Result) -> None:
     tolerance = float(result.effective_case.get("solver", {}).get("tolerance", np.nan))
-    least = FLOOR * tolerance if np.isfinite(tolerance) else np.finfo(float).eps
+    # residuals below are round-off, which would take up most of the axis
+    least = 1e-4 * tolerance if np.isfinite(tolerance) else np.finfo(float).eps
     _draw_columns(axes, result, RESIDUALS, least)
     if np.isfinite(tolerance):
         axes.axhline(tolerance, color="black", linestyle="--", linewidth=1.2, label=f"tolerance {tolerance:g}")

@@ -22,11 +22,6 @@ from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
 FIELDS = ("pressure", "shear", "slip")
-PANEL = (4.6, 2.5)
-LEAST_COMPONENT = 0.02
-"""A component is drawn if it reaches this part of the field's largest length."""
-
-CURVE_POINTS = 400
 CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form}
 
 COMPONENTS: dict[str, dict[str, Any]] = {
@@ -77,7 +72,7 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = chosen_fields(snapshots, FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
-    with canvas(ax, 2 * len(names), PANEL, columns=2) as drawn:
+    with canvas(ax, 2 * len(names), (4.6, 2.5), columns=2) as drawn:
         panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
         components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
         drawn.heading(title_of(result))
@@ -111,11 +106,11 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     unit = unit_of(result, name, largest)
     forms: list[Line2D] = []
     components: set[int] = set()
-    points, across = np.linspace(low, high, CURVE_POINTS), np.full(CURVE_POINTS, line.at)
+    points, across = np.linspace(low, high, 400), np.full(400, line.at)
     for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
         # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
-        shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= LEAST_COMPONENT * largest]
+        shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= 0.02 * largest]
         components |= set(shown)
         label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
         for k in shown:

@@ -15,12 +15,6 @@ from fretsolve.result import Result
 FIRST_ENDS, LAST_ENDS = 2, 4
 """Ends of stages that stand for a long path: pressed, first loaded, and the last cycle."""
 
-CLOSED = 0.01
-"""A cycle is closed if it ends this near to its start, in parts of its range."""
-
-LEAST_CHANGE = 1e-9
-"""A smaller change of a load, in parts of its largest value, is round-off."""
-
 
 @dataclass(frozen=True)
 class MovedPair:
@@ -40,8 +34,8 @@ class MovedPair:
 class LoadCycle:
     """Increments `first` to `last`, from a turning point to the next one in the same sense.
 
-    number: 0 for the first loading. closed: the cycle ends where it began, so that its loop encloses the dissipated
-    energy.
+    number: 0 for the first loading. closed: it ends within 1 % of its range from where it began, so that its loop
+    encloses the dissipated energy.
     """
 
     number: int
@@ -82,7 +76,7 @@ def cycles(result: Result, pair: MovedPair) -> list[LoadCycle]:
     for number, start in enumerate(range(1, len(turns) - 1, 2), start=1):
         points = turns[start : start + 3]
         loads = result.history[pair.last_driven][points]
-        closed = len(points) == 3 and bool(abs(loads[2] - loads[0]) <= CLOSED * abs(loads[0] - loads[1]))
+        closed = len(points) == 3 and bool(abs(loads[2] - loads[0]) <= 0.01 * abs(loads[0] - loads[1]))
         found.append(LoadCycle(number, points[0], points[-1], closed))
     return found
 
@@ -125,7 +119,7 @@ def _turning_points(result: Result, pair: MovedPair) -> list[int]:
             continue
         column = result.history[name]
         change = float(column[end] - (column[before] if before is not None else 0.0))
-        now = int(np.sign(change)) if abs(change) > LEAST_CHANGE * float(np.abs(column).max()) else 0
+        now = int(np.sign(change)) if abs(change) > 1e-9 * float(np.abs(column).max()) else 0  # not round-off
         if now and sense and now != sense and before is not None:
             found.append(before)
         sense = now or sense

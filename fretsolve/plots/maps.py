@@ -34,30 +34,6 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
 
-AREA = 9.0
-"""Square inches of a panel; a narrow one has less."""
-
-NARROWEST, WIDEST, TALLEST = 0.7, 5.5, 4.6
-AROUND = (1.5, 0.7)
-"""Width and height (inches) of colour bar, labels and titles around a panel."""
-
-PAGE_WIDTH = 14.0
-TICK_SPACE = 0.45
-"""Inches that the label of a tick on x needs."""
-
-ARROWS = 17
-"""Arrows along the longer side of a panel."""
-
-LEAST_ARROW = 0.03
-"""Vectors shorter than this part of the longest have no arrow."""
-
-MOST_FRAMES = 60
-SECONDS = 10.0
-SLOWEST, FASTEST = 2, 12
-"""Frames of an animation per second: as many as make `SECONDS`, within these limits."""
-
-FILM_DPI = 100
-
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 """Open, stick, slip: they differ in luminance as well."""
 
@@ -99,8 +75,8 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     """
     chosen_step(result, None)
     steps = result.steps
-    if len(steps) > MOST_FRAMES:
-        steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, MOST_FRAMES).round().astype(int))
+    if len(steps) > 60:
+        steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, 60).round().astype(int))
     names = chosen_fields([Snapshot(result, step) for step in steps], FIELDS[:2], fields)
     # Find the limits. The fields of one increment are held at a time.
     largest = [0.0] * len(names)
@@ -128,9 +104,9 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
         drawn.heading(title_of(result), step_text(result, step))
         return ()
 
-    interval = 1000.0 / min(max(round(len(steps) / SECONDS), SLOWEST), FASTEST)
+    rate = min(max(round(len(steps) / 10.0), 2), 12)  # frames per second, for a film of ten seconds
     return FuncAnimation(
-        drawn.figure, show, frames=steps, interval=interval, init_func=lambda: (), cache_frame_data=False
+        drawn.figure, show, frames=steps, interval=1000.0 / rate, init_func=lambda: (), cache_frame_data=False
     )
 
 
@@ -138,7 +114,7 @@ def saved_film(film: FuncAnimation, file_format: str) -> bytes:
     """Return an animation as the content of a gif or mp4 file."""
     with tempfile.TemporaryDirectory() as folder, own_style():
         target = Path(folder) / f"film.{file_format}"
-        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=FILM_DPI)
+        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=100)
         return target.read_bytes()
 
 
@@ -148,9 +124,10 @@ def map_canvas(
 ) -> Iterator[Canvas]:
     """Return a canvas of `count` maps with a heading and the key of the outlines; larger: factors on width, height."""
     aspect = box.height / box.width
-    width = max(min(math.sqrt(AREA / aspect), WIDEST, TALLEST / aspect), NARROWEST)
-    width, height = width + AROUND[0], min(width * aspect, TALLEST) + AROUND[1]
-    columns = max(1, min(count, int(PAGE_WIDTH / width)))
+    # nine square inches for the cells, within limits, and space for colour bar, labels and title
+    width = max(min(math.sqrt(9.0 / aspect), 5.5, 4.6 / aspect), 0.7)
+    width, height = width + 1.5, min(width * aspect, 4.6) + 0.7
+    columns = max(1, min(count, int(14.0 / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
     with canvas(target, count, (larger[0] * width, larger[1] * height), columns) as drawn:
         yield drawn
@@ -209,7 +186,7 @@ def draw_frame(axes: Axes, box: Bbox, title: str) -> None:
     """Set title, limits, labels and equal scales of a map."""
     axes.grid(False)
     axes.set(aspect="equal", xlim=box.intervalx, ylim=box.intervaly, xlabel="x (mm)", ylabel="y (mm)", title=title)
-    most_ticks = max(1, int(panel_width(axes) / TICK_SPACE))
+    most_ticks = max(1, int(panel_width(axes) / 0.45))  # inches of a label
     axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=1))
 
 
@@ -225,12 +202,12 @@ def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
 
 
 def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: Bbox) -> None:
-    """Draw arrows of equal length along those of `vectors` (2, nx, ny) that are not small."""
+    """Draw arrows of equal length along `vectors` (2, nx, ny), except where they are below 3 % of the longest."""
     inside = cells_inside(result, box)
-    every = max(1, -(-max(len(indices) for indices in inside) // ARROWS))
+    every = max(1, -(-max(len(indices) for indices in inside) // 17))  # 17 arrows along the longer side
     i, j = np.meshgrid(*(indices[(len(indices) - 1) % every // 2 :: every] for indices in inside), indexing="ij")
     length = np.hypot(vectors[0], vectors[1])
-    long = length[i, j] > LEAST_ARROW * length.max()
+    long = length[i, j] > 0.03 * length.max()
     if not long.any():
         return
     i, j = i[long], j[long]

@@ -17,9 +17,6 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 VECTORS = ("shear", "slip")
 """Fields of two components, by their names in the case file, which leave out the component."""
 
-MARGIN = 0.12
-"""Space around the contact, in parts of its size."""
-
 
 class Snapshot:
     """The stored fields of increment `step`, read on first use.
@@ -125,7 +122,7 @@ def view_box(result: Result, contact: BoolArray) -> Bbox:
     """Return the contact with some space around it (mm), within the grid; the whole grid if nothing touches."""
     sides = []
     for centres, low, high in _extent(result, contact):
-        space = max(MARGIN * (high - low), 1.5 * cell_size(centres))
+        space = max(0.12 * (high - low), 1.5 * cell_size(centres))
         first, last = outer_edges(centres)
         sides.append((max(first, low - space), min(last, high + space)))
     return Bbox(np.transpose(sides))
