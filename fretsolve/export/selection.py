@@ -7,12 +7,6 @@ import numpy as np
 from fretsolve.result import Result
 from fretsolve.system.arrays import IndexArray
 
-NOTHING = 1e-8
-"""Below this share of its scale a value is round-off."""
-
-UNLIKE_THE_OTHER = 1e3
-"""A tangential displacement below 1e-6 of the other one is within the usual tolerance: it counts as round-off."""
-
 _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz"),
     *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
@@ -63,7 +57,10 @@ def relevant_columns(result: Result) -> list[str]:
 
 
 def round_off(result: Result, name: str) -> float:
-    """Return the size below which values of a column count as 0, from the load and the approach of the whole run."""
+    """Return the size below which values of a column count as 0: 1e-8 of its scale in the whole run.
+
+    A tangential displacement below 1e-5 of the other one is within the usual tolerance, so it counts as 0 as well.
+    """
     if not result.increments:
         return 0.0
     force, approach, radius, shift_x, shift_y = (
@@ -71,6 +68,6 @@ def round_off(result: Result, name: str) -> float:
         for column in ("P", "delta_z", "contact_radius", "delta_x", "delta_y")
     )
     scales = dict.fromkeys(("Qx", "Qy"), force) | dict.fromkeys(("Mx", "My", "Mz"), force * radius)
-    scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, UNLIKE_THE_OTHER * max(shift_x, shift_y)))
+    scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, 1e3 * max(shift_x, shift_y)))
     scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
-    return NOTHING * scales.get(name, 0.0)
+    return 1e-8 * scales.get(name, 0.0)

@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
-COMPRESSION_LEVEL = 1
-"""Most of a field is zeros outside the contact, which any level shrinks."""
-
 
 def write_csv(result: Result, path: Path) -> None:
     """Write the history: a row per increment, units in the header, every digit of every number. Raises OSError."""
@@ -48,7 +45,8 @@ def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
     }
     with (
         atomic_files.new_file(path, durable=False) as file,
-        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=COMPRESSION_LEVEL) as archive,
+        # most of a field is zeros outside the contact, which the fastest level shrinks as well
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
     ):
         for name, values in arrays.items():
             _write_array(archive, name, values.shape, values.dtype, [values])

@@ -23,12 +23,6 @@ WIDTH = 120
 
 NARROWEST = 60
 
-ROUNDING = 1e-14
-"""Share of a value to which double precision rounds it in a sum or two."""
-
-GAP = 2
-"""Blanks between two columns."""
-
 Column = tuple[str, ...]
 """A column as printed, line by line: two lines of heading, the units, the cells."""
 
@@ -111,7 +105,7 @@ def _error_text(value: float, error: float) -> str:
     """Return an estimated error in two digits; 0 if it is only rounding, as of imposed loads."""
     if math.isnan(error):
         return "unknown"
-    return f"± {error:.1e}" if abs(error) > ROUNDING * abs(value) else "± 0"
+    return f"± {error:.1e}" if abs(error) > 1e-14 * abs(value) else "± 0"
 
 
 def _totals(result: Result) -> list[str]:
@@ -144,8 +138,8 @@ def _worst_residuals(result: Result) -> DoubleArray:
 
 
 def _width(column: Column) -> int:
-    """Return the width of a column with the gap to the next one."""
-    return GAP + max(map(len, column))
+    """Return the width of a column with two blanks to the next one."""
+    return 2 + max(map(len, column))
 
 
 def _split(columns: Sequence[Column], width: int) -> list[list[Column]]:
@@ -165,7 +159,7 @@ def _filled(columns: Sequence[Column], width: int) -> list[list[Column]]:
 
 
 def _table(columns: Sequence[Column]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, GAP - 1), pad_edge=False, show_edge=False)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
     heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
     for column in columns:
         table.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True)

@@ -21,11 +21,6 @@ from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
-BLOCK_BYTES = 2**20
-COMPRESSION_LEVEL = 1
-HIDDEN_POINT = 2
-"""VTK's mark of points that are not shown, in the array ``vtkGhostType``."""
-
 _ENDIAN = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
@@ -76,7 +71,7 @@ def _write_grid(path: Path, body: BodySurface, fields: Mapping[str, NDArray[Any]
     blobs: list[bytes] = []
     data = dict(fields) | {"displacement": body.displacement}
     if not body.material.all():
-        data["vtkGhostType"] = np.where(body.material, 0, HIDDEN_POINT).astype(np.uint8)
+        data["vtkGhostType"] = np.where(body.material, 0, 2).astype(np.uint8)  # 2: hidden
     point_data = "".join(_data_array(name, values, blobs) for name, values in data.items())
     points = _data_array("Points", body.points, blobs)
     head = (
@@ -94,23 +89,18 @@ def _write_grid(path: Path, body: BodySurface, fields: Mapping[str, NDArray[Any]
 
 
 def _data_array(name: str, values: NDArray[Any], blobs: list[bytes]) -> str:
-    """Add the data of an array ``(nx, ny)`` or ``(3, nx, ny)`` to `blobs`, and return the element that refers to it.
+    """Add an array ``(nx, ny)`` or ``(3, nx, ny)`` to `blobs`, compressed, and return the element that refers to it.
 
     In VTK x runs fastest, and the components of a vector stand together: both are the transpose of the array.
     """
     kind, dtype = ("UInt8", np.uint8) if values.dtype == np.uint8 else ("Float32", np.float32)
     components = values.shape[0] if values.ndim == 3 else 1
     offset = sum(map(len, blobs))
-    blobs.append(_compressed(values.T.astype(dtype).tobytes()))
+    content = values.T.astype(dtype).tobytes()
+    block = zlib.compress(content, level=1)
+    sizes = [1, len(content), 0, len(block)]  # number of blocks, size of a block and of the rest, compressed sizes
+    blobs.append(np.array(sizes, np.uint64).tobytes() + block)
     return (
         f'<DataArray type="{kind}" Name={quoteattr(name)} NumberOfComponents="{components}" format="appended"'
         f' offset="{offset}"/>\n'
     )
-
-
-def _compressed(content: bytes) -> bytes:
-    """Return blocks that are compressed one by one, after their number and sizes."""
-    starts = range(0, len(content), BLOCK_BYTES)
-    blocks = [zlib.compress(content[start : start + BLOCK_BYTES], COMPRESSION_LEVEL) for start in starts]
-    sizes = [len(blocks), BLOCK_BYTES, len(content) % BLOCK_BYTES, *map(len, blocks)]
-    return np.array(sizes, np.uint64).tobytes() + b"".join(blocks)

@@ -11,19 +11,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-import h5py
 import numpy as np
+from numpy.typing import DTypeLike
 
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
-
-_TYPES = {
-    "float64": 'NumberType="Float" Precision="8"',
-    "float32": 'NumberType="Float" Precision="4"',
-    "uint8": 'NumberType="UChar" Precision="1"',
-}
 
 
 def points_file(path: Path) -> Path:
@@ -39,21 +33,16 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
         file.create_dataset("points", data=points, compression="gzip", shuffle=True)
-        if not finished:
-            _copy_fields(result, steps, file.create_group("fields"))
+        copied = () if finished else stored_fields(stored_names(result), is_single(result.effective_case))
+        for quantity in copied:
+            dataset = create_field(file.require_group("fields"), quantity, len(steps), x.shape)
+            for index, step in enumerate(steps):
+                dataset[index] = result.field(quantity.name, step)
     source, stored = beside.name, tuple(steps)
     if finished:
         source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
     with atomic_files.new_file(path, durable=False) as text:
         text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
-
-
-def _copy_fields(result: Result, steps: Sequence[int], group: h5py.Group) -> None:
-    shape = len(result.x), len(result.y)
-    for quantity in stored_fields(stored_names(result), is_single(result.effective_case)):
-        dataset = create_field(group, quantity, len(steps), shape)
-        for index, step in enumerate(steps):
-            dataset[index] = result.field(quantity.name, step)
 
 
 def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:
@@ -64,15 +53,21 @@ def _document(result: Result, steps: Sequence[int], stored: Sequence[int], sourc
     for step in steps:
         yield f'<Grid Name="increment {step}" GridType="Uniform">\n<Time Value="{step}"/>'
         yield f'<Topology TopologyType="3DSMesh" Dimensions="1 {shape}"/>\n<Geometry GeometryType="XYZ">'
-        yield f'<DataItem Dimensions="1 {shape} 3" {_TYPES["float64"]} Format="HDF">{escape(points)}:/points</DataItem>'
+        yield f'<DataItem Dimensions="1 {shape} 3" {_type(np.float64)} Format="HDF">{escape(points)}:/points</DataItem>'
         yield "</Geometry>"
         # each field is a slab of the dataset that holds those of all increments
         slab = f"{stored.index(step)} 0 0 1 1 1 1 {shape}"
         for name in result.fields:
-            whole = f'Dimensions="{len(stored)} {shape}" {_TYPES[result.field_type(name).name]} Format="HDF"'
+            whole = f'Dimensions="{len(stored)} {shape}" {_type(result.field_type(name))} Format="HDF"'
             yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
             yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
             yield f'<DataItem Dimensions="3 3" Format="XML">{slab}</DataItem>'
             yield f"<DataItem {whole}>{escape(source)}:/fields/{name}</DataItem>\n</DataItem>\n</Attribute>"
         yield "</Grid>"
     yield "</Grid>\n</Domain>\n</Xdmf>\n"
+
+
+def _type(dtype: DTypeLike) -> str:
+    """Return the attributes of a type of numbers."""
+    kind = np.dtype(dtype)
+    return f'NumberType="{"UChar" if kind == np.uint8 else "Float"}" Precision="{kind.itemsize}"'

@@ -22,7 +22,7 @@ SAME_SIGNAL = 0.05
 """Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
 
 NOTICE = "stopping after this increment; a second signal stops at once"
-AT_ONCE_NOTICE = "stopped at once; what was saved before stays, and can be gone on with"
+AT_ONCE_NOTICE = "stopped at once; what was saved before stays, and the run can be resumed"
 IDLE_NOTICE = "ended before anything was run"
 
 
