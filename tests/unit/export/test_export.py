@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import invoke, write_case
+from command_line import invoke
 from fake_states import fake_header, fake_states
+from small_cases import write_case
 
 from fretsolve import load_case, open_result
 from fretsolve.commands.run import run_header

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import base64
 from html.parser import HTMLParser
 from pathlib import Path
 
 from command_line import invoke
+from fake_states import fake_header, fake_states
 
 from fretsolve import plots
+from fretsolve.plots.report_page import html_page
+from fretsolve.result import HistoryWriter, open_result
 
 
 class _Pictures(HTMLParser):
@@ -21,6 +25,29 @@ class _Pictures(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.add(tag)
         self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
+
+
+def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
+    with HistoryWriter.open(tmp_path / "out.h5", fake_header(title="a < b & c")) as writer:
+        for state in fake_states(2):
+            writer.append(state)
+        writer.finish("complete")
+    pictures = {"loop": b"a loop", "animate": b"a film"}
+    with open_result(tmp_path / "out.h5") as result:
+        text = html_page(result, pictures, {"map": "nothing to show, as 0 < 1"})
+        without_reasons = html_page(result, pictures, {})
+    page = _Pictures()
+    page.feed(text)
+    shown = dict(zip(("image/png", "image/gif"), pictures.values(), strict=True))
+    assert page.sources == [
+        f"data:{kind};base64,{base64.b64encode(content).decode()}" for kind, content in shown.items()
+    ]
+    assert "<h1>a &lt; b &amp; c</h1>" in text
+    assert f'alt="loop: {plots.KINDS["loop"].caption}"' in text
+    assert "complete, 2 increments" in text
+    assert "<li>map: nothing to show, as 0 &lt; 1</li>" in text
+    assert text.index("<h2>Case</h2>") < text.index("title: a &lt; b &amp; c")
+    assert "Left out" not in without_reasons
 
 
 def test_all_kinds_and_a_report(result_folder: Path, tmp_path: Path) -> None:
