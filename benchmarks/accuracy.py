@@ -14,7 +14,6 @@ stage, 40 where the slip depends on the path.
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,9 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from calibrate_error_bars import put_into
 from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
-from marked import data_file, write_csv
+from marked import data_file, parser_of, report, write_csv
 
 import fretsolve
 from fretsolve.case.models import Case
@@ -166,7 +164,7 @@ def rows_of(names: Sequence[str]) -> Iterator[Row]:
                 yield measured(case, LEVELS[-1], truth if case.exact is not None else [])
 
 
-def report(rows: Sequence[Row]) -> Iterator[str]:
+def report_lines(rows: Sequence[Row]) -> Iterator[str]:
     """Yield the lines of the page: shares by accuracy, then the runs that missed it."""
     yield "| | " + " | ".join(LEVELS) + " |"
     yield "| --- " * (1 + len(LEVELS)) + "|"
@@ -205,18 +203,14 @@ def of(part: int, whole: int) -> str:
 
 
 def main() -> None:
-    """Read the arguments and print, or put the report into a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    """Read the arguments and print the report, or put it into a page."""
+    parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
-    parser.add_argument("--into", type=Path, help="a Markdown file with marks")
-    options = parser.parse_args()
-    rows = list(rows_of(options.names))
-    lines = list(report(rows))
-    if options.into is None:
-        print("\n".join(lines))
-    else:
-        put_into(options.into, lines, "accuracy")
-        write_runs(data_file(options.into, "accuracy"), rows)
+    asked = parser.parse_args()
+    rows = list(rows_of(asked.names))
+    report({"accuracy": lambda: print("\n".join(report_lines(rows)))}, asked.into)
+    if asked.into:
+        write_runs(data_file(asked.into, "accuracy"), rows)
 
 
 if __name__ == "__main__":

@@ -13,16 +13,14 @@ once.
 
 from __future__ import annotations
 
-import argparse
 import math
-import re
 import statistics
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from calibration_cases import CASES, HELD_OUT, CalibrationCase
-from marked import data_file, write_csv
+from marked import data_file, parser_of, report, write_csv
 
 import fretsolve
 from fretsolve.result.state import Summary, SummaryErrors
@@ -184,7 +182,7 @@ def measured(names: Sequence[str]) -> tuple[dict[str, list[Row]], list[Cost]]:
     return rows, costs
 
 
-def report(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost]) -> Iterator[str]:
+def report_lines(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost]) -> Iterator[str]:
     """Yield the lines of the page: shares by group, a table by quantity, and the values outside of their bars."""
     yield "| | " + " | ".join(rows) + " |"
     yield "| --- " * (1 + len(rows)) + "|"
@@ -244,26 +242,15 @@ def write_comparisons(file: Path, rows: Mapping[str, Sequence[Row]]) -> None:
     write_csv(file, headings, ((group, *row.cells) for group, part in rows.items() for row in part if row.end))
 
 
-def put_into(file: Path, lines: Sequence[str], name: str = "calibration") -> None:
-    """Replace what stands between the marks of that name."""
-    marks = rf"(<!-- figures: {name} -->\n).*?(<!-- end of figures -->)"
-    text = "\n" + "\n".join(lines) + "\n\n"
-    file.write_text(re.sub(marks, lambda match: match[1] + text + match[2], file.read_text(), flags=re.DOTALL))
-
-
 def main() -> None:
-    """Read the arguments and print, or put the report into a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    """Read the arguments and print the report, or put it into a page."""
+    parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
-    parser.add_argument("--into", type=Path, help="a Markdown file with marks")
-    options = parser.parse_args()
-    rows, costs = measured(options.names)
-    lines = list(report(rows, costs))
-    if options.into is None:
-        print("\n".join(lines))
-    else:
-        put_into(options.into, lines)
-        write_comparisons(data_file(options.into, "error_bars"), rows)
+    asked = parser.parse_args()
+    rows, costs = measured(asked.names)
+    report({"calibration": lambda: print("\n".join(report_lines(rows, costs)))}, asked.into)
+    if asked.into:
+        write_comparisons(data_file(asked.into, "error_bars"), rows)
 
 
 if __name__ == "__main__":

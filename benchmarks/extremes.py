@@ -15,7 +15,6 @@ rows to ``data/extremes_double.csv`` or ``data/extremes_single.csv`` beside the 
 
 from __future__ import annotations
 
-import argparse
 import csv
 import os
 import re
@@ -26,7 +25,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from marked import data_file, put_parts_into, write_csv
+from marked import data_file, parser_of, put_parts_into, write_csv
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
@@ -201,12 +200,11 @@ def draw_map(axes: Axes, kind: str, stages: tuple[dict[str, float], ...]) -> Non
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
     parser.add_argument("--picture", type=Path, help="file to draw to")
     parser.add_argument("--precision", choices=PARTS, default="double", help="of the solver")
     parser.add_argument("--random", type=int, metavar="N", help="draw N random cases of each kind instead")
-    parser.add_argument("--into", type=Path, help="a Markdown file with marks, which gets the table")
     options = parser.parse_args()
     rows: list[Row] = []
     name, figures = PARTS[options.precision], lambda: rows.extend(print_table(options.names, options.precision))

@@ -5,6 +5,7 @@ Tables that are too long for a page go to CSV files in ``data`` beside it.
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import csv
 import io
@@ -12,6 +13,13 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+
+
+def parser_of(description: str | None) -> argparse.ArgumentParser:
+    """Return a parser of the words after a script's name, with the option `--into`; description: the script's text."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="a Markdown page with marks, which gets the figures")
+    return parser
 
 
 @cache
@@ -32,6 +40,16 @@ def put_parts_into(file: Path, parts: Mapping[str, Callable[[], None]]) -> None:
             figures = printed(part).strip()
             content = pattern.sub(lambda marks, text=figures: f"{marks[1]}\n{text}\n\n{marks[2]}", content)
     file.write_text(content)
+
+
+def report(parts: Mapping[str, Callable[[], None]], page: Path | None) -> None:
+    """Put what `parts` print into a page, or without one print it under their names."""
+    if page is not None:
+        put_parts_into(page, parts)
+        return
+    for name, part in parts.items():
+        print(f"\n### {name}\n")
+        part()
 
 
 def data_file(page: Path, name: str) -> Path:

@@ -10,7 +10,6 @@ increments. Seconds are those of the processor, on 256 x 256 cells; memory is th
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import time
@@ -19,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench_path import peak_bytes
-from marked import put_parts_into
+from marked import parser_of, report
 
 import fretsolve
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -139,18 +138,14 @@ PARTS = {"scenes": print_scenes, "windows": print_windows}
 
 def main() -> None:
     """As the top of this file tells."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--into", type=Path)
+    parser = parser_of(__doc__)
     parser.add_argument("--memory", nargs=2, metavar=("SCENE", "FULL"), help="print the bytes per cell of one run")
     asked = parser.parse_args()
     if asked.memory:
         name, full = asked.memory
         print_bytes_per_cell(name, full == "1")
-    elif asked.into:
-        put_parts_into(asked.into, PARTS)
     else:
-        for part in PARTS.values():
-            part()
+        report(PARTS, asked.into)
 
 
 if __name__ == "__main__":

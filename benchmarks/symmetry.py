@@ -12,16 +12,14 @@ rest of the solver would need it. The quarter's result is compared with the whol
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pyfftw
-from marked import put_parts_into
+from marked import parser_of, report
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.transform_length import padded_length
@@ -133,11 +131,7 @@ def print_symmetry(grids: tuple[int, ...] = GRIDS) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("grids", nargs="*", type=int, default=GRIDS)
-    parser.add_argument("--into", type=Path)
     asked = parser.parse_args()
-    if asked.into:
-        put_parts_into(asked.into, {"symmetry": print_symmetry})
-    else:
-        print_symmetry(tuple(asked.grids))
+    report({"symmetry": lambda: print_symmetry(tuple(asked.grids))}, asked.into)

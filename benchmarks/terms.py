@@ -12,15 +12,14 @@ with all terms, those of the stick radius to the contact radius, at the first pe
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from marked import data_file, put_parts_into, write_csv
+from marked import data_file, parser_of, report, write_csv
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
@@ -313,21 +312,15 @@ PARTS = {"coupling": print_coupling, "cross": print_cross, "automatic": print_au
 
 def main(words: Sequence[str] | None = None) -> None:
     """Run the study with the options above."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("--points", type=int, default=POINTS)
-    parser.add_argument("--into", type=Path)
     parser.add_argument("--picture", type=Path)
     asked = parser.parse_args(words)
     solved(PAIRS["0.06 on 0.42"], 0.1, "I", "full", asked.points)  # compiles, plans
     solved.cache_clear()
-    parts = {name: lambda part=part: part(asked.points) for name, part in PARTS.items()}
+    report({name: partial(part, asked.points) for name, part in PARTS.items()}, asked.into)
     if asked.into:
-        put_parts_into(asked.into, parts)
         write_coupling(data_file(asked.into, "terms"), asked.points)
-    else:
-        for name, part in parts.items():
-            print(f"\n### {name}\n")
-            part()
     if asked.picture:
         draw(asked.points, asked.picture)
 

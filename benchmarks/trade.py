@@ -14,7 +14,6 @@ changes, and seconds of the processor, of one thread.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
 
-from marked import data_file, put_parts_into, write_csv
+from marked import data_file, parser_of, report, write_csv
 
 from fretsolve.case.quantities import percent
 from fretsolve.kernels import readying_seconds
@@ -196,27 +195,22 @@ def processor_seconds() -> float:
 
 def main() -> None:
     """As the top of this file tells."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("--modes", nargs="+", choices=MODES, default=list(MODES))
     parser.add_argument("--points", nargs="+", type=int, default=POINTS)
     parser.add_argument("--increments", nargs="+", type=int, default=INCREMENTS)
     parser.add_argument("--runs", type=Path, default=Path(gettempdir()) / "fretsolve-trade", help="where runs are kept")
-    parser.add_argument("--into", type=Path)
     parser.add_argument("--pictures", type=Path)
     words = parser.parse_args()
     simulation._working_seconds = processor_seconds
     asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
     parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
     parts["precision"] = partial(print_precisions, words.modes, asked)
+    report(parts, words.into)
     if words.into:
-        put_parts_into(words.into, parts)
         for study in STUDIES:
             name = f"trade_{study.replace(' ', '_')}"
             write_trade(data_file(words.into, name), study, words.modes, asked)
-    else:
-        for study, part in parts.items():
-            print(f"\n### {study}")
-            part()
     if words.pictures:
         draw(words.modes, asked, words.pictures)
 

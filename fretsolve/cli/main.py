@@ -91,7 +91,7 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
 def validate(**options: Any) -> int:
     """Read each CASE and print what a run would do, without solving.
 
-    This is: all values with the defaults, model, grid, stages, expected results, memory and cost.
+    It prints all values with their defaults, the model, grid, stages, expected results, memory and cost.
     """
     from fretsolve.commands.validate import validate_cases
 

@@ -78,7 +78,7 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
 @sweep.command()
 @_FOLDER
 @click.option(
-    "--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Their numbers, such as 3,7-9."
+    "--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Numbers of the cases, such as 3,7-9."
 )
 @click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: queue the job again after a signal.")
 def work(folder: Path, indices: list[int], requeued: bool) -> int:
@@ -95,9 +95,9 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
 @sweep.command()
 @_FOLDER
 def status(folder: Path) -> int:
-    """Print what of the sweep in DIR is done, failed or missing.
+    """Print which cases of the sweep in DIR are done, failed or missing.
 
-    For a failure the reason is printed.
+    For failed cases it prints the reasons.
     """
     from fretsolve.commands.sweep import status
 
@@ -116,7 +116,7 @@ def status(folder: Path) -> int:
 @click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
 @overwrite_option("an existing FILE")
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
-    """Collect settings and results of the sweep in DIR in one table.
+    """Collect settings and results of the sweep in DIR into one table.
 
     It has error bars where the results have them. The tables in DIR belong to the sweep and are written anew each time.
     """
