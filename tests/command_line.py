@@ -21,6 +21,17 @@ def invoke(*words: object) -> Result:
     return CliRunner().invoke(main, [str(word) for word in words], prog_name="fretsolve")
 
 
+def refused(code: int, *words: object) -> str:
+    """Return the message of ``fretsolve WORDS...``, which ends with exit code `code` and one line.
+
+    Only `check`, which goes on with other cases, prints something else.
+    """
+    result = invoke(*words)
+    assert (result.exit_code, result.stderr.count("\n")) == (code, 1), result.output
+    assert result.stdout == "" or words[0] == "check"
+    return result.stderr
+
+
 def start(*words: object, **options: Any) -> subprocess.Popen[str]:
     """``fretsolve WORDS...`` as a process."""
     line = [sys.executable, "-m", "fretsolve", *map(str, words)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import invoke
+from command_line import invoke, refused
 from small_cases import CASE, write_case
 
 from fretsolve.cli import main as cli
@@ -26,10 +26,7 @@ USAGE = {
 
 @pytest.mark.parametrize("words", USAGE, ids=" ".join)
 def test_usage_error(words: tuple[str, ...]) -> None:
-    result = invoke(*words)
-    assert result.exit_code == 2
-    assert USAGE[words] in result.stderr
-    assert result.output.count("\n") == 1
+    assert USAGE[words] in refused(2, *words)
 
 
 BAD = {
@@ -45,10 +42,7 @@ BAD = {
 def test_mistake_in_the_case(command: str, good: str, tmp_path: Path) -> None:
     bad, message = BAD[good]
     case = write_case(tmp_path, CASE.replace(good, bad))
-    result = invoke(command, case)
-    assert result.exit_code == 2
-    assert result.stderr.startswith(f"{case}{message}")
-    assert result.stderr.count("\n") == 1
+    assert refused(2, command, case).startswith(f"{case}{message}")
     assert not case.with_suffix(".h5").exists()
 
 
@@ -62,10 +56,7 @@ SETS = {
 
 @pytest.mark.parametrize("override", SETS)
 def test_mistake_in_an_override(override: str, tmp_path: Path) -> None:
-    result = invoke("run", write_case(tmp_path), "--set", override)
-    assert result.exit_code == 2
-    assert SETS[override] in result.stderr
-    assert result.output.count("\n") == 1
+    assert SETS[override] in refused(2, "run", write_case(tmp_path), "--set", override)
 
 
 def test_all_mistakes_of_a_case_at_once(tmp_path: Path) -> None:
@@ -76,36 +67,27 @@ def test_all_mistakes_of_a_case_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["run", "validate", "check", "show"])
 def test_missing_file_and_folder(command: str, tmp_path: Path) -> None:
-    for name in ("nothing.yaml", "folder"):
-        (tmp_path / "folder").mkdir(exist_ok=True)
-        result = invoke(command, tmp_path / name)
-        assert result.exit_code == 4
-        assert result.stderr.startswith(f"{tmp_path / name}: ")
-        assert result.stderr.count("\n") == 1
+    for path in (tmp_path / "nothing.yaml", tmp_path):
+        assert refused(4, command, path).startswith(f"{path}: ")
 
 
 @pytest.mark.parametrize("content", [b"", b"title: a case, not a result\n", b"\x89HDF\r\n\x1a\n and then nothing"])
 def test_show_something_else(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "some.h5"
     path.write_bytes(content)
-    result = invoke("show", path)
-    assert result.exit_code == 4
-    assert result.stderr.startswith(f"{path}: ")
-    assert result.output.count("\n") == 1
+    assert refused(4, "show", path).startswith(f"{path}: ")
 
 
 def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     case = write_case(tmp_path)
-    folder = invoke("run", case, "-o", tmp_path)
-    assert folder.exit_code == 2
-    assert folder.output == f"{tmp_path}: the name of a result must end in .h5 or .hdf5\n"
-    (tmp_path / "folder.h5").mkdir()
-    folder = invoke("run", case, "-o", tmp_path / "folder.h5", "--overwrite")
-    message = f"{tmp_path}/folder.h5: is a folder; the name of a file is needed\n"
-    assert (folder.exit_code, folder.output) == (2, message)
-    missing = invoke("run", case, "-o", tmp_path / "missing" / "out.h5")
-    assert missing.exit_code == 4
-    assert missing.output == (f"{tmp_path}/missing/out.h5: cannot begin the result: No such file or directory\n")
+    folder, missing = tmp_path / "folder.h5", tmp_path / "missing" / "out.h5"
+    folder.mkdir()
+    told = f"{tmp_path}: the name of a result must end in .h5 or .hdf5\n"
+    assert refused(2, "run", case, "-o", tmp_path) == told
+    told = f"{folder}: is a folder; the name of a file is needed\n"
+    assert refused(2, "run", case, "-o", folder, "--overwrite") == told
+    told = f"{missing}: cannot begin the result: No such file or directory\n"
+    assert refused(4, "run", case, "-o", missing) == told
 
 
 def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,12 +96,8 @@ def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.Monk
 
     monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
     monkeypatch.setattr("fretsolve.case.schema.case_schema", broken)
-    result = invoke("schema")
-    assert result.exit_code == 70
-    assert result.stderr == (
-        "internal error: ZeroDivisionError: of two lines;"
-        " please report it, with what it prints under FRETSOLVE_DEBUG=1\n"
-    )
+    told = "internal error: ZeroDivisionError: of two lines; please report it, with what it prints under "
+    assert refused(70, "schema") == f"{told}FRETSOLVE_DEBUG=1\n"
     monkeypatch.setenv("FRETSOLVE_DEBUG", "1")
     assert isinstance(invoke("schema").exception, ZeroDivisionError)
 
@@ -129,8 +107,7 @@ def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
         raise MemoryError
 
     monkeypatch.setattr("fretsolve.case.schema.case_schema", greedy)
-    result = invoke("schema")
-    assert (result.exit_code, result.output.count("\n")) == (2, 1)
+    assert refused(2, "schema")
 
 
 def test_without_a_command_the_help_and_a_usage_error() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from command_line import invoke
+from command_line import invoke, refused
 from small_cases import CASE, write_case
 
 from fretsolve.case.models import Expectation
@@ -62,9 +62,7 @@ def test_value_that_is_off(tmp_path: Path) -> None:
 
 def test_case_that_expects_nothing_is_a_mistake(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace(EXPECT, ""))
-    result = invoke("check", case)
-    assert result.exit_code == 2
-    assert result.stderr.startswith(f"{case}:1: expect: nothing to check; give a list")
+    assert refused(2, "check", case).startswith(f"{case}:1: expect: nothing to check; give a list")
 
 
 def test_stages_before_a_failure_are_compared(tmp_path: Path) -> None:
@@ -122,9 +120,8 @@ def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
 
 def test_junit_file_is_no_case(tmp_path: Path) -> None:
     case = write_case(tmp_path)
-    result = invoke("check", case, "--junit", case)
-    assert result.exit_code == 2
-    assert result.output == f"{case}: the name of a JUnit file must end in .xml\n"
+    message = "the name of a JUnit file must end in .xml"
+    assert refused(2, "check", case, "--junit", case) == f"{case}: {message}\n"
     assert case.read_text() == CASE
 
 

@@ -7,11 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import finish, invoke
+from command_line import finish, invoke, refused
 from PIL import Image
 from small_cases import DRAWN, write_case
-
-from fretsolve.errors import FileError
 
 
 def test_files_by_their_suffix(result_folder: Path, tmp_path: Path) -> None:
@@ -65,28 +63,24 @@ def test_what_cannot_be_drawn_is_one_line(
     words: tuple[str, ...], result_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    done = invoke("plot", result_folder / f"{words[0]}.h5", *words[1:])
-    assert done.exit_code == 2
-    assert ERRORS[words] in done.stderr
-    assert done.output.count("\n") == 1
+    assert ERRORS[words] in refused(2, "plot", result_folder / f"{words[0]}.h5", *words[1:])
     assert not list(tmp_path.iterdir())
 
 
 def test_picture_that_cannot_be_written(result_folder: Path, tmp_path: Path) -> None:
-    done = invoke("plot", result_folder / "torsion.h5", "-o", tmp_path / "missing" / "x.svg")
-    assert done.exit_code == FileError.exit_code
-    assert done.stderr == f"{tmp_path}/missing/x.svg: cannot be written: No such file or directory\n"
-    (tmp_path / "taken").touch()
-    done = invoke("plot", result_folder / "torsion.h5", "--all", "-o", tmp_path / "taken")
-    assert (done.exit_code, done.output.count("\n")) == (4, 1)
-    assert invoke("plot", tmp_path / "no.h5").exit_code == 4
+    result, missing, taken = result_folder / "torsion.h5", tmp_path / "missing" / "x.svg", tmp_path / "taken"
+    told = f"{missing}: cannot be written: No such file or directory\n"
+    assert refused(4, "plot", result, "-o", missing) == told
+    taken.touch()
+    assert refused(4, "plot", result, "--all", "-o", taken)
+    assert "cannot be made a folder" in refused(4, "plot", result, "loop", "-o", f"{taken}/")
+    assert refused(4, "plot", tmp_path / "no.h5")
 
 
 def test_without_matplotlib(result_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    done = invoke("plot", result_folder / "torsion.h5")
-    assert (done.exit_code, done.output.count("\n")) == (2, 1)
-    assert done.stderr.endswith("pip install '.[plot]' in a clone of fretsolve\n")
+    told = refused(2, "plot", result_folder / "torsion.h5")
+    assert told.endswith("pip install '.[plot]' in a clone of fretsolve\n")
 
 
 def test_letters_that_the_font_lacks_are_no_warning(result_folder: Path, tmp_path: Path) -> None:
@@ -105,7 +99,3 @@ def test_a_folder_for_several_pictures_is_made(result_folder: Path, tmp_path: Pa
     assert (done.exit_code, len(list(made.iterdir()))) == (0, 2)
     done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'v1.0'}/")
     assert [path.name for path in (tmp_path / "v1.0").iterdir()] == ["fretting.loop.png"]
-    (tmp_path / "taken").write_text("a file")
-    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'taken'}/")
-    assert done.exit_code == 4
-    assert "cannot be made a folder" in done.stderr

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import invoke, saved_steps
+from command_line import invoke, refused, saved_steps
 from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
@@ -81,21 +81,6 @@ def test_result_tells_what_made_it(solved: tuple[Path, str, str]) -> None:
     assert {"python", "numpy", "scipy", "pyfftw", "h5py", "platform"} <= provenance.keys()
 
 
-def test_quiet_prints_nothing(tmp_path: Path) -> None:
-    case = write_case(tmp_path)
-    result = invoke("run", case, "-q", "--set", "grid.points=32")
-    assert (result.exit_code, result.output) == (0, "")
-    assert case.with_suffix(".h5").exists()
-
-
-def test_warnings_go_to_standard_error(tmp_path: Path) -> None:
-    case = write_case(tmp_path, CASE + "coupling: none\n")
-    result = invoke("run", case)
-    assert result.exit_code == 0
-    assert result.stderr.startswith(f"{case}: warning: coupling: none leaves out ux from qy")
-    assert result.stderr.count("\n") == 2
-
-
 def test_set_and_threads_and_output(tmp_path: Path) -> None:
     case, out = write_case(tmp_path), tmp_path / "other.h5"
     words = ("--set", "grid.points=[12, 10]", "--set", "load_path.1.increments=2", "--threads", 2)
@@ -115,14 +100,12 @@ def test_result_that_exists_is_not_touched(tmp_path: Path) -> None:
     out = case.with_suffix(".h5")
     assert invoke("run", case, "-q").exit_code == 0
     before = out.read_bytes()
-    again = invoke("run", case)
-    assert again.exit_code == 2
-    assert again.output == f"{out}: exists: --overwrite replaces it, --resume goes on unless it is complete\n"
+    told = f"{out}: exists: --overwrite replaces it, --resume goes on unless it is complete\n"
+    assert refused(2, "run", case) == told
     resumed = invoke("run", case, "--resume")
     assert (resumed.exit_code, resumed.output) == (0, f"{out}: already complete, 5 increments\n")
-    other = invoke("run", case, "--resume", "--set", "friction=0.2")
-    assert other.exit_code == 4
-    assert "friction.coefficient is 0.1 there, 0.2 now" in other.output
+    told = refused(4, "run", case, "--resume", "--set", "friction=0.2")
+    assert "friction.coefficient is 0.1 there, 0.2 now" in told
     assert out.read_bytes() == before
     replaced = invoke("run", case, "-q", "--overwrite", "--set", "friction=0.2")
     assert replaced.exit_code == 0
@@ -173,12 +156,11 @@ def test_not_converged_goes_on_with_more_iterations(tmp_path: Path) -> None:
     assert [*before, *saved_steps(resumed.stdout)] == [0, 1, 2, 3, 4]
 
 
-@pytest.mark.parametrize("words", [("-o", "{case}"), ("-o", "{case}", "--overwrite")])
+@pytest.mark.parametrize("words", [(), ("--overwrite",)])
 def test_case_is_never_replaced(tmp_path: Path, words: tuple[str, ...]) -> None:
     case = write_case(tmp_path)
-    result = invoke("run", case, *[word.format(case=case) for word in words])
-    assert result.exit_code == 2
-    assert result.output == f"{case}: would replace the case itself; give another name with -o\n"
+    told = f"{case}: would replace the case itself; give another name with -o\n"
+    assert refused(2, "run", case, "-o", case, *words) == told
     assert case.read_text() == CASE
 
 
@@ -186,9 +168,8 @@ def test_case_is_never_replaced(tmp_path: Path, words: tuple[str, ...]) -> None:
 def test_result_has_the_ending_of_hdf5(tmp_path: Path, name: str) -> None:
     other = write_case(tmp_path, name=name)
     for words in ((), ("--overwrite",), ("--resume",)):
-        result = invoke("run", write_case(tmp_path), "-o", other, *words)
-        assert result.exit_code == 2
-        assert result.output == f"{other}: the name of a result must end in .h5 or .hdf5\n"
+        told = f"{other}: the name of a result must end in .h5 or .hdf5\n"
+        assert refused(2, "run", write_case(tmp_path), "-o", other, *words) == told
     assert other.read_text() == CASE
     assert not (tmp_path / f"{name}.parts").exists()
 
@@ -201,16 +182,13 @@ def test_height_map_is_never_replaced(tmp_path: Path) -> None:
     heights = "surface: {heights: {file: case.h5, dataset: gap, spacing: 0.1 mm}}"
     case = write_case(tmp_path, CASE.replace("surface: {sphere: {radius: 10 mm}}", heights))
     before = (tmp_path / "case.h5").read_bytes()
-    result = invoke("run", case, "--overwrite")
-    assert result.exit_code == 2
-    assert "would replace a height map of the case" in result.output
+    assert "would replace a height map of the case" in refused(2, "run", case, "--overwrite")
     assert (tmp_path / "case.h5").read_bytes() == before
 
 
 def test_grid_beyond_the_memory_is_refused(tmp_path: Path) -> None:
-    result = invoke("run", write_case(tmp_path), "--set", "grid.points=1000000")
-    assert result.exit_code == 2
-    assert re.search(r"grid.points: 1000000 x 1000000 cells take about \d+ TB of memory, this machine", result.output)
+    told = refused(2, "run", write_case(tmp_path), "--set", "grid.points=1000000")
+    assert re.search(r"grid.points: 1000000 x 1000000 cells take about \d+ TB of memory, this machine", told)
 
 
 def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -241,7 +219,7 @@ def test_quiet_run_tells_what_makes_its_result_doubtful(tmp_path: Path) -> None:
     assert result.stderr == f"{case}: warning: grid.points: only 13.3 cells across the contact; {needed}\n"
     uncoupled = invoke("run", case, "-q", "--overwrite", "--set", "grid.points=32", "--set", "coupling=none")
     assert uncoupled.stdout == ""
-    assert "warning: coupling: none" in uncoupled.stderr
+    assert uncoupled.stderr.startswith(f"{case}: warning: coupling: none leaves out ux from qy")
 
 
 @pytest.mark.parametrize("words", [(), ("-q",), ("--log-json",)])
@@ -286,9 +264,9 @@ def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
     first = invoke("run", case)
     assert first.exit_code == 3  # gross slip: a failed result, which --resume takes up again
     np.save(tmp_path / "map.npy", 1.1 * heights)
-    second = invoke("run", case, "--resume")
-    assert second.exit_code == 4
-    assert "holds a run of another case: content of.height map 1 is" in second.stderr
+    told = invoke("run", case, "--resume")
+    assert told.exit_code == 4
+    assert "holds a run of another case: content of.height map 1 is" in told.stderr
 
 
 def test_quiet_run_still_tells_that_its_accuracy_is_not_met(tmp_path: Path) -> None:
