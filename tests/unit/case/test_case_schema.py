@@ -8,7 +8,7 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
-from command_line import invoke
+from command_line import invoke, refused
 from test_case_errors import CASE
 from test_case_models import FULL, MINIMAL, ROUND_TRIPS
 
@@ -163,14 +163,11 @@ def test_schema_is_written_for_editors(tmp_path: Path) -> None:
     assert (done.exit_code, done.stdout) == (0, f"{file}\n")
     assert file.read_text() == invoke("schema").stdout
     file.write_text("mine")
-    again = invoke("schema", "-o", file)
-    assert again.exit_code == 2
-    assert again.stderr == f"{file}: exists: --overwrite replaces it, or give another name with -o\n"
+    told = f"{file}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert refused(2, "schema", "-o", file) == told
     assert file.read_text() == "mine"
     assert invoke("schema", "-o", file, "--overwrite").exit_code == 0
     assert file.read_text() == invoke("schema").stdout
-    wrong = invoke("schema", "-o", tmp_path / "case.yaml")
-    assert wrong.exit_code == 2
-    assert wrong.stderr == f"{tmp_path}/case.yaml: the name of a JSON Schema must end in .json\n"
-    missing = invoke("schema", "-o", tmp_path / "none" / "schema.json")
-    assert missing.exit_code == 4
+    told = f"{tmp_path}/case.yaml: the name of a JSON Schema must end in .json\n"
+    assert refused(2, "schema", "-o", tmp_path / "case.yaml") == told
+    assert refused(4, "schema", "-o", tmp_path / "none" / "schema.json")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import invoke, refused
 from fake_states import fake_header, fake_states
 from small_cases import write_case
 
@@ -245,36 +245,27 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG, ids=" ".join)
 def test_wrong_orders_are_one_line(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    done = invoke("export", made_up(tmp_path), "--to", *words)
-    assert done.exit_code == 2
-    assert WRONG[words] in done.stderr
-    assert done.stderr.count("\n") == 1
+    assert WRONG[words] in refused(2, "export", made_up(tmp_path), "--to", *words)
     assert [path.name for path in tmp_path.iterdir()] == ["fake.h5"]
 
 
 def test_increments_and_fields_that_are_not_stored(tmp_path: Path) -> None:
     out = made_up(tmp_path, every=2, stored=())
-    done = invoke("export", out, "--to", "npz", "--step", 0)
-    assert done.exit_code == 2
-    assert "the fields of increment 0 are not stored (output.every); the nearest ones are those of 1" in done.stderr
+    told = refused(2, "export", out, "--to", "npz", "--step", 0)
+    assert "the fields of increment 0 are not stored (output.every); the nearest ones are those of 1" in told
     for to in ("vtk", "xdmf"):
-        done = invoke("export", out, "--to", to)
-        assert done.exit_code == 2
-        assert done.stderr == f"{out}: no fields are stored; output.fields in the case file chooses them\n"
+        told = refused(2, "export", out, "--to", to)
+        assert told == f"{out}: no fields are stored; output.fields in the case file chooses them\n"
     assert invoke("export", out, "--to", "npz").exit_code == 0
 
 
 def test_result_is_never_replaced(tmp_path: Path) -> None:
     out = made_up(tmp_path).rename(tmp_path / "odd.csv")
-    before = out.read_bytes()
-    done = invoke("export", out, "--to", "csv")
-    assert done.exit_code == 2
-    assert done.stderr == f"{out}: would replace the result itself; give another name with -o\n"
+    before, told = out.read_bytes(), "would replace the result itself; give another name with -o\n"
+    assert refused(2, "export", out, "--to", "csv") == f"{out}: {told}"
     assert out.read_bytes() == before
     out = out.rename(tmp_path / "odd.xdmf.h5")  # where the points of odd.xdmf would lie
-    done = invoke("export", out, "--to", "xdmf", "-o", tmp_path / "odd.xdmf")
-    assert done.exit_code == 2
-    assert done.stderr == f"{out}: would replace the result itself; give another name with -o\n"
+    assert refused(2, "export", out, "--to", "xdmf", "-o", tmp_path / "odd.xdmf") == f"{out}: {told}"
     assert out.read_bytes() == before
 
 
@@ -286,9 +277,8 @@ def test_files_are_replaced_only_where_that_is_asked_for(to: str, tmp_path: Path
     target = Path(first.stdout.strip())
     content = target.read_bytes()
     target.write_text("mine")
-    again = invoke("export", out, "--to", to)
-    assert again.exit_code == 2
-    assert again.stderr == f"{target}: exists: --overwrite replaces it, or give another name with -o\n"
+    told = f"{target}: exists: --overwrite replaces it, or give another name with -o\n"
+    assert refused(2, "export", out, "--to", to) == told
     assert target.read_text() == "mine"
     assert invoke("export", out, "--to", to, "--overwrite").exit_code == 0
     assert len(target.read_bytes()) == len(content)
@@ -297,22 +287,18 @@ def test_files_are_replaced_only_where_that_is_asked_for(to: str, tmp_path: Path
 @pytest.mark.parametrize("to", FORMATS)
 def test_what_cannot_be_written_is_one_line(to: str, tmp_path: Path) -> None:
     suffix = {"vtk": "pvd"}.get(to, to)
-    done = invoke("export", made_up(tmp_path), "--to", to, "-o", tmp_path / "none" / f"x.{suffix}")
-    assert done.exit_code == 4
-    assert done.stderr == f"{tmp_path}/none/x.{suffix}: cannot be written: No such file or directory\n"
+    target = tmp_path / "none" / f"x.{suffix}"
+    told = f"{target}: cannot be written: No such file or directory\n"
+    assert refused(4, "export", made_up(tmp_path), "--to", to, "-o", target) == told
 
 
 def test_missing_and_empty_results(tmp_path: Path) -> None:
-    done = invoke("export", tmp_path / "none.h5", "--to", "csv")
-    assert done.exit_code == 4
+    assert refused(4, "export", tmp_path / "none.h5", "--to", "csv")
     with HistoryWriter.open(tmp_path / "new.h5", fake_header()):
-        done = invoke("export", tmp_path / "new.h5", "--to", "csv")
-        assert (done.exit_code, "has no increment yet" in done.stderr) == (2, True)
+        assert "has no increment yet" in refused(2, "export", tmp_path / "new.h5", "--to", "csv")
     failed = tmp_path / "failed.h5"
     with HistoryWriter.open(failed, fake_header()) as writer:
         writer.finish("failed", "everything slides", "sliding")
     told = "the run failed before its first increment: everything slides\n"
-    done = invoke("export", failed, "--to", "csv")
-    assert (done.exit_code, done.stderr) == (2, f"{failed}: {told}")
-    done = invoke("plot", failed)
-    assert (done.exit_code, done.stderr) == (2, f"{failed}: loop: {told}")
+    assert refused(2, "export", failed, "--to", "csv") == f"{failed}: {told}"
+    assert refused(2, "plot", failed) == f"{failed}: loop: {told}"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import invoke, refused
 from solving import DISSIMILAR, build
 
 from fretsolve.case.loading import load_case
@@ -139,21 +139,18 @@ def test_the_effective_case_gives_the_same_setup() -> None:
     ],
 )
 def test_wrong_values(tmp_path: Path, value: str, says: str) -> None:
-    result = invoke("validate", write(tmp_path, value))
-    assert result.exit_code == 2
-    assert f"case.yaml:6: solver.accuracy: {says}" in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    assert f"case.yaml:6: solver.accuracy: {says}" in refused(2, "validate", write(tmp_path, value))
 
 
 def test_without_points_and_accuracy(tmp_path: Path) -> None:
     case = write(tmp_path, "1 %")
-    result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}")
-    assert result.exit_code == 2
-    assert "grid: missing; needed: grid of the potential contact area" in result.stderr
-    result = invoke("validate", case, "--set", "solver={tolerance: 1e-6}", "--set", "grid.size=1 mm")
-    assert "grid.points: missing; needed: cells per side, or [nx, ny], such as 128; or solver" in result.stderr
-    result = invoke("validate", case, "--set", "grid.points=12")
-    assert "grid.points: 12 x 12 are too few for error bars" in result.stderr
+    plain = ("--set", "solver={tolerance: 1e-6}")
+    told = refused(2, "validate", case, *plain)
+    assert "grid: missing; needed: grid of the potential contact area" in told
+    told = refused(2, "validate", case, *plain, "--set", "grid.size=1 mm")
+    assert "grid.points: missing; needed: cells per side, or [nx, ny], such as 128; or solver" in told
+    told = refused(2, "validate", case, "--set", "grid.points=12")
+    assert "grid.points: 12 x 12 are too few for error bars" in told
 
 
 def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:
