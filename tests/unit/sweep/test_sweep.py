@@ -133,21 +133,12 @@ AXIS = f"{BASE}axes:\n  - "
         (AXIS + "{friction: [1, 2], title: [a]}", ":3: axes.0: keys of one entry .* title has 1"),
         (AXIS + "friction: [1]\n  - friction: [2]", ":4: axes.1: friction is varied by an earlier"),
         (AXIS + "friction: {from: 1, to: 2}", "sweep.yaml:3: axes.0.friction.count: missing; needed: how many"),
-        (
-            AXIS + "load_path.0.P: {from: 1 N, to: 2 kN, count: 3}",
-            ":3: axes.0.load_path.0.P: from is in N, to in kN; the",
-        ),
-        (
-            AXIS + "friction: {from: 0, to: 1, count: 3, spacing: log}",
-            "axes.0.friction: log spacing needs two ends above",
-        ),
+        (AXIS + "load_path.0.P: {from: 1 N, to: 2 kN, count: 3}", ":3: axes.0.load_path.0.P: from is in N, to in kN"),
+        (AXIS + "friction: {from: 0, to: 1, count: 3, spacing: log}", "axes.0.friction: log spacing needs two ends"),
         (AXIS + "friction: {from: a, to: 1, count: 3}", ":3: axes.0.friction: 'a' is not a number with a unit or"),
         (AXIS + "friction: {from: 1, to: 1, count: 3}", ": from and to are both 1"),
         (AXIS + "csv: none.csv", "none.csv: cannot be read: No such file"),
-        (
-            AXIS + "grid.points: [8, 1000000]",
-            ":3: axes.0.grid.points.1: 1000000 x 1000000 cells take about .* of memory",
-        ),
+        (AXIS + "grid.points: [8, 1000000]", ":3: axes.0.grid.points.1: 1000000 x 1000000 cells take about .* of"),
         (BASE + "set: {friction: -1}\naxes:\n  - title: [a]", "sweep.yaml:2: set.friction: -1 is out of"),
         (BASE + "quantities: [delta]\naxes:\n  - title: [a]", ":2: quantities.0: 'delta' is not a quantity"),
         (BASE + "quantities: [P@9]\naxes:\n  - title: [a]", ":2: quantities.0: there is no stage '9'"),
@@ -156,8 +147,9 @@ AXIS = f"{BASE}axes:\n  - "
 )
 def test_mistakes_are_told_with_their_place(sweep: str, message: str, tmp_path: Path) -> None:
     path = write_sweep(tmp_path, sweep)
-    told = refused(4 if "none.csv" in sweep else 2, "sweep", "run", path)
-    assert re.search(message, told), told
+    outcome = invoke("sweep", "run", path)
+    assert outcome.exit_code == (4 if "none.csv" in sweep else 2), outcome.stderr
+    assert re.search(message, outcome.stderr), outcome.stderr
     assert not (tmp_path / "sweep.sweep").exists()
 
 
@@ -319,7 +311,8 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert missing_of(folder) == [0, 2, 3]
     (tmp_path / "case.yaml").write_text(SWEPT.replace("36 N", "20 N"))
-    assert "has changed since the sweep began" in refused(2, "sweep", "work", folder, "--cases", "2-3")
+    outcome = invoke("sweep", "work", folder, "--cases", "2-3")
+    assert (outcome.exit_code, "has changed since the sweep began" in outcome.stderr) == (2, True)
     assert missing_of(folder) == [0, 2, 3]
 
 
@@ -420,7 +413,7 @@ def test_tasks_in_the_queue_count_by_the_cases_that_they_have(tmp_path: Path, mo
 def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(slurm, "_slurm", lambda line: "MaxArraySize            = 2")
     path = write_sweep(tmp_path, SWEEP + "slurm:\n  cases_per_task: 2\n")
-    assert refused(2, "sweep", "run", path, "--on", "slurm") == (
+    assert invoke("sweep", "run", path, "--on", "slurm").stderr == (
         f"{path}:7: slurm.cases_per_task: the array needs tasks up to 2, this Slurm takes them up to 1 (MaxArraySize);"
         " 3 cases per task or more are needed\n"
     )
