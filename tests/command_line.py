@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,9 @@ from click.testing import CliRunner, Result
 import fretsolve
 from fretsolve import open_result
 from fretsolve.cli.main import main
+
+PATIENCE = 300.0
+"""Seconds that a machine under load may take for what takes some seconds."""
 
 
 def invoke(*words: object) -> Result:
@@ -34,28 +39,46 @@ def refused(code: int, *words: object) -> str:
 
 def start(*words: object, **options: Any) -> subprocess.Popen[str]:
     """``fretsolve WORDS...`` as a process."""
-    line = [sys.executable, "-m", "fretsolve", *map(str, words)]
-    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
-    return subprocess.Popen(line, env=_environment(), **options)
+    return start_python("-m", "fretsolve", *words, **options)
+
+
+def start_python(*words: object, **options: Any) -> subprocess.Popen[str]:
+    """``python WORDS...`` as a process, with the package under test on its path."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment()} | options
+    return subprocess.Popen([sys.executable, *map(str, words)], **options)
 
 
 def finish(*words: object, **options: Any) -> tuple[int, str, str]:
     """Exit code, output and messages of ``fretsolve WORDS...``, run as a process."""
     with start(*words, **options) as process:
-        output, messages = process.communicate(timeout=120)
+        return ended(process)
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Exit code, output and messages of a process that ends by itself."""
+    output, messages = process.communicate(timeout=PATIENCE)
     return process.returncode, output, messages
 
 
 def python(code: str, *words: object) -> str:
     """Return what ``python -c CODE WORDS...`` prints."""
     line = [sys.executable, "-c", code, *map(str, words)]
-    return subprocess.run(line, env=_environment(), capture_output=True, text=True, check=True).stdout
+    return subprocess.run(line, env=environment(), capture_output=True, text=True, check=True).stdout
 
 
-def _environment() -> dict[str, str]:
-    """With the package under test on the path, installed or not."""
+def environment() -> dict[str, str]:
+    """Return the environment with the package under test on the path, installed or not."""
     package = str(Path(fretsolve.__file__).parents[1])
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
+
+
+def wait_for(condition: Callable[[], object], process: subprocess.Popen[str] | None = None) -> None:
+    """Wait until `condition` holds, while `process` runs."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert process is None or process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def saved_steps(output: str) -> list[int]:

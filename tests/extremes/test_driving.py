@@ -31,7 +31,10 @@ SLIDING = {"grid": GRID, "load_path": [{"P": 400.0}, {"Qx": 50.0, "increments": 
         (Probe("two lines", {"grid": {"points": 0}, "friction": -1}, refused=CaseError), "not one line to a person"),
         (Probe("bug", {"grid": GRID}, lambda run: 1.0 / 0.0), "ZeroDivisionError"),
         (Probe("warning", {"grid": GRID}, lambda run: np.float64(1.0) / np.float64(0.0)), "RuntimeWarning"),
-        (Probe("slow", {"grid": GRID, "load_path": [{"P": 400.0, "increments": 500}]}, seconds=0.2), "not done after"),
+        (
+            Probe("slow", {"grid": GRID, "load_path": [{"P": 400.0, "increments": 100_000}]}, seconds=0.2),
+            "not done after",
+        ),
     ],
     ids=lambda value: value.label if isinstance(value, Probe) else "",
 )

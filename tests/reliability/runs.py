@@ -1,39 +1,27 @@
-"""Starts runs as processes of their own. `run_line` is the one place that names the command."""
+"""Runs of `driver.py`, which stands in for ``fretsolve run``, as processes of their own."""
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from command_line import ended, start_python
 
-import fretsolve
 from fretsolve.errors import FileError
 from fretsolve.result import open_result
 
 
-def run_line(out: Path, *flags: str, **values: float) -> list[str]:
-    """Command line of a run: ``run_line(out, "--resume", increments=40)``."""
-    driver = Path(__file__).with_name("driver.py")
+def start(out: Path, *flags: str, **values: float) -> subprocess.Popen[str]:
+    """Start a run: ``start(out, "--resume", increments=40)``."""
     options = [f"--{name.replace('_', '-')}={value}" for name, value in values.items()]
-    return [sys.executable, str(driver), str(out), *flags, *options]
+    return start_python(Path(__file__).with_name("driver.py"), out, *flags, *options)
 
 
-def start(line: list[str], **options: object) -> subprocess.Popen[str]:
-    """Start a command with the package under test on its path, installed or not."""
-    path = os.pathsep.join(filter(None, [str(Path(fretsolve.__file__).parents[1]), os.environ.get("PYTHONPATH")]))
-    environment = {**os.environ, "PYTHONPATH": path}
-    pipe = subprocess.PIPE
-    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=environment, **options)
-
-
-def finish(line: list[str], **options: object) -> tuple[int, str, str]:
-    """Exit code, output and messages of a command that ends by itself."""
-    process = start(line, **options)
-    output, messages = process.communicate(timeout=120)
-    return process.returncode, output, messages
+def finish(out: Path, *flags: str, **values: Any) -> tuple[int, str, str]:
+    """Exit code, output and messages of a run that ends by itself."""
+    return ended(start(out, *flags, **values))
 
 
 def reported(output: str) -> int:
