@@ -169,13 +169,13 @@ def print_certified() -> None:
     ends = {case: stage_ends(case) for case in dict.fromkeys(row.case for row in rows)}
     cell = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
     print(f"128 x 128 cells; a cell is {cell:.4f} mm.\n")
-    print("| case | quantity | certified | found | deviation |")
+    print("| case | quantity | certified | found | deviation, % |")
     print("| --- | --- | --- | --- | --- |")
     for row in rows:
         found = row.found(ends[row.case][row.stage])
         if row.quantity.startswith("dissipated"):  # the path begins with the rise to A, which is not part of the cycle
             found -= row.found(ends[row.case][2])
-        deviation = f"{100 * (found / row.certified - 1):+.3f} %"
+        deviation = f"{100 * (found / row.certified - 1):+.3f}"
         if row.quantity[:2] in ("a,", "c ", "c,"):
             deviation += f" ({(found - row.certified) / cell:+.2f} cells)"
         print(f"| {row.case} | {row.quantity} | {row.certified:.6g} | {found:.6g} | {deviation} |")

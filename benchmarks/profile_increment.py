@@ -114,12 +114,12 @@ def print_table(grids: list[int]) -> None:
         stats, count = profile(points)
         found[points] = {part: value / count for part, value in by_part(stats).items()}
     print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
-    print("| part |", " | ".join(f"{points} x {points}" for points in grids), "|")
+    print("| share of the time, % |", " | ".join(f"{points} x {points}" for points in grids), "|")
     print("| --- " * (1 + len(grids)) + "|")
     for part in (*PARTS, "other"):
         shares = (found[points].get(part, 0.0) / sum(found[points].values()) for points in grids)
-        print(f"| {part} |", " | ".join(f"{100 * value:.0f} %" for value in shares), "|")
-    print("| an increment |", " | ".join(f"{sum(found[points].values()):.3g} s" for points in grids), "|")
+        print(f"| {part} |", " | ".join(f"{100 * value:.0f}" for value in shares), "|")
+    print("| an increment, s |", " | ".join(f"{sum(found[points].values()):.3g}" for points in grids), "|")
 
 
 if __name__ == "__main__":

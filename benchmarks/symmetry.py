@@ -126,7 +126,7 @@ def print_symmetry(grids: tuple[int, ...] = GRIDS) -> None:
         for points in grids:
             found = compared(points, dtype)
             times = " | ".join(f"{1e3 * time:.3g}" for time in (found.whole, found.quarter, found.mirrored))
-            gains = f"{found.whole / found.quarter:.1f} x | {found.whole / found.mirrored:.1f} x"
+            gains = f"{found.whole / found.quarter:.1f} | {found.whole / found.mirrored:.1f}"
             print(f"| {np.dtype(dtype).name} | {points} | {times} | {gains} | {found.difference:.0e} |")
 
 

@@ -184,7 +184,7 @@ def percent(share: float) -> str:
 
 def print_coupling(points: int) -> None:
     """Print the measured errors without the coefficients between pressure and shear, and what these cost."""
-    print("| bodies | Dundurs | friction |", " | ".join(COLUMNS), "| applications (I, II, III) |")
+    print("| bodies | Dundurs | friction |", " | ".join(COLUMNS), "| applications, times (I, II, III) |")
     print("| --- " * (4 + len(COLUMNS)) + "|")
     found = {(one.pair, one.friction, one.mode): one for one in comparisons(points) if one.dundurs > 0.0}
     for pair, friction in dict.fromkeys(key[:2] for key in found):
@@ -194,9 +194,9 @@ def print_coupling(points: int) -> None:
             for name, modes in COLUMNS.values()
         ]
         known = [one for one in by_mode.values() if one]
-        costs = " x, ".join(f"{one.full.applications / one.less.applications:.1f}" for one in known)
+        costs = ", ".join(f"{one.full.applications / one.less.applications:.1f}" for one in known)
         dundurs = f"{known[0].full.material.dundurs_constant:.3g}"
-        print(f"| {pair} | {dundurs} | {friction:g} |", " | ".join(cells), f"| {costs} x |")
+        print(f"| {pair} | {dundurs} | {friction:g} |", " | ".join(cells), f"| {costs} |")
 
 
 COLUMNS = {
@@ -225,7 +225,7 @@ def write_coupling(file: Path, points: int) -> None:
 
 def print_cross(points: int) -> None:
     """Print the errors without ux from qy and uy from qx, between equal bodies."""
-    print("| mode | Poisson's ratio | motion | stick_radius | work_total | applications | seconds |")
+    print("| mode | Poisson's ratio | motion | stick_radius | work_total | applications, times | seconds, times |")
     print("| --- " * 7 + "|")
     for mode in ("I", "III"):
         for ratio in RATIOS_OF_POISSON:
@@ -233,7 +233,7 @@ def print_cross(points: int) -> None:
             none, whole = (solved(bodies, 0.3, mode, coupling, points) for coupling in COUPLINGS[:2])
             assert none and whole, "equal bodies have a solution"
             cells = [percent(measured(none, whole, name)) for name in (MOTION[mode], "stick_radius", "work_total")]
-            cost = f"{whole.applications / none.applications:.2f} x | {whole.seconds / none.seconds:.2f} x"
+            cost = f"{whole.applications / none.applications:.2f} | {whole.seconds / none.seconds:.2f}"
             print(f"| {mode} | {ratio} |", " | ".join(cells), f"| {cost} |")
 
 
