@@ -96,7 +96,7 @@ def _number(part: float) -> str:
 
 
 def case_of(case: CalibrationCase, **parts: Any) -> Case:
-    """The case without its points and increments."""
+    """Return the case without its points and increments."""
     whole = {"bodies": SIMILAR, "surface": SPHERE, "friction": 0.1, **case.parts}
     grid = {name: value for name, value in whole["grid"].items() if name != "points"} | parts.pop("grid", {})
     path = [{name: value for name, value in stage.items() if name != "increments"} for stage in whole["load_path"]]
@@ -107,7 +107,7 @@ Ends = list[Mapping[str, float]]
 
 
 def true_ends(case: CalibrationCase) -> Ends:
-    """Values at the ends of the stages."""
+    """Return the values at the ends of the stages."""
     draft = set_up(case_of(case, solver={"accuracy": "draft"}))
     if case.exact is not None:
         known = case.exact(draft.model.compliances)
@@ -142,20 +142,20 @@ def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:
 
 
 def history_of(rows: Sequence[State]) -> dict[str, Any]:
-    """The columns of a run."""
+    """Return the columns of a run."""
     columns = [vars(state.summary) | vars(state.errors) for state in rows]
     return {name: np.array([column[name] for column in columns]) for name in columns[0]}
 
 
 def cost(setup: ProblemSetup) -> float:
-    """Cells times increments, against what a hand would take."""
+    """Return cells times increments, over those of the settings that a careful user would take."""
     usual = HAND_PATH_INCREMENTS if setup.load_path.path_dependent else HAND_INCREMENTS
     hand = [1 if count == 1 else usual for count in setup.load_path.counts]
     return COARSE_RUNS * math.prod(setup.grid.shape) * setup.load_path.increments / (HAND_POINTS**2 * sum(hand))
 
 
 def rows_of(names: Sequence[str]) -> Iterator[Row]:
-    """All runs of the cases whose names begin so."""
+    """Yield all runs of the cases whose names begin so."""
     for case in (*CASES, *HELD_OUT):
         if not case.name.startswith(LEFT_OUT) and (not names or case.name.startswith(tuple(names))):
             truth = true_ends(case)

@@ -26,7 +26,7 @@ class Operator:
     param_names = ("points", "part")
 
     def setup(self, points: int, part: str) -> None:
-        """Operator, and arrays for its arguments."""
+        """Make the operator and arrays for its arguments."""
         material = set_up(fretsolve.load_case(CASE)).model.compliances
         self.operator = ElasticOperator((points, points), (0.01, 0.01), material, Terms(True, True, True))
         random = np.random.default_rng(0)
@@ -44,11 +44,11 @@ class Operator:
         self.apply()
 
     def time_application(self, points: int, part: str) -> None:
-        """One application."""
+        """Apply the operator once."""
         self.apply()
 
     def track_work_units(self, points: int, part: str) -> float:
-        """WU of an application, both measured here."""
+        """Return the WU of an application, both measured here."""
         seconds = []
         for _ in range(15):
             began = time.process_time()
@@ -58,7 +58,7 @@ class Operator:
 
 
 def print_table(grids: list[int]) -> None:
-    """All parts on some grids."""
+    """Print the cost of all parts on some grids."""
     print("| points | WU, ms |", " | ".join(f"{part}, WU" for part in PARTS), "|")
     print("| --- " * (2 + len(PARTS)) + "|")
     for points in grids:

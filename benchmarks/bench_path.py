@@ -63,7 +63,7 @@ JOBS = (
 
 
 def setup_of(job: Job, points: int) -> ProblemSetup:
-    """The case of `job` on `points` by `points` cells."""
+    """Return the case of `job` on `points` by `points` cells."""
     overrides = ["expect=[]", f"grid.points={points}", "grid.size=0.9", *job.overrides]
     return set_up(fretsolve.load_case(CASES / f"{job.case}.yaml", overrides))
 
@@ -74,7 +74,7 @@ def cost(job: Job, points: int) -> Cost:
 
 
 def cost_of_path(job: Job, points: int) -> Cost:
-    """Means over the increments of a run; the first stage is solved before, so that FFTW's plans are known."""
+    """Return means over the increments of a run; the first stage is solved before, so that FFTW's plans are known."""
     deque(islice(fretsolve.run(setup_of(job, points)), 11), maxlen=0)
     began = time.process_time()
     history = [state.summary for state in fretsolve.run(setup_of(job, points))]
@@ -88,7 +88,7 @@ def cost_of_path(job: Job, points: int) -> Cost:
 
 
 def cost_of_increment(job: Job, points: int, index: int) -> Cost:
-    """Of one increment, those before it solved once."""
+    """Return the cost of one increment; those before it are solved once."""
     setup = setup_of(job, points)
     settings = setup.case.solver
     solver = IncrementSolver(setup.grid, setup.separation(), setup.model, settings.tolerance, settings.max_iterations)
@@ -129,25 +129,25 @@ class PathCost:
     timeout = 1200
 
     def setup(self, points: int, name: str) -> None:
-        """Measure, the kernels compiled and FFTW's plans known."""
+        """Measure the cost, once kernels are compiled and FFTW's plans are known."""
         compile_kernels()
         job = next(job for job in JOBS if job.name == name)
         self.cost, self.work_unit = cost(job, points), work_unit(points)
 
     def track_applications(self, points: int, name: str) -> float:
-        """Operator applications."""
+        """Return the operator applications."""
         return self.cost.applications
 
     def track_iterations(self, points: int, name: str) -> float:
-        """Iterations, normal and tangential."""
+        """Return the normal and tangential iterations."""
         return self.cost.iterations
 
     def track_work_units_first(self, points: int, name: str) -> float:
-        """WU with all that is made ready for later."""
+        """Return the WU with all that is made ready for later increments."""
         return self.cost.first / self.work_unit
 
     def track_work_units(self, points: int, name: str) -> float:
-        """WU of the increment alone."""
+        """Return the WU of the increment alone."""
         return self.cost.again / self.work_unit
 
 
@@ -160,13 +160,13 @@ class Memory:
     timeout = 1200
 
     def track_bytes_per_cell(self, points: int) -> float:
-        """The first three increments of mode I.3, in a process of its own."""
+        """Return the memory of the first three increments of mode I.3, in a process of its own."""
         output = subprocess.run([sys.executable, __file__, "--memory", str(points)], capture_output=True, check=True)
         return float(output.stdout)
 
 
 def peak_bytes() -> int:
-    """The most memory that this process ever had."""
+    """Return the most memory that this process ever had."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
@@ -184,7 +184,7 @@ def _rounded(value: float) -> str:
 
 
 def print_table(grids: list[int]) -> None:
-    """All jobs on some grids, and the memory."""
+    """Print the cost of all jobs on some grids, and the memory."""
     print("| job | points | WU, ms | applications | first, WU | again, WU | again, s |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for job in JOBS:

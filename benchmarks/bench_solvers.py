@@ -33,7 +33,7 @@ class Solvers:
     timeout = 600
 
     def setup(self, points: int, solver: str) -> None:
-        """Operators with their influence coefficients, and the pressure for the tangential problem."""
+        """Make the operators, and the pressure for the tangential problem."""
         grid = Grid.from_size((points, points), (0.9, 0.9))
         self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), STEEL, Terms(True, True, False))
         self.separation = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / 20.0
@@ -52,14 +52,14 @@ class Solvers:
         self.seconds, self.work_unit = float(np.median(seconds)), work_unit(points)
 
     def solve_normal(self, pressure: np.ndarray) -> int:
-        """Iterations of the normal problem from `pressure`."""
+        """Solve the normal problem from `pressure` and return its iterations."""
         control = LoadControl((True, False, False), (400.0, 0.0, 0.0))
         result = self.normal.solve(self.separation, control, pressure, 1e-6, 2000, np.zeros(3))
         assert result.converged
         return result.iterations
 
     def solve(self, solver: str) -> int:
-        """Iterations of a solve from nothing."""
+        """Solve from zero tractions and return the iterations."""
         if solver == "normal":
             return self.solve_normal(np.zeros_like(self.pressure))
         control = LoadControl((True, True, False), (36.0, 0.0, 0.0))
@@ -70,28 +70,28 @@ class Solvers:
         return result.iterations
 
     def time_solve(self, points: int, solver: str) -> None:
-        """One solve from nothing."""
+        """Solve once from zero tractions."""
         self.solve(solver)
 
     def peakmem_solve(self, points: int, solver: str) -> None:
-        """One solve from nothing."""
+        """Solve once from zero tractions."""
         self.solve(solver)
 
     def track_iterations(self, points: int, solver: str) -> int:
-        """Of conjugate gradients."""
+        """Return the iterations of conjugate gradients."""
         return self.result
 
     def track_applications(self, points: int, solver: str) -> int:
-        """Of the elastic operator, in single and in double precision."""
+        """Return the applications of the elastic operator, in single and in double precision."""
         return self.applications
 
     def track_work_units(self, points: int, solver: str) -> float:
-        """WU of a solve, both measured here."""
+        """Return the WU of a solve, both measured here."""
         return self.seconds / self.work_unit
 
 
 def print_table(grids: list[int]) -> None:
-    """Both solvers on some grids."""
+    """Print the cost of both solvers on some grids."""
     print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
     print("| solver | points | iterations | applications | WU | seconds |")
     print("| --- | --- | --- | --- | --- | --- |")

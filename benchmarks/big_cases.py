@@ -45,7 +45,7 @@ def overrides(points: int) -> list[str]:
 
 
 def setup_of(points: int) -> ProblemSetup:
-    """The case on `points` by `points` cells."""
+    """Return the case on `points` by `points` cells."""
     return set_up(fretsolve.load_case(CASE, overrides(points)))
 
 
@@ -61,7 +61,7 @@ class Taken:
 
 
 def run(points: int, threads: int) -> Taken:
-    """One run of the command."""
+    """Run the command once."""
     words = [word for text in overrides(points) for word in ("--set", text)]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out.h5"
@@ -81,7 +81,7 @@ def run(points: int, threads: int) -> Taken:
 
 
 def print_memory(sizes: list[int]) -> None:
-    """Predicted and measured memory and time; the second run of each grid is measured, with FFTW's plans known."""
+    """Print predicted and measured memory and time, of the second run of each grid, which knows FFTW's plans."""
     print("| points | memory predicted, MB | measured | deviation | time predicted, s | measured | deviation |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     starting = min(run(FEWEST, 1).processor for _ in range(3))
@@ -98,7 +98,7 @@ def print_memory(sizes: list[int]) -> None:
 
 
 def print_threads(sizes: list[int], counts: list[int]) -> None:
-    """Wall-clock time of the increments, and of the whole command, by threads; the second of two runs."""
+    """Print the wall-clock time of the increments and of the command by threads, of the second of two runs."""
     print("| points | threads | solving, s | gain | whole run, s | gain |")
     print("| --- | --- | --- | --- | --- | --- |")
     for points in sizes:
@@ -112,7 +112,7 @@ def print_threads(sizes: list[int], counts: list[int]) -> None:
 
 
 def print_writing(sizes: list[int]) -> None:
-    """Processor time of the solver's thread: solving alone, and with saving before or beside the next increment."""
+    """Print the processor time of the solver's thread: alone, and with saving before or beside the next increment."""
     print("| points | solving, s | and saving in turn | share of saving | and saving beside it | share of saving |")
     print("| --- | --- | --- | --- | --- | --- |")
     for points in sizes:
@@ -131,7 +131,7 @@ def _recorded(setup: ProblemSetup, beside: bool) -> None:
 
 
 def _seconds(job: Callable[[], object]) -> float:
-    """The least of three times of this thread, after one that is not counted."""
+    """Return the least of three times of this thread, after one that is not counted."""
     times = []
     for _ in range(4):
         began = time.thread_time()

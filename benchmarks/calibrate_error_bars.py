@@ -108,7 +108,7 @@ def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
 
 
 def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping[str, float]]:
-    """By increment: closed forms at the ends of stages, or the fine run's values wherever it has been as well."""
+    """Return by increment the closed forms at the ends of stages, or the values of the fine run where it has them."""
     ends = setup.load_path.last_steps
     if case.exact is not None:
         return {ends[stage - 1]: values for stage, values in case.exact(setup.model.compliances).items()}
@@ -126,7 +126,7 @@ def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping
 
 
 def scales(summaries: Sequence[Summary]) -> dict[str, float]:
-    """What counts as nothing: a thousandth of the load, the displacement or the moment that goes with a value."""
+    """Return what counts as 0: a thousandth of the load, displacement or moment that goes with a value."""
     largest = {name: max(abs(float(getattr(row, name))) for row in summaries) for name in QUANTITIES}
     force, moment = largest["P"], largest["P"] * largest["contact_radius"]
     turn = largest["delta_z"] / largest["contact_radius"]
@@ -139,7 +139,7 @@ def scales(summaries: Sequence[Summary]) -> dict[str, float]:
 def step_rows(
     case: str, end: bool, row: tuple[Summary, SummaryErrors], truth: Mapping[str, float], nothing: Mapping[str, float]
 ) -> Iterator[Row]:
-    """The comparisons after an increment."""
+    """Return the comparisons after an increment."""
     summary, errors = row
     for name, exact in truth.items():
         value, bar = float(getattr(summary, name)), float(getattr(errors, f"{name}_error"))
@@ -199,7 +199,7 @@ def report_lines(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost]) -> It
 
 
 def percent(part: float) -> str:
-    """A share in whole per cent."""
+    """Return a share in whole per cent."""
     return f"{100.0 * part:.0f} %"
 
 
@@ -218,7 +218,7 @@ SHARES: dict[str, Callable[[Sequence[Row]], str]] = {
 
 
 def by_quantity(rows: Sequence[Row]) -> Iterator[str]:
-    """A table with a row per quantity."""
+    """Return a table with a row per quantity."""
     yield "| quantity | comparisons | inside | within a factor of ten | median of bar over error |"
     yield "| --- | --- | --- | --- | --- |"
     for name in QUANTITIES:

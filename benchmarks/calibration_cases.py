@@ -38,11 +38,11 @@ class CalibrationCase:
     increments: int = 8
 
     def case(self) -> Case:
-        """The case itself."""
+        """Return the case itself."""
         return self._with()
 
     def fine_case(self) -> Case:
-        """The same on the same area with more points and increments, in each stage by the same factor."""
+        """Return the case on the same area with more points and increments, in each stage by the same factor."""
         setup = set_up(self.case())
         points = [self.points * count for count in setup.grid.shape]
         counts = setup.load_path.counts
@@ -76,7 +76,7 @@ def _path(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, An
 
 
 def _alone(points: Any, *stages: Mapping[str, Any], **parts: Any) -> dict[str, Any]:
-    """Without in-plane coupling, as the closed forms of shear have it."""
+    """Return parts of a case without in-plane coupling, as the closed forms of shear have it."""
     return {**_path(points, {"P": LOAD}, *stages), "coupling": "none", **parts}
 
 

@@ -21,13 +21,13 @@ LOAD, RADIUS = 400.0, 10.0
 
 
 def hertz(pair: Compliances) -> Truth:
-    """Pressed."""
+    """Return the values of a sphere, pressed."""
     found = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
     return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": found.contact_radius}}
 
 
 def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
-    """An ellipsoid, pressed."""
+    """Return the values of an ellipsoid, pressed."""
 
     def exact(pair: Compliances) -> Truth:
         found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
@@ -38,7 +38,7 @@ def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]
 
 
 def driven(delta_z: float) -> Callable[[Compliances], Truth]:
-    """Pressed by displacement."""
+    """Return the values of a sphere, pressed by displacement."""
 
     def exact(pair: Compliances) -> Truth:
         radius = math.sqrt(delta_z * RADIUS)
@@ -50,7 +50,7 @@ def driven(delta_z: float) -> Callable[[Compliances], Truth]:
 
 
 def cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
-    """A cone, pressed."""
+    """Return the values of a cone, pressed."""
 
     def exact(pair: Compliances) -> Truth:
         found = love_cone(load, angle, pair.contact_modulus)
@@ -60,13 +60,13 @@ def cone(load: float, angle: float) -> Callable[[Compliances], Truth]:
 
 
 def punch(pair: Compliances) -> Truth:
-    """A flat punch with a radius of 0.3 mm, pressed."""
+    """Return the values of a flat punch with a radius of 0.3 mm, pressed."""
     found = boussinesq_punch(LOAD, 0.3, pair.contact_modulus)
     return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
 
 
 def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable[[Compliances], Truth]:
-    """Pressed, sheared; back: and sheared to nothing, and to the opposite force."""
+    """Return the values of a sphere, pressed and sheared; back: then unloaded, and sheared by the opposite force."""
 
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
@@ -92,7 +92,7 @@ def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable
 
 
 def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]:
-    """Slid by more than the last point sticks: the work is mu P (D - 0.8 d)."""
+    """Return the values of a sphere moved by D, with gross slip from d on: mu P (D - 0.8 d) is dissipated."""
 
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
@@ -104,7 +104,7 @@ def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]
 
 
 def torsion(torque: float) -> Callable[[Compliances], Truth]:
-    """Pressed, and twisted by a share of the torque of gross slip."""
+    """Return the values of a sphere, pressed and twisted by a share of the torque of gross slip."""
 
     def exact(pair: Compliances) -> Truth:
         contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)

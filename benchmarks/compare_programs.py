@@ -105,7 +105,7 @@ class Reference:
 
 
 def base_case(tolerance: float = 1e-6, repeats: int = 5) -> tuple[Task, dict[str, Reference]]:
-    """The case, its job and grid to be filled in, and the closed forms of Hertz, and Cattaneo and Mindlin, by job."""
+    """Return the case without job and grid, and by job the closed forms of Hertz, and of Cattaneo and Mindlin."""
     radius, young_modulus, poisson_ratio, load, friction = 10.0, 200e3, 0.3, 400.0, 0.1
     shear_modulus = young_modulus / (2.0 * (1.0 + poisson_ratio))
     hertz = hertz_sphere(load, radius, 0.5 * young_modulus / (1.0 - poisson_ratio**2))
@@ -133,18 +133,18 @@ def base_case(tolerance: float = 1e-6, repeats: int = 5) -> tuple[Task, dict[str
 
 
 def tell(message: str) -> None:
-    """A line beside the table."""
+    """Print a line beside the table."""
     print(message, file=sys.stderr, flush=True)
 
 
 def default_environments() -> Path:
-    """Where the programs' environments are kept: in the user's cache folder."""
+    """Return the folder of the programs' environments, in the user's cache folder."""
     cache = os.environ.get("XDG_CACHE_HOME")
     return (Path(cache) if cache else Path.home() / ".cache") / "fretsolve-compare"
 
 
 def interpreter(program: Program, environments: Path) -> Path:
-    """The Python to run the program's worker with; its environment is made first, unless it is there.
+    """Return the Python that runs the program's worker; its environment is made first, unless it is there.
 
     Raises UnusableError where it cannot be made.
     """
@@ -188,7 +188,7 @@ def _is_sound(name: str, value: object) -> bool:
 
 
 def _output(command: Sequence[str], failure: str, limit: float | None = None, python: Path | None = None) -> str:
-    """What a command prints, on one thread; raises UnusableError, which starts with `failure`, where it fails."""
+    """Return what a command prints, on one thread. Raises UnusableError, which starts with `failure`."""
     surroundings = {**os.environ, **ONE_THREAD}
     if python != Path(sys.executable):
         surroundings.pop("PYTHONPATH", None)  # what it leads to is not meant for another environment
@@ -214,7 +214,7 @@ def _output(command: Sequence[str], failure: str, limit: float | None = None, py
 
 
 def _last_line(text: str, preferred: str = "") -> str:
-    """The last line that is not blank, of those that start with `preferred` in any case where there are such."""
+    """Return the last line that is not blank; lines that start with `preferred`, in capitals or not, come first."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     chosen = [line for line in lines if line.lower().startswith(preferred)] or lines
     return chosen[-1] if chosen else ""

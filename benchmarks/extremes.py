@@ -120,7 +120,7 @@ def outcomes_in_double() -> dict[str, str]:
 
 
 def print_table(names: list[str], precision: str) -> list[Row]:
-    """Drive the families, a row at a time, and list what is wrong."""
+    """Print a table of the families, a row at a time, and list what is wrong."""
     chosen = [family for family in FAMILIES if not names or any(name in family.name for name in names)]
     known = outcomes_in_double() if precision == "single" else {}
     print("| case | range | outcome | limit of theory | distance (allowed) |")
@@ -148,7 +148,7 @@ def print_random(count: int) -> None:
 
 
 def draw(rows: list[Row], file: Path) -> None:
-    """Distances from theory by family, and how far friction and coupling can go."""
+    """Draw distances from theory by family, and how far friction and coupling can go."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -166,7 +166,7 @@ def draw(rows: list[Row], file: Path) -> None:
 
 
 def draw_distances(axes: Axes, rows: list[Row]) -> None:
-    """A dot per case, and a bar up to what is allowed."""
+    """Draw a dot per case, and a bar up to what is allowed."""
     least = 1e-16
     for place, row in enumerate(reversed(rows)):
         allowed = [max(verdict.probe.allowed, least) for verdict in row.measured]
@@ -181,7 +181,7 @@ def draw_distances(axes: Axes, rows: list[Row]) -> None:
 
 
 def draw_map(axes: Axes, kind: str, stages: tuple[dict[str, float], ...]) -> None:
-    """Where in the plane of friction and Dundurs' constant a load path is solved: its worst residual, or why not."""
+    """Draw where in the plane of friction and Dundurs' constant a load path is solved, or why it is not."""
     for nu in RATIOS:
         beta = (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
         for mu in FRICTIONS:
@@ -199,7 +199,7 @@ def draw_map(axes: Axes, kind: str, stages: tuple[dict[str, float], ...]) -> Non
 
 
 def main() -> None:
-    """The command line."""
+    """Read the arguments and print or draw what they name."""
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="parts of names of families; all of them by default")
     parser.add_argument("--picture", type=Path, help="file to draw to")

@@ -34,8 +34,8 @@ import transform_lengths
 from marked import printed, put_parts_into
 
 import fretsolve
-from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
+from fretsolve.reference.hertz import HertzContact, hertz_sphere
+from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 
@@ -54,29 +54,33 @@ class Row:
 
 
 def attribute(name: str) -> Callable[[State], float]:
-    """The history's scalar of that name."""
+    """Return a function that reads the history's scalar of that name."""
     return lambda state: float(getattr(state.summary, name))
 
 
 def central_shear(state: State) -> float:
-    """Mean |shear| of the four cells about the centre."""
+    """Return the mean |shear| of the four cells about the centre."""
     shear = np.hypot(*state.fields.shear)
     nx, ny = shear.shape
     return float(shear[nx // 2 - 1 : nx // 2 + 1, ny // 2 - 1 : ny // 2 + 1].mean())
 
 
 def ratio_to_contact(state: State) -> float:
-    """Stick radius over contact radius."""
+    """Return the stick radius over the contact radius."""
     return state.summary.stick_radius / state.summary.contact_radius
 
 
-def certified_rows() -> list[Row]:
-    """The certified values, from closed forms and deviations."""
-    case = fretsolve.load_case(CASES / "mode1_similar.yaml")
-    material = set_up(case).model.compliances
+def base_forms() -> tuple[HertzContact, CattaneoMindlin, LubkinContact]:
+    """Return the closed forms of the base case: pressed, sheared or twisted."""
+    material = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml")).model.compliances
     hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
     mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
-    torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
+    return hertz, mindlin, lubkin(hertz, 0.1, 5.0, material.torsional)
+
+
+def certified_rows() -> list[Row]:
+    """Return the certified values, from closed forms and deviations."""
+    hertz, mindlin, torsion = base_forms()
     p0, dz, a = hertz.max_pressure, hertz.delta_z, hertz.contact_radius
     return [
         Row("mode1_similar", "delta_z, mm", 1, dz, attribute("delta_z")),
@@ -121,12 +125,8 @@ class PaperRow:
 
 
 def paper_rows() -> list[PaperRow]:
-    """The tables 1 and 2 of the paper and its figure 15; "-" where no certified value is known."""
-    case = fretsolve.load_case(CASES / "mode1_similar.yaml")
-    material = set_up(case).model.compliances
-    hertz = hertz_sphere(400.0, 10.0, material.contact_modulus)
-    mindlin = cattaneo_mindlin(hertz, 0.1, 36.0, material.tangential)
-    torsion = lubkin(hertz, 0.1, 5.0, material.torsional)
+    """Return the tables 1 and 2 of the paper and its figure 15; "-" where no certified value is known."""
+    hertz, mindlin, torsion = base_forms()
     dissimilar = set_up(fretsolve.load_case(CASES / "mode2_dissimilar.yaml")).model.compliances
     spence = spence_stick_ratio(0.1, dissimilar.dundurs_constant)
     p0, dz, a, c, dx = (hertz.max_pressure, hertz.delta_z, hertz.contact_radius, mindlin.stick_radius, mindlin.delta_x)
@@ -158,13 +158,13 @@ def paper_rows() -> list[PaperRow]:
 
 @cache
 def stage_ends(case: str) -> dict[int, State]:
-    """The last state of each stage on 128 x 128 cells."""
+    """Return the last state of each stage on 128 x 128 cells."""
     loaded = fretsolve.load_case(CASES / f"{case}.yaml", ["grid.points=128"])
     return {state.summary.stage: state for state in fretsolve.run(loaded)}
 
 
 def print_certified() -> None:
-    """Certified values against those found on 128 x 128 cells."""
+    """Print certified values against those found on 128 x 128 cells."""
     rows = certified_rows()
     ends = {case: stage_ends(case) for case in dict.fromkeys(row.case for row in rows)}
     cell = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
@@ -182,7 +182,7 @@ def print_certified() -> None:
 
 
 def print_paper() -> None:
-    """The paper's values beside the certified ones and those found on 128 x 128 cells."""
+    """Print the paper's values beside the certified ones and those found on 128 x 128 cells."""
     print("| case | quantity | closed form | paper, % | certified, % | found, % |")
     print("| --- | --- | --- | --- | --- | --- |")
     for row in paper_rows():
@@ -206,7 +206,7 @@ def print_steps() -> None:
 
 
 def print_residuals() -> None:
-    """Worst residual of the certificate over each shipped case, at the tolerance it asks for."""
+    """Print the worst residual of the certificate over each shipped case, at the tolerance it asks for."""
     names = ("gap", "stick", "slip", "bound", "load")
     print("| case | increments | tolerance |", " | ".join(names), "|")
     print("| --- " * (3 + len(names)) + "|")
@@ -228,22 +228,22 @@ def print_performance() -> None:
 
 
 def print_profile() -> None:
-    """Where the time of a coupled increment goes."""
+    """Print where the time of a coupled increment goes."""
     profile_increment.print_table([256, 512])
 
 
 def print_solvers() -> None:
-    """Iterations of the two solvers as the grid is refined."""
+    """Print the iterations of the two solvers as the grid is refined."""
     bench_solvers.print_table([64, 128, 256, 512])
 
 
 def print_operator() -> None:
-    """The elastic operator against the floor."""
+    """Print the cost of the elastic operator against the floor."""
     bench_operator.print_table([64, 128, 256, 512, 1024])
 
 
 def print_without_compiler() -> None:
-    """The same increments with the pointwise kernels in NumPy."""
+    """Print the cost of the same increments with the pointwise kernels in NumPy."""
     script = Path(bench_path.__file__)
     child = subprocess.run(
         [sys.executable, script, "256"],
@@ -256,12 +256,12 @@ def print_without_compiler() -> None:
 
 
 def print_savings() -> None:
-    """Memory and time of single precision."""
+    """Print memory and time of single precision."""
     precision.print_savings([512, 1024, 2048])
 
 
 def print_programs() -> None:
-    """Other open programs on the base case, as far as they can be installed."""
+    """Print the figures of other open programs on the base case, as far as they can be installed."""
     compare_programs.main([])
 
 

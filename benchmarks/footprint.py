@@ -37,7 +37,7 @@ def main() -> None:
 
 
 def installed(folder: Path, extra: str) -> Path:
-    """An environment with the package; its interpreter."""
+    """Make an environment with the package, and return its interpreter."""
     subprocess.run([sys.executable, "-m", "venv", folder], check=True)
     python = folder / "bin" / "python"
     wanted = f"{ROOT}[{extra}]" if extra else str(ROOT)
@@ -53,7 +53,7 @@ def megabytes(folder: Path) -> float:
 
 
 def seconds(python: Path, words: tuple[str, ...], folder: str) -> float:
-    """Processor time of a start, the least of some, the first one left out since it compiles the modules."""
+    """Return the processor time of a start: the least of some, without the first one, which compiles the modules."""
     environment = {**os.environ, "FRETSOLVE_CACHE": folder}
     environment.pop("PYTHONPATH", None)
     times = []

@@ -67,7 +67,7 @@ class Outcome:
     ends: list[Summary]
 
     def errors(self, reference: Outcome) -> dict[str, float]:
-        """Worst error at the ends of stages by quantity, in parts of its largest value."""
+        """Return the worst error at the ends of stages by quantity, in parts of its largest value."""
         errors = {}
         for name in QUANTITIES:
             exact, found = ([getattr(row, name) for row in rows] for rows in (reference.ends, self.ends))
@@ -79,13 +79,13 @@ class Outcome:
 
 
 def setup_of(parts: dict[str, Any]) -> ProblemSetup:
-    """The case on the benchmark's grid."""
+    """Return the case on the benchmark's grid."""
     base = {"surface": {"sphere": {"radius": 10.0}}, "friction": 0.1, "grid": {"points": POINTS}}
     return set_up(Case.model_validate({**base, **parts}))
 
 
 def outcome(setup: ProblemSetup, counts: Sequence[int] | None = None) -> Outcome:
-    """Run, with other numbers of increments if they are given."""
+    """Run a case, with other numbers of increments if they are given."""
     if counts is not None:
         setup = replace(setup, load_path=setup.load_path.with_counts(counts))
     rows = [state.summary for state in fretsolve.run(setup)]
@@ -93,13 +93,13 @@ def outcome(setup: ProblemSetup, counts: Sequence[int] | None = None) -> Outcome
 
 
 def with_equal_steps(parts: dict[str, Any], counts: Sequence[int]) -> dict[str, Any]:
-    """The case with these numbers of equal steps."""
+    """Return the case with these numbers of equal steps."""
     path = [{**stage, "increments": count} for stage, count in zip(parts["load_path"], counts, strict=True)]
     return {**parts, "load_path": path}
 
 
 def report(names: Sequence[str]) -> Iterator[str]:
-    """A table, with a row per case: the errors with automatic increments, then with equal steps."""
+    """Print a row per case: the errors with automatic increments, then with equal steps."""
     yield "| case | increments | " + " | ".join(QUANTITIES) + " |"
     yield "| --- " * (2 + len(QUANTITIES)) + "|"
     for name, parts in CASES.items():
@@ -118,7 +118,7 @@ def report(names: Sequence[str]) -> Iterator[str]:
 
 
 def print_table() -> None:
-    """All cases."""
+    """Print the table of all cases."""
     print("\n".join(report(())))
 
 

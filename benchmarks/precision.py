@@ -70,7 +70,7 @@ PROBES = (
 
 
 def setup_of(probe: Probe, points: int, precision: str, tolerance: float) -> ProblemSetup:
-    """The case on `points` by `points` cells; the tolerance may be one that a case file may not ask for."""
+    """Return the case on `points` by `points` cells; the tolerance may be one that a case file may not ask for."""
     overrides = ["expect=[]", f"grid.points={points}", *probe.overrides]
     setup = set_up(fretsolve.load_case(CASES / f"{probe.case}.yaml", overrides))
     settings = setup.case.solver.model_copy(update={"precision": precision, "tolerance": tolerance})
@@ -78,7 +78,7 @@ def setup_of(probe: Probe, points: int, precision: str, tolerance: float) -> Pro
 
 
 def history_of(setup: ProblemSetup) -> list[Summary]:
-    """Of the whole path, or up to where it fails."""
+    """Return the history of the path, up to where it fails."""
     history: list[Summary] = []
     with suppress(NoSolutionError):
         history.extend(state.summary for state in fretsolve.run(setup))
@@ -86,7 +86,7 @@ def history_of(setup: ProblemSetup) -> list[Summary]:
 
 
 def difference(one: Sequence[Summary], other: Sequence[Summary]) -> float:
-    """Largest difference of a quantity over its scale: displacements over the largest one, radii over the contact's."""
+    """Return the largest difference over its scale: of displacements the largest one, of radii the contact's."""
 
     def column(rows: Sequence[Summary], name: str) -> np.ndarray:
         return np.array([getattr(row, name) for row in rows])
@@ -103,7 +103,7 @@ def difference(one: Sequence[Summary], other: Sequence[Summary]) -> float:
 
 
 def print_limits() -> None:
-    """The largest difference from double precision, at each tolerance that is certified."""
+    """Print the largest difference from double precision, at each tolerance that is certified."""
     print("| case | increments |", " | ".join(f"tolerance {tolerance:.0e}" for tolerance in TOLERANCES), "|")
     print("| --- " * (2 + len(TOLERANCES)) + "|")
     for probe in PROBES:
@@ -116,7 +116,7 @@ def print_limits() -> None:
 
 
 def measured(points: int, precision: str) -> tuple[float, float, float]:
-    """Peak bytes per cell, WU per increment of Q and bytes per cell of a state, of mode I.3."""
+    """Return peak bytes per cell, WU per increment of Q and bytes per cell of a state, of mode I.3."""
     command = [sys.executable, __file__, "--measure", str(points), precision]
     output = subprocess.run(command, capture_output=True, check=True).stdout.split()
     return float(output[0]), float(output[1]), float(output[2])
@@ -140,12 +140,12 @@ def measure(points: int, precision: str) -> None:
 
 
 def size_of(state: State) -> int:
-    """Bytes of the arrays of a state."""
+    """Return the bytes of the arrays of a state."""
     return sum(array.nbytes for array in (*vars(state.fields).values(), state.displacement))
 
 
 def print_savings(grids: Sequence[int]) -> None:
-    """Memory and time of mode I.3."""
+    """Print memory and time of mode I.3."""
     print("| points | precision | peak memory, bytes per cell | fields of a state, bytes per cell | WU per increment |")
     print("| --- | --- | --- | --- | --- |")
     for points in grids:

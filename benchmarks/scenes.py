@@ -58,13 +58,13 @@ class Cost:
 
 
 def setup_of(name: str, full: bool, points: int) -> ProblemSetup:
-    """A case, or the same with the full model."""
+    """Return a case, or the same with the full model."""
     sets = ("expect=[]", "output.fields=[]", *SCENES[name], *(FULL if full else ()), f"grid.points={points}")
     return set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets))
 
 
 def cost(name: str, full: bool) -> Cost:
-    """Of the whole path, once kernels are compiled and plans are made."""
+    """Return the cost of the whole path, once kernels are compiled and plans are made."""
     for _ in range(2):
         setup, began = setup_of(name, full, POINTS), time.process_time()
         applications = sum(state.summary.operator_applications for state in fretsolve.run(setup))
@@ -73,7 +73,7 @@ def cost(name: str, full: bool) -> Cost:
 
 
 def bytes_per_cell(name: str, full: bool) -> float:
-    """Memory of a run, in a process of its own."""
+    """Return the memory of a run, in a process of its own."""
     words = [sys.executable, __file__, "--memory", name, str(int(full))]
     return float(subprocess.run(words, capture_output=True, check=True).stdout)
 
@@ -90,7 +90,7 @@ def print_bytes_per_cell(name: str, full: bool) -> None:
 
 
 def print_scenes() -> None:
-    """The table."""
+    """Print the table of the scenes."""
     print("| case | kept | applications | full | seconds | full | bytes per cell | full |")
     print("| --- " * 8 + "|")
     for name in SCENES:
@@ -106,7 +106,7 @@ def print_scenes() -> None:
 
 
 def print_windows() -> None:
-    """A contact on grids that it fills to 5/6 and to 5/48, with cells of the same size, and on as many cells filled."""
+    """Print the cost of a contact on grids that it fills to 5/6 and to 5/48: cells of one size, and as many cells."""
     print("| grid | contact fills | points | applications | seconds |")
     print("| --- " * 5 + "|")
     for points in WINDOWED:
@@ -137,7 +137,7 @@ PARTS = {"scenes": print_scenes, "windows": print_windows}
 
 
 def main() -> None:
-    """As the top of this file tells."""
+    """Read the arguments and print what they name."""
     parser = parser_of(__doc__)
     parser.add_argument("--memory", nargs=2, metavar=("SCENE", "FULL"), help="print the bytes per cell of one run")
     asked = parser.parse_args()

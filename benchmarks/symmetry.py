@@ -53,7 +53,7 @@ class QuarterConvolution:
         self.backward = plan(self.spectra, self.spectra, axes=(0,), direction="FFTW_REDFT01", **options)
 
     def apply(self, quarter: np.ndarray, uz: np.ndarray) -> None:
-        """The convolution; `uz` is overwritten."""
+        """Compute the convolution; `uz` is overwritten."""
         half = self.half
         self.rows[:, :half] = quarter
         self.rows[:, half:] = 0.0
@@ -69,7 +69,7 @@ class QuarterConvolution:
 
 
 def seconds(job: Callable[[], None]) -> float:
-    """Median over repeats, of the processor."""
+    """Return the median processor time over repeats."""
     job()
     times = []
     for _ in range(REPEATS):
@@ -90,7 +90,7 @@ class Comparison:
 
 
 def compared(points: int, dtype: type[np.floating]) -> Comparison:
-    """Both convolutions of Hertz's pressure."""
+    """Compare both convolutions of Hertz's pressure."""
     cell, shape, half = SIDE / points, (points, points), points // 2
     operator = ElasticOperator(
         shape, (cell, cell), compliances(Steel(), Steel()), Terms(False, False, False), dtype=dtype
@@ -119,7 +119,7 @@ def compared(points: int, dtype: type[np.floating]) -> Comparison:
 
 
 def print_symmetry(grids: tuple[int, ...] = GRIDS) -> None:
-    """The table."""
+    """Print the table."""
     print("| precision | points | all cells, ms | a quarter, ms | mirrored, ms | gain | mirrored | difference |")
     print("| --- " * 8 + "|")
     for dtype in (np.float64, np.float32):

@@ -81,7 +81,7 @@ class Solved:
     seconds: float
 
     def value(self, name: str) -> float:
-        """At the first peak."""
+        """Return a value at the first peak."""
         return float(getattr(self.peak, name))
 
 
@@ -311,7 +311,7 @@ PARTS = {"coupling": print_coupling, "cross": print_cross, "automatic": print_au
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Run the study with the options above."""
+    """Read the arguments, and print the tables or put them into a page."""
     parser = parser_of(__doc__)
     parser.add_argument("--points", type=int, default=POINTS)
     parser.add_argument("--picture", type=Path)

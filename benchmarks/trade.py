@@ -101,13 +101,13 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
 
 
 def work(row: AssessedRun) -> float:
-    """Millions of applications times cells."""
+    """Return millions of applications times cells."""
     nx, ny = row.outcome.trial.setup.grid.shape
     return 1e-6 * row.outcome.applications * nx * ny
 
 
 def by_work(study: Assessment) -> Assessment:
-    """The same with the runs ordered and marked as best by their work, which the machine's load does not change."""
+    """Return the study with its runs ordered and judged by their work, which the machine's load does not change."""
     rows = sorted(study.rows, key=work)
     compared = [row for row in rows if row.compared]
     best = front([work(row) for row in compared], [row.worst for row in compared])
@@ -179,7 +179,7 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
 
 
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
-    """The pictures of the studies of grids and increments, as ``fretsolve study`` draws them."""
+    """Draw the studies of grids and increments, as ``fretsolve study`` does."""
     from fretsolve.plots.canvas import rendered
     from fretsolve.study.plot import trade
 
@@ -189,12 +189,12 @@ def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
 
 
 def processor_seconds() -> float:
-    """In place of the clock on the wall, which runs on while other programs do."""
+    """Return the processor time, in place of the wall clock, which runs on while other programs do."""
     return time.process_time() - readying_seconds()
 
 
 def main() -> None:
-    """As the top of this file tells."""
+    """Read the arguments, and print the tables or put them into a page."""
     parser = parser_of(__doc__)
     parser.add_argument("--modes", nargs="+", choices=MODES, default=list(MODES))
     parser.add_argument("--points", nargs="+", type=int, default=POINTS)

@@ -26,7 +26,7 @@ REPETITIONS = 30
 
 
 def lengths(least: int, most: int) -> Iterator[int]:
-    """Products of 2, 3 and 5."""
+    """Return products of 2, 3 and 5."""
     length = next_fast_len(least, real=True)
     while length <= most:
         yield length
@@ -34,7 +34,7 @@ def lengths(least: int, most: int) -> Iterator[int]:
 
 
 def seconds(call: Callable[[], object]) -> float:
-    """Of the fastest fifth of some calls."""
+    """Return the time within which a fifth of some calls end."""
     found = []
     for _ in range(REPETITIONS):
         began = time.perf_counter()
@@ -44,7 +44,7 @@ def seconds(call: Callable[[], object]) -> float:
 
 
 def times(length: int, dtype: type[np.complexfloating]) -> tuple[float, float]:
-    """Of a complex line and of two real ones (s)."""
+    """Return the times of a complex line and of two real ones (s)."""
     lines = max(1, CACHE_BYTES // (length * np.dtype(dtype).itemsize))
     complex_lines = pyfftw.zeros_aligned((lines, length), dtype)
     real_lines = pyfftw.zeros_aligned((lines, length), complex_lines.real.dtype)
@@ -57,7 +57,7 @@ def times(length: int, dtype: type[np.complexfloating]) -> tuple[float, float]:
 
 
 def print_table(shortest: int = 64, longest: int = 1024) -> None:
-    """Medians by the powers of 2 in a length."""
+    """Print medians by the powers of 2 in a length."""
     by_twos: dict[tuple[int, type], list[tuple[float, float]]] = defaultdict(list)
     for length in lengths(shortest, longest):
         twos = min((length & -length).bit_length(), len(TIME_BY_TWOS)) - 1

@@ -16,7 +16,7 @@ from scipy.fft import next_fast_len
 
 
 def work_unit(points: int, repetitions: int = 15) -> float:
-    """Median seconds of one WU on a grid of ``points`` by ``points``."""
+    """Return the median seconds of one WU on a grid of ``points`` by ``points``."""
     padded = next_fast_len(2 * points - 1, real=True)
     rows = pyfftw.zeros_aligned((points, padded))
     spectrum = pyfftw.zeros_aligned((padded, padded // 2 + 1), np.complex128)
