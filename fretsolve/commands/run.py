@@ -31,7 +31,7 @@ def run_case(
     verbose: bool = False,
     log_json: bool = False,
 ) -> int:
-    """Solve a case, save it and report. Return the exit code 0 or 75; errors that are raised have the others.
+    """Solve a case, save it and report. Return exit code 0 or 75; raised errors carry the others.
 
     out: None for the case's name with .h5. At most one of the last three is true.
     """

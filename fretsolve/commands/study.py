@@ -8,11 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
 from fretsolve.commands.progress import key_value_line, progress_bar
 from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.export.text_report import NARROWEST, WIDTH
+from fretsolve.export.text_report import report_console
 from fretsolve.result.state import Summary
 from fretsolve.study.assessment import Assessment, assess
 from fretsolve.study.plan import StudyPlan, make_plan
@@ -198,9 +196,7 @@ def _conclude(order: StudyOrder, study: Assessment) -> int:
 
 
 def _print(order: StudyOrder, study: Assessment) -> None:
-    console = Console(highlight=False)
-    if not console.is_terminal or console.width < NARROWEST:
-        console = Console(highlight=False, width=WIDTH)
+    console = report_console()
     for table in tables(study, console.width):
         console.print()
         console.print(table)

@@ -26,8 +26,8 @@ class FlatError(Exception):
 class BodySurface:
     """The deformed surface of a body.
 
-    points: (3, nx, ny) in mm, z towards body 1. displacement: the rigid and the elastic one, (3, nx, ny) in mm, which
-    `points` contain. material: whether the body has material there, (nx, ny); elsewhere z is that of its highest point.
+    points: (3, nx, ny) in mm, z towards body 1. displacement: rigid plus elastic, (3, nx, ny) in mm; `points` include
+    it. material: where the body has material, (nx, ny); elsewhere z is that of its highest point.
     """
 
     name: str
@@ -37,7 +37,7 @@ class BodySurface:
 
 
 class Surfaces:
-    """Computes the surfaces of a result's bodies; body 1 has all of the undeformed separation.
+    """The deformed surfaces of a result's bodies; body 1 has all of the undeformed separation.
 
     Raises FlatError if the result lacks the shape of the surfaces or the tractions.
     """

@@ -21,19 +21,23 @@ from fretsolve.system.arrays import DoubleArray
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
-NARROWEST = 60
-
 Column = tuple[str, ...]
 """A column as printed, line by line: two lines of heading, the units, the cells."""
+
+
+def report_console(file: IO[str] | None = None) -> Console:
+    """Return a console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
+    console = Console(file=file, highlight=False)
+    if not console.is_terminal or console.width < 60:
+        console = Console(file=file, highlight=False, width=WIDTH)
+    return console
 
 
 def print_report(
     result: Result, *, heading: bool = True, every_increment: bool = False, file: IO[str] | None = None
 ) -> None:
     """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal."""
-    console = Console(file=file, highlight=False)
-    if not console.is_terminal or console.width < NARROWEST:
-        console = Console(file=file, highlight=False, width=WIDTH)
+    console = report_console(file)
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
     for table in (*history_tables(result, every_increment=every_increment, width=console.width), *_error_table(result)):

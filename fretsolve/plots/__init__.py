@@ -1,9 +1,9 @@
 """Draw results with matplotlib (the extra `plot`): a result comes in, a figure goes out.
 
 One call is ``fretsolve.plots.loop(fretsolve.open_result("case.h5"))``. Each function returns the matplotlib `Figure`;
-`animation` returns a `FuncAnimation`. Given `ax`, one Axes or several, it draws one panel on each of them, as far as
-they reach, in the style that they have. Neither pyplot nor its settings are touched. If the result cannot give the
-picture, a `PictureError` says why. The kind `map` of the command line is `contact_map` here.
+`animation` returns a `FuncAnimation`. With `ax`, one Axes or several, a function draws one panel on each of them, in
+their own style, until there are no more Axes. Neither pyplot nor its settings are touched. If the result cannot give
+the picture, a `PictureError` says why. The kind `map` of the command line is `contact_map` here.
 """
 
 from __future__ import annotations

@@ -35,8 +35,8 @@ class Selection(NamedTuple):
 class PictureKind(NamedTuple):
     """A kind of pictures.
 
-    drawn_by: module and function; a function may not be called as a module, which would hide it. caption: for the page.
-    options: parameters of the function, of `OPTIONS`.
+    drawn_by: module and function; a function may not have the name of a module, which would hide it. caption: what it
+    shows. options: parameters of the function, of `OPTIONS`.
     """
 
     name: str

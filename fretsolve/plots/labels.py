@@ -26,13 +26,13 @@ FIELD_NAMES = {
 """Fields in words, by their names in the case file."""
 
 MOST_NAMED = 7
-"""Lines that a legend tells apart; of more lines a colour bar does."""
+"""Most lines that a legend names; a colour bar shows more."""
 
 MOST_MARKERS = 12
-"""Markers along a line that only tell it from others; shorter lines have one at each point."""
+"""Markers on a line where they only tell lines apart; shorter lines have one at each point."""
 
 MOST_INCREMENTS = 60
-"""Markers along a line on which each stands for an increment or a case; of more points some have none."""
+"""Markers on a line whose points are increments or cases; on a longer line some points have none."""
 
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
