@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind, Selection
+from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
 from fretsolve.result import Result, open_result
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
@@ -28,7 +28,6 @@ def plot_result(
     pictures.
     """
     require_matplotlib()
-    selection = Selection(steps, at, fields)
     chosen = [KINDS[name] for name in kinds]
     for option, value in {"--step": steps, "--at": at, "--field": fields}.items():
         if value and not any(OPTIONS[name] == option for kind in chosen for name in kind.options):
@@ -39,7 +38,7 @@ def plot_result(
         pictures, left_out = {}, {}
         for kind, path in zip(chosen, files, strict=True):
             try:
-                pictures[kind.name] = kind.content(result, selection, _format(path))
+                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields)
             except PictureError as error:
                 if not every_kind:
                     raise CaseError(f"{kind.name}: {error}", (), result.path) from error

@@ -17,21 +17,6 @@ OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field
 """Parameters of the functions that draw, with the options of the command line that set them."""
 
 
-class Selection(NamedTuple):
-    """What to draw of a result. at: a point in mm. Empty or None: the default of the kind."""
-
-    steps: tuple[int, ...] = ()
-    at: tuple[float, float] | None = None
-    fields: tuple[str, ...] = ()
-
-    @property
-    def step(self) -> int | None:
-        """The increment of a picture that shows one. Raises PictureError for several."""
-        if len(self.steps) > 1:
-            raise PictureError(f"shows one increment, not {len(self.steps)}: give --step once")
-        return self.steps[0] if self.steps else None
-
-
 class PictureKind(NamedTuple):
     """A kind of pictures.
 
@@ -52,8 +37,18 @@ class PictureKind(NamedTuple):
 
         return pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")  # type: ignore[no-any-return]
 
-    def content(self, result: Result, selection: Selection, file_format: str) -> bytes:
-        """Return the content of a file of the picture. Raises PictureError."""
+    def content(
+        self,
+        result: Result,
+        file_format: str,
+        steps: tuple[int, ...] = (),
+        at: tuple[float, float] | None = None,
+        fields: tuple[str, ...] = (),
+    ) -> bytes:
+        """Return the content of a file of the picture. Raises PictureError.
+
+        at: a point in mm. Without `steps`, `at` or `fields` the picture shows those that are usual for its kind.
+        """
         from matplotlib.animation import FFMpegWriter
 
         from fretsolve.plots.canvas import rendered
@@ -61,7 +56,10 @@ class PictureKind(NamedTuple):
 
         if file_format == "mp4" and not FFMpegWriter.isAvailable():
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
-        picture = self.draw(result, **{name: getattr(selection, name) for name in self.options})
+        if "step" in self.options and len(steps) > 1:
+            raise PictureError(f"shows one increment, not {len(steps)}: give --step once")
+        given = {"step": steps[0] if steps else None, "steps": steps, "at": at, "fields": fields}
+        picture = self.draw(result, **{name: given[name] for name in self.options})
         return saved_film(picture, file_format) if file_format in MOVING else rendered(picture, file_format)
 
 
