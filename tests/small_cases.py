@@ -28,19 +28,6 @@ expect:
   - {{quantity: Qx, value: 0 N, abs: 1e-6 N, stage: 1}}
 """
 
-LONG = f"""\
-title: long
-bodies: {DISSIMILAR}
-surface: {{sphere: {{radius: 10 mm}}}}
-grid: {{points: 25}}
-friction: 0.1
-load_path:
-  - {{P: 400 N, increments: 10}}
-  - cycle: {{times: 2, stages: [{{Qx: 20 N, increments: 8}}, {{Qx: -20 N, increments: 8}}]}}
-output: {{fields: [pressure, slip, gap], every: 7}}
-"""
-"""A case of 42 increments, each some tens of milliseconds long, which depend on all of a restart's fields."""
-
 SWEPT = f"""\
 title: small
 {SPHERE.replace("16", "12")}load_path:
@@ -60,57 +47,44 @@ load_path:
 
 DRAWN_TITLE = "Fretting <mode> $I$ & $\\\\mathbf"
 
+
+def case_of(load_path: str, *, bodies: str = SIMILAR, points: int = 32, surface: str = "", more: str = "") -> str:
+    """Return a case of a sphere of 10 mm, or of another surface."""
+    surface = surface or "{sphere: {radius: 10 mm}}"
+    head = f"bodies: {bodies}\nsurface: {surface}\ngrid: {{points: {points}}}\nfriction: 0.1\n"
+    return f"{head}load_path: [{load_path}]\n{more}"
+
+
+LONG = "title: long\n" + case_of(
+    "{P: 400 N, increments: 10}, {cycle: {times: 2, stages: [{Qx: 20 N, increments: 8}, {Qx: -20 N, increments: 8}]}}",
+    bodies=DISSIMILAR,
+    points=25,
+    more="output: {fields: [pressure, slip, gap], every: 7}\n",
+)
+"""A case of 42 increments, each some tens of milliseconds long, which depend on all of a restart's fields."""
+
 DRAWN = {
-    "fretting": f"""\
-title: "{DRAWN_TITLE}"
-bodies: {DISSIMILAR}
-surface: {{sphere: {{radius: 10 mm}}}}
-grid: {{points: 32}}
-friction: 0.1
-load_path:
-  - {{P: 400 N, increments: 3}}
-  - {{Qx: 36 N, increments: 2}}
-  - cycle: {{times: 2, stages: [{{Qx: -36 N, increments: 3}}, {{Qx: 36 N, increments: 3}}]}}
-output: {{fields: [pressure, shear, slip, work_density, zone, gap]}}
-""",
-    "mindlin": f"""\
-bodies: {SIMILAR}
-surface: {{sphere: {{radius: 10 mm}}}}
-grid: {{points: 48}}
-friction: 0.1
-coupling: none
-load_path:
-  - {{P: 400 N}}
-  - {{Qx: 36 N, increments: 6}}
-  - {{Qx: -36 N, increments: 12}}
-  - {{Qx: 36 N, increments: 12}}
-  - {{Qx: 10 N, increments: 2}}
-output: {{every: 6}}
-""",
-    "torsion": f"""\
-title: "{DRAWN_TITLE}"
-bodies: {SIMILAR}
-surface: {{sphere: {{radius: 10 mm}}}}
-grid: {{points: 32}}
-friction: 0.1
-load_path:
-  - {{P: 400 N}}
-  - {{Mz: 5 N*mm, Qx: 0 N, Qy: 0 N, increments: 3}}
-""",
-    "hertz": f"""\
-bodies: {SIMILAR}
-surface: {{ellipsoid: {{radius_x: 10 mm, radius_y: 20 mm, angle: 30 deg, center: [0.03 mm, 0 mm]}}}}
-grid: {{points: 40}}
-load_path: [{{P: 100 N}}, {{P: 400 N, phi_y: 2e-3 rad}}]
-output: {{fields: [pressure, zone]}}
-""",
-    "sliding": f"""\
-bodies: {SIMILAR}
-surface: {{sphere: {{radius: 10 mm}}}}
-grid: {{points: 24}}
-friction: 0.1
-load_path: [{{P: 400 N}}, {{Qx: 60 N, increments: 6}}]
-""",
+    "fretting": f'title: "{DRAWN_TITLE}"\n'
+    + case_of(
+        "{P: 400 N, increments: 3}, {Qx: 36 N, increments: 2},"
+        " {cycle: {times: 2, stages: [{Qx: -36 N, increments: 3}, {Qx: 36 N, increments: 3}]}}",
+        bodies=DISSIMILAR,
+        more="output: {fields: [pressure, shear, slip, work_density, zone, gap]}\n",
+    ),
+    "mindlin": case_of(
+        "{P: 400 N}, {Qx: 36 N, increments: 6}, {Qx: -36 N, increments: 12}, {Qx: 36 N, increments: 12},"
+        " {Qx: 10 N, increments: 2}",
+        points=48,
+        more="coupling: none\noutput: {every: 6}\n",
+    ),
+    "torsion": f'title: "{DRAWN_TITLE}"\n' + case_of("{P: 400 N}, {Mz: 5 N*mm, Qx: 0 N, Qy: 0 N, increments: 3}"),
+    "hertz": case_of(
+        "{P: 100 N}, {P: 400 N, phi_y: 2e-3 rad}",
+        surface="{ellipsoid: {radius_x: 10 mm, radius_y: 20 mm, angle: 30 deg, center: [0.03 mm, 0 mm]}}",
+        points=40,
+        more="output: {fields: [pressure, zone]}\n",
+    ).replace("friction: 0.1\n", ""),
+    "sliding": case_of("{P: 400 N}, {Qx: 60 N, increments: 6}", points=24),
 }
 
 
