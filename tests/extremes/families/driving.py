@@ -30,7 +30,6 @@ from fretsolve.simulation.simulation import run
 
 Parts = dict[str, Any]
 FloatArray = NDArray[np.float64]
-RESIDUALS = ("residual_gap", "residual_stick", "residual_slip", "residual_bound", "residual_load")
 ENOUGH_WORDS = 400
 """A message longer than this many characters is not one line to a person."""
 
@@ -131,7 +130,7 @@ class Findings:
     def examine(self, state: State, tolerance: float) -> None:
         """Add an increment."""
         summary, found = state.summary, state.fields
-        worst = max(getattr(summary, name) for name in RESIDUALS)
+        worst = summary.worst_residual
         self.increments += 1
         self.residual = max(self.residual, worst)
         arrays = [getattr(found, item.name) for item in fields(found) if item.name != "gap"]
@@ -193,6 +192,18 @@ def solve_parts(parts: Parts, folder: Path, findings: Findings | None = None) ->
         if findings is not None:
             findings.examine(state, setup.case.solver.tolerance)
     return Run(parts, folder, setup, states)
+
+
+def led(*stages: Parts, points: Any = None, size: Any = None, **parts: Any) -> Parts:
+    """Return the parts of a case that is led through `stages`, on a grid of `points` and `size`."""
+    grid = {name: value for name, value in (("points", points), ("size", size)) if value is not None}
+    given: Parts = {"grid": grid} if grid else {}
+    return given | ({"load_path": list(stages)} if stages else {}) | parts
+
+
+def by(increments: int, **loads: float) -> Parts:
+    """Return a stage that reaches `loads` in so many increments."""
+    return loads | {"increments": increments}
 
 
 def whole(parts: Parts) -> Parts:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from solving import DISSIMILAR, LOAD
 
-from .driving import Family, Parts, Probe, Run
+from .driving import Family, Parts, Probe, Run, by, led
 from .limits import again, cattaneo_cells, of_bonded_punch, of_mindlin, off, spence_cells, worst
 from .pairs import BONDED, FLAT_RIGID, elastic
 
 
 def pressed(increments: int = 5, **parts: object) -> Parts:
     """An indentation in so many increments."""
-    return {"bodies": DISSIMILAR, "load_path": [{"P": LOAD, "increments": increments}]} | parts
+    return led(by(increments, P=LOAD), bodies=DISSIMILAR) | parts
 
 
 def of_frictionless(run: Run) -> float:
@@ -101,7 +101,7 @@ NO_WORK = Family(
         *(
             Probe(
                 f"sheared, friction {mu:g}",
-                {"friction": mu, "load_path": [{"P": LOAD}, {"Qx": 0.1 * LOAD, "increments": 3}]},
+                led({"P": LOAD}, by(3, Qx=0.1 * LOAD), friction=mu),
                 lambda run: run.end.work_total / (run.end.Qx * run.end.delta_x),
                 1e-6,
             )
@@ -117,12 +117,7 @@ SCALED = Family(
     tuple(
         Probe(
             f"nu {nu:g} friction {mu:g}",
-            {
-                "bodies": [elastic(nu)] * 2,
-                "friction": mu,
-                "coupling": "none",
-                "load_path": [{"P": LOAD}, {"Qx": 0.5 * mu * LOAD, "increments": 2}],
-            },
+            led({"P": LOAD}, by(2, Qx=0.5 * mu * LOAD), bodies=[elastic(nu)] * 2, friction=mu, coupling="none"),
             worst(of_mindlin, lambda run: 0.005 * cattaneo_cells(run)),
             5e-3,
             quick=mu in (1e-12, 1e-3, 1e6),

@@ -6,8 +6,9 @@ from solving import LOAD
 
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError
 
-from .driving import Family, Parts, Probe
+from .driving import Family, Parts, Probe, by, led
 from .limits import of_hertz, of_mindlin, of_superposition, worst
+from .pairs import FLAT_RIGID
 from .shapes import SHEARED, SPHERE, plain
 
 AWAY = {"punch": {"radius": 0.1, "center": [5.0, 0.0]}}
@@ -20,7 +21,7 @@ AT_THE_EDGE = Family(
         *(
             Probe(
                 f"size {size:g} mm",
-                {"grid": {"points": 32, "size": size}, "load_path": [{"P": LOAD, "increments": 2}]},
+                led(by(2, P=LOAD), points=32, size=size),
                 refused=GridEdgeError,
                 says=r"size: \[0\.7\d* mm, 0\.7\d* mm\] would do",
                 quick=size in (0.05, 0.5),
@@ -30,13 +31,13 @@ AT_THE_EDGE = Family(
         Probe("size 0.66 mm", {"grid": {"points": 32, "size": 0.66}}, of_hertz, 0.01),
         Probe(
             "flat on flat",
-            {"surface": {"punch": {"half_width": 10.0}}, "grid": {"points": 24, "size": 1.0}},
+            led(points=24, size=1.0, surface={"punch": {"half_width": 10.0}}),
             refused=GridEdgeError,
             says=r"size: \[2[45][.\d]* mm",
         ),
         Probe(
             "all cells",
-            {"surface": {"punch": {"half_width": 0.5}}, "grid": {"points": 24, "size": 1.0}},
+            led(points=24, size=1.0, surface={"punch": {"half_width": 0.5}}),
             refused=GridEdgeError,
             says=r"size: \[1\.2",
         ),
@@ -48,14 +49,14 @@ AT_THE_EDGE = Family(
         ),
         Probe(
             "endless cylinder, size given",
-            {"surface": {"cylinder": {"radius": 10.0, "axis": "x"}}, "grid": {"points": 24, "size": 1.0}},
+            led(points=24, size=1.0, surface={"cylinder": {"radius": 10.0, "axis": "x"}}),
             refused=GridEdgeError,
             says="no size would hold it",
         ),
         *(
             Probe(
                 f"punch off the grid, {name}",
-                {"surface": AWAY, "grid": {"points": 16, "size": 1.0}, "load_path": [held]},
+                led(held, points=16, size=1.0, surface=AWAY),
                 refused=ContactLostError if name == "P = 0" else None,
                 says="nowhere face each other",
             )
@@ -69,11 +70,7 @@ AT_THE_EDGE = Family(
         ),
         Probe(
             "shear moves the contact to the edge",
-            {
-                "bodies": ["rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0}],
-                "friction": 2.0,
-                "load_path": [{"P": LOAD, "increments": 5}, {"Qx": 400.0, "increments": 5}],
-            },
+            led(by(5, P=LOAD), by(5, Qx=400.0), bodies=FLAT_RIGID, friction=2.0),
             refused=GridEdgeError,
             says=r"try size: \[",
             may_solve=True,
@@ -84,7 +81,7 @@ AT_THE_EDGE = Family(
 
 def on_grid(points: int | tuple[int, int], size: object = "auto") -> Parts:
     """Hertz and Mindlin on so many cells."""
-    return {"grid": {"points": points, "size": size}, "coupling": "none", "load_path": SHEARED}
+    return led(points=points, size=size, load_path=SHEARED, coupling="none")
 
 
 GRIDS = Family(
@@ -132,11 +129,13 @@ FAR = Family(
     tuple(
         Probe(
             f"x = {place:g} mm",
-            {
-                "surface": {"sphere": {"radius": 10.0, "center": [place, 0.0]}},
-                "grid": {"points": 24, "size": 0.75, "center": [place, 0.0]},
-                "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 2}, {"Mz": 2.0, "increments": 2}],
-            },
+            led(
+                {"P": LOAD},
+                by(2, Qx=20.0),
+                by(2, Mz=2.0),
+                grid={"points": 24, "size": 0.75, "center": [place, 0.0]},
+                surface={"sphere": {"radius": 10.0, "center": [place, 0.0]}},
+            ),
             of_hertz,
             0.01,
             refused=NotConvergedError if place == 1e6 else None,
@@ -153,14 +152,11 @@ LARGE = Family(
     "Hertz, Mindlin",
     (
         Probe(
-            "24 points",
-            {"coupling": "none", "grid": {"points": 24}, "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 1}]},
-            worst(of_hertz, of_mindlin),
-            0.01,
+            "24 points", led({"P": LOAD}, by(1, Qx=20.0), points=24, coupling="none"), worst(of_hertz, of_mindlin), 0.01
         ),
         Probe(
             "4096 points",
-            {"coupling": "none", "grid": {"points": 4096}, "load_path": [{"P": LOAD}, {"Qx": 20.0, "increments": 1}]},
+            led({"P": LOAD}, by(1, Qx=20.0), points=4096, coupling="none"),
             worst(of_hertz, of_mindlin),
             1e-5,
             quick=False,

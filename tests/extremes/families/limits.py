@@ -13,7 +13,7 @@ from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import HertzContact, boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
 from fretsolve.reference.tangential import cattaneo_mindlin, full_stick_compliance, lubkin, spence_stick_ratio
 
-from .driving import Parts, Run, solve_parts
+from .driving import Run, solve_parts
 
 Distance = Callable[[Run], float]
 
@@ -170,8 +170,3 @@ def again(run: Run, **parts: Any) -> Run:
 def case_of(**parts: Any) -> Callable[[Run], Run]:
     """Another case altogether, for `like`."""
     return lambda run: solve_parts(parts, run.folder)
-
-
-def path(*stages: Parts) -> list[Parts]:
-    """A load path."""
-    return [dict(stage) for stage in stages]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from solving import DISSIMILAR, LOAD, RADIUS, SIMILAR
+from solving import DISSIMILAR, LOAD, RADIUS
 
 from fretsolve.errors import (
     CaseError,
@@ -14,10 +14,10 @@ from fretsolve.errors import (
     SlidingError,
 )
 
-from .driving import Family, Parts, Probe, Run
+from .driving import Family, Parts, Probe, Run, by, led
 from .limits import hertz, off
+from .pairs import BODIES, elastic
 
-BODIES = {"equal": SIMILAR, "unlike": DISSIMILAR}
 PUNCH = {"punch": {"radius": 0.3, "edge_radius": 0.05}}
 WIDE = {"points": 36, "size": 1.5}
 
@@ -57,7 +57,7 @@ UNLOADING = Family(
     tuple(
         Probe(
             f"{name} to {part:g}{kind}",
-            {"bodies": bodies, "grid": {"points": 24}, "load_path": unloaded(part, *between)},
+            led(points=24, load_path=unloaded(part, *between), bodies=bodies),
             pressure_as_before,
             1e-5 if name == "equal" else 0.05,
             refused=NotConvergedError if part == 1e-14 else None,
@@ -82,11 +82,7 @@ HELD_SHEAR = Family(
     tuple(
         Probe(
             name,
-            {
-                "bodies": bodies,
-                "grid": {"points": 24},
-                "load_path": [{"P": LOAD, "increments": 3}, {"Qx": 20.0, "increments": 2}, {"P": 0.0, "increments": 5}],
-            },
+            led(by(3, P=LOAD), by(2, Qx=20.0), by(5, P=0.0), points=24, bodies=bodies),
             refused=SlidingError,
             says="mu P = 16 N",
         )
@@ -101,7 +97,7 @@ TILTED = Family(
     tuple(
         Probe(
             f"My/P {arm:g} mm",
-            {"grid": WIDE, "load_path": [{"P": LOAD}, {"My": LOAD * arm, "increments": 2}]},
+            led({"P": LOAD}, by(2, My=LOAD * arm), grid=WIDE),
             of_hertz_aside,
             allowed,
             quick=arm == 0.301107,
@@ -120,12 +116,7 @@ LIFTED = Family(
         *(
             Probe(
                 f"{name} My/P {arm:g} mm",
-                {
-                    "bodies": bodies,
-                    "surface": PUNCH,
-                    "grid": {"points": 41, "size": 0.7},
-                    "load_path": [{"P": LOAD, "increments": 2}, {"My": LOAD * arm, "increments": 2}],
-                },
+                led(by(2, P=LOAD), by(2, My=LOAD * arm), points=41, size=0.7, bodies=bodies, surface=PUNCH),
                 one_side_open,
                 0.0,
                 quick=arm in (0.2, 0.29),
@@ -136,13 +127,15 @@ LIFTED = Family(
         *(
             Probe(
                 f"between two rows of cells at the punch's edge, arm {arm:g}",
-                {
-                    "bodies": [{"young_modulus": 1e6, "poisson_ratio": 0.0}] * 2,
-                    "friction": 0.0,
-                    "surface": {"punch": {"half_width": 0.3, "edge_radius": 0.05}},
-                    "grid": {"points": [19, 23], "size": 0.72},
-                    "load_path": [{"P": 40.0}, {"Mx": -40.0 * arm}],
-                },
+                led(
+                    {"P": 40.0},
+                    {"Mx": -40.0 * arm},
+                    points=[19, 23],
+                    size=0.72,
+                    bodies=[elastic(0.0, 1e6)] * 2,
+                    friction=0.0,
+                    surface={"punch": {"half_width": 0.3, "edge_radius": 0.05}},
+                ),
                 quick=arm == 0.265,
             )
             for arm in (0.26, 0.265, 0.27, 0.28)
@@ -160,12 +153,7 @@ TOPPLED = Family(
         *(
             Probe(
                 f"{name} punch, My/P {arm:g} mm",
-                {
-                    "bodies": bodies,
-                    "surface": PUNCH,
-                    "grid": {"points": 33, "size": 0.75},
-                    "load_path": [{"P": LOAD, "increments": 2}, {"My": LOAD * arm, "increments": 1}],
-                },
+                led(by(2, P=LOAD), by(1, My=LOAD * arm), points=33, size=0.75, bodies=bodies, surface=PUNCH),
                 refused=ContactLostError,
                 says="My/P = .*no equilibrium",
             )
@@ -174,33 +162,27 @@ TOPPLED = Family(
         ),
         Probe(
             "unlike punch unloaded with a moment held",
-            {
-                "bodies": DISSIMILAR,
-                "surface": PUNCH,
-                "grid": {"points": 25, "size": 0.75},
-                "load_path": [
-                    {"P": LOAD, "increments": 3},
-                    {"Mx": -0.2 * LOAD, "increments": 2},
-                    {"P": 0.0, "increments": 7},
-                ],
-            },
+            led(
+                by(3, P=LOAD),
+                by(2, Mx=-0.2 * LOAD),
+                by(7, P=0.0),
+                points=25,
+                size=0.75,
+                bodies=DISSIMILAR,
+                surface=PUNCH,
+            ),
             refused=ContactLostError,
             says="Mx/P = .*no equilibrium",
         ),
-        Probe("P < 0", {"load_path": [{"P": -1.0}]}, refused=CaseError, says="P: -1.* out of range.*>= 0"),
-        Probe("P = 0, auto", {"load_path": [{"P": 0.0}]}, refused=CaseError, says="no contact"),
-        Probe("P = 0", {"load_path": [{"P": 0.0}], "grid": WIDE}, lambda run: run.end.contact_area, 0.0),
-        Probe("delta_z < 0", {"load_path": [{"delta_z": -1e-3}], "grid": WIDE}, lambda run: run.end.contact_area, 0.0),
-        Probe(
-            "moment, P = 0",
-            {"load_path": [{"P": 0.0, "My": 1.0}], "grid": WIDE},
-            refused=ContactLostError,
-            says="moment at P = 0",
-        ),
+        Probe("P < 0", led({"P": -1.0}), refused=CaseError, says="P: -1.* out of range.*>= 0"),
+        Probe("P = 0, auto", led({"P": 0.0}), refused=CaseError, says="no contact"),
+        Probe("P = 0", led({"P": 0.0}, grid=WIDE), lambda run: run.end.contact_area, 0.0),
+        Probe("delta_z < 0", led({"delta_z": -1e-3}, grid=WIDE), lambda run: run.end.contact_area, 0.0),
+        Probe("moment, P = 0", led({"P": 0.0, "My": 1.0}, grid=WIDE), refused=ContactLostError, says="moment at P = 0"),
         *(
             Probe(
                 f"moment while delta_z lifts off{how}",
-                {"grid": {"points": 25, "size": 0.75}, "friction": 0.0, "load_path": stages},
+                led(points=25, size=0.75, load_path=stages, friction=0.0),
                 refused=NoSolutionError,
                 says=CLEAR,
                 may_solve=True,
@@ -213,7 +195,7 @@ TOPPLED = Family(
         ),
         Probe(
             "shear force, pulled off",
-            {"grid": WIDE, "load_path": [{"P": LOAD}, {"Qx": 1.0}, {"delta_z": -1e-3, "increments": 2}]},
+            led({"P": LOAD}, {"Qx": 1.0}, by(2, delta_z=-1e-3), grid=WIDE),
             refused=SlidingError,
             says="none of it",
         ),
@@ -227,11 +209,7 @@ ON_THE_FLANK = Family(
     tuple(
         Probe(
             f"My/P {arm:g} a",
-            {
-                "surface": {"cone": {"angle": 0.005}},
-                "grid": {"points": 32},
-                "load_path": [{"P": LOAD}, {"My": arm * LOAD * 0.6808, "increments": 2}],
-            },
+            led({"P": LOAD}, by(2, My=arm * LOAD * 0.6808), points=32, surface={"cone": {"angle": 0.005}}),
             refused=GridEdgeError,
             says="would do|more points|try size",
             may_solve=True,
@@ -241,7 +219,6 @@ ON_THE_FLANK = Family(
     ),
 )
 
-STIFF: Parts = {"young_modulus": 1.39e7, "poisson_ratio": 0.3}
 RING = [{"sphere": {"radius": -20.0}}, PUNCH]
 
 ON_FEW_CELLS = Family(
@@ -252,10 +229,7 @@ ON_FEW_CELLS = Family(
         *(
             Probe(
                 f"sphere, {name}, {increments} increments",
-                {
-                    "bodies": bodies,
-                    "load_path": [{"P": LOAD, "increments": 5}, {"My": 10.0 * LOAD, "increments": increments}],
-                },
+                led(by(5, P=LOAD), by(increments, My=10.0 * LOAD), bodies=bodies),
                 quick=increments == 2,
             )
             for name, bodies in BODIES.items()
@@ -263,20 +237,17 @@ ON_FEW_CELLS = Family(
         ),
         Probe(
             "cone",
-            {
-                "bodies": [STIFF, STIFF],
-                "surface": {"cone": {"angle": 0.0049}},
-                "grid": {"points": [21, 16]},
-                "load_path": [{"P": 1.014}, {"My": 0.0162, "increments": 1}],
-            },
+            led(
+                {"P": 1.014},
+                by(1, My=0.0162),
+                points=[21, 16],
+                bodies=[elastic(0.3, 1.39e7)] * 2,
+                surface={"cone": {"angle": 0.0049}},
+            ),
         ),
         Probe(
             "ring, unloaded",
-            {
-                "surface": RING,
-                "grid": {"points": [22, 24]},
-                "load_path": [{"P": 2.93}, {"Mx": -0.204, "increments": 3}, {"P": 0.0, "increments": 4}],
-            },
+            led({"P": 2.93}, by(3, Mx=-0.204), by(4, P=0.0), points=[22, 24], surface=RING),
             refused=NoSolutionError,
             says="reaches the edge|tilt",
         ),
@@ -290,12 +261,7 @@ SPUN = Family(
     tuple(
         Probe(
             f"{name} friction {mu:g} {how}",
-            {
-                "bodies": bodies,
-                "friction": mu,
-                "grid": {"points": 24},
-                "load_path": [{"P": LOAD, "increments": 2}, *stages],
-            },
+            led(by(2, P=LOAD), *stages, points=24, bodies=bodies, friction=mu),
             quick=mu in (1e-8, 0.1),
         )
         for name, bodies in BODIES.items()

@@ -9,7 +9,7 @@ from solving import DISSIMILAR, LOAD, RADIUS
 
 from fretsolve.errors import CaseError, FretsolveError
 
-from .driving import Family, Parts, Probe, Run
+from .driving import Family, Parts, Probe, Run, by, led
 from .limits import again, case_of, like, of_hertz, of_mindlin, off, worst
 from .pairs import FLAT_RIGID, elastic
 
@@ -68,12 +68,14 @@ DUNDURS = Family(
     tuple(
         Probe(
             f"friction {mu:g}",
-            {
-                "bodies": FLAT_RIGID,
-                "friction": mu,
-                "grid": {"points": 32, "size": 1.5 if mu == 10.0 else 1.1},
-                "load_path": [{"P": LOAD, "increments": 5}, {"Qx": 0.5 * mu * LOAD, "increments": 5}],
-            },
+            led(
+                by(5, P=LOAD),
+                by(5, Qx=0.5 * mu * LOAD),
+                points=32,
+                size=1.5 if mu == 10.0 else 1.1,
+                bodies=FLAT_RIGID,
+                friction=mu,
+            ),
             mirrored,
             1e-4,
             quick=mu in (0.3, 2.0),
@@ -89,12 +91,7 @@ POISSON = Family(
     tuple(
         Probe(
             f"nu {nu:g} friction {mu:g}",
-            {
-                "bodies": [elastic(nu)] * 2,
-                "friction": mu,
-                "coupling": "none",
-                "load_path": [{"P": LOAD}, {"Qx": 0.5 * mu * LOAD, "increments": 2}],
-            },
+            led({"P": LOAD}, by(2, Qx=0.5 * mu * LOAD), bodies=[elastic(nu)] * 2, friction=mu, coupling="none"),
             worst(of_hertz, of_mindlin),
             0.01,
             quick=mu == 0.1,
@@ -111,11 +108,12 @@ POISSON_PAIRS = Family(
     tuple(
         Probe(
             f"{one} on {other} friction {mu:g}",
-            {
-                "bodies": [body if isinstance(body, str) else elastic(body) for body in (one, other)],
-                "friction": mu,
-                "load_path": [{"P": LOAD, "increments": 3}, {"Qx": 0.5 * mu * LOAD, "increments": 2}],
-            },
+            led(
+                by(3, P=LOAD),
+                by(2, Qx=0.5 * mu * LOAD),
+                bodies=[body if isinstance(body, str) else elastic(body) for body in (one, other)],
+                friction=mu,
+            ),
             mirrored,
             1e-4,
             quick=mu == 1.0 and one != 0.0,
@@ -132,10 +130,7 @@ STIFFNESS = Family(
     tuple(
         Probe(
             f"E1/E2 {ratio:g}",
-            {
-                "bodies": [elastic(0.3, 200e3 * max(ratio, 1.0)), elastic(0.3, 200e3 / min(ratio, 1.0))],
-                "load_path": HALF,
-            },
+            led(load_path=HALF, bodies=[elastic(0.3, 200e3 * max(ratio, 1.0)), elastic(0.3, 200e3 / min(ratio, 1.0))]),
             like(
                 ("delta_z", "delta_x", "max_pressure", "stick_radius"),
                 case_of(bodies=["rigid", elastic(0.3)] if ratio > 1.0 else [elastic(0.3), "rigid"], load_path=HALF),
@@ -187,11 +182,7 @@ UNITS = Family(
 
 def elliptic(length: float) -> Parts:
     """An ellipsoid on a grid that is sized by trial."""
-    return {
-        "surface": {"ellipsoid": {"radius_x": 3.0 * length, "radius_y": 5.0 * length}},
-        "grid": {"points": 24},
-        "load_path": [{"P": length**2}],
-    }
+    return led({"P": length**2}, points=24, surface={"ellipsoid": {"radius_x": 3.0 * length, "radius_y": 5.0 * length}})
 
 
 SIZED = Family(
@@ -215,7 +206,7 @@ LOADS = Family(
     "P 1e-15 to 1e12 N on 10 mm",
     "Hertz's P^(1/3), the same digits",
     tuple(
-        Probe(f"P {load:g}", {"load_path": [{"P": load}]}, worst(as_other_load, lambda run: 1e-7 * of_hertz(run)), 1e-9)
+        Probe(f"P {load:g}", led({"P": load}), worst(as_other_load, lambda run: 1e-7 * of_hertz(run)), 1e-9)
         for load in (1e-15, 1e-9, 1e-3, 1e3, 1e6, 1e12)
     ),
 )
@@ -235,26 +226,26 @@ ABSURD = Family(
         for name, parts, quick in (
             ("E 1e-300", {"bodies": [elastic(0.3), elastic(0.3, 1e-300)]}, True),
             ("E 1e300", {"bodies": [elastic(0.3, 1e300), elastic(0.3)]}, True),
-            ("P 1e308", {"load_path": [{"P": 1e308}]}, True),
-            ("P 1e-300", {"load_path": [{"P": 1e-300}]}, False),
-            ("P 1e-100", {"load_path": [{"P": 1e-100}]}, True),
+            ("P 1e308", led({"P": 1e308}), True),
+            ("P 1e-300", led({"P": 1e-300}), False),
+            ("P 1e-100", led({"P": 1e-100}), True),
             ("R 1e300", {"surface": {"sphere": {"radius": 1e300}}}, True),
             ("R 1e-300", {"surface": {"sphere": {"radius": 1e-300}}}, False),
             ("size 1e-200", {"grid": {"points": 24, "size": 1e-200}}, False),
             ("size 1e200", {"grid": {"points": 24, "size": 1e200}}, True),
             ("center 1e300", {"grid": {"points": 24, "size": 1.0, "center": [1e300, 0.0]}}, False),
-            ("delta_x 1e308", {"load_path": [{"P": LOAD}, {"delta_x": 1e308}]}, True),
-            ("delta_z 1e300", {"load_path": [{"delta_z": 1e300}], "grid": {"points": 24, "size": 1.0}}, False),
-            ("phi_x 1e300", {"load_path": [{"P": LOAD, "phi_x": 1e300}], "grid": {"points": 24, "size": 1.0}}, True),
+            ("delta_x 1e308", led({"P": LOAD}, {"delta_x": 1e308}), True),
+            ("delta_z 1e300", led({"delta_z": 1e300}, points=24, size=1.0), False),
+            ("phi_x 1e300", led({"P": LOAD, "phi_x": 1e300}, points=24, size=1.0), True),
         )
     ),
 )
 
 NOTHING = 1e-60
-AT_REST: Parts = {"load_path": [{"P": LOAD}], "grid": {"points": 32, "size": 0.75}}
+AT_REST: Parts = led({"P": LOAD}, points=32, size=0.75)
 
 TINY_PARTS: dict[str, Parts] = {
-    **{name: {"load_path": [{"P": LOAD, name: NOTHING}]} for name in ("Qx", "delta_x", "My", "phi_x", "Mz")},
+    **{name: led({"P": LOAD, name: NOTHING}) for name in ("Qx", "delta_x", "My", "phi_x", "Mz")},
     "angle": {"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 10.0, "angle": NOTHING}}},
     "center": {"surface": {"sphere": {"radius": 10.0, "center": [NOTHING, 0.0]}}},
     "friction": {"friction": NOTHING},

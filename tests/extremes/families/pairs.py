@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from solving import DISSIMILAR
+from solving import DISSIMILAR, SIMILAR
 
 Body = dict[str, float] | str
 
@@ -26,3 +26,5 @@ BONDED: dict[str, tuple[Any, Any]] = {
     "rigid on nu 0": FLAT_RIGID,
     "nu 0 on rigid": FLAT_RIGID[::-1],
 }
+
+BODIES = {"equal": SIMILAR, "unlike": DISSIMILAR}

@@ -13,7 +13,7 @@ from solving import LOAD
 
 from fretsolve.errors import CaseError, GridEdgeError, NotConvergedError, SlidingError
 
-from .driving import Family, Parts, Probe, Run
+from .driving import Family, Parts, Probe, Run, by, led
 from .limits import material, of_cone, of_ellipse, of_hertz, of_punch, of_superposition, off, worst
 from .pairs import PLAIN
 
@@ -26,7 +26,7 @@ SPHERE = {"sphere": {"radius": 10.0}}
 
 def plain(surface: object, **parts: object) -> Parts:
     """Bodies whose shear is Jaeger's superposition, on any surface."""
-    whole: Parts = {"bodies": PLAIN, "surface": surface, "load_path": SHEARED, "solver": {"tolerance": 1e-8}}
+    whole: Parts = led(load_path=SHEARED, bodies=PLAIN, surface=surface, solver={"tolerance": 1e-8})
     return whole | parts
 
 
@@ -88,41 +88,27 @@ FEW_CELLS = Family(
     (
         Probe(
             "one cell",
-            {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"Qx": 5e-5, "Qy": 2e-5, "increments": 2}]},
+            led({"P": 1e-3}, by(2, Qx=5e-5, Qy=2e-5), points=9, size=0.9),
             worst(of_one_cell, cells(1)),
             1e-6,
         ),
         Probe(
             "one cell, moments 0",
-            {
-                "grid": {"points": 9, "size": 0.9},
-                "load_path": [{"P": 1e-3, "Mx": 0.0, "My": 0.0}, {"Mz": 0.0, "Qx": 5e-5}],
-            },
+            led({"P": 1e-3, "Mx": 0.0, "My": 0.0}, {"Mz": 0.0, "Qx": 5e-5}, points=9, size=0.9),
             worst(of_one_cell, cells(1)),
             1e-6,
         ),
         Probe(
             "one cell dragged and turned",
-            {
-                "grid": {"points": 9, "size": 0.9},
-                "load_path": [{"P": 1e-3}, {"delta_x": 1.0}, {"delta_x": -1.0, "increments": 3}, {"phi_z": 1.0}],
-            },
+            led({"P": 1e-3}, {"delta_x": 1.0}, by(3, delta_x=-1.0), {"phi_z": 1.0}, points=9, size=0.9),
             cells(1),
         ),
-        Probe(
-            "two cells",
-            {"grid": {"points": [10, 9], "size": [1.0, 0.9]}, "load_path": [{"P": 1e-3}, {"Qx": 5e-5}, {"Mz": 1e-6}]},
-            cells(2),
-        ),
-        Probe(
-            "four cells",
-            {"grid": {"points": 10, "size": 1.0}, "load_path": [{"P": 1e-3}, {"Qx": 5e-5}, {"Mz": 1e-6}]},
-            cells(4),
-        ),
+        Probe("two cells", led({"P": 1e-3}, {"Qx": 5e-5}, {"Mz": 1e-6}, points=[10, 9], size=[1.0, 0.9]), cells(2)),
+        Probe("four cells", led({"P": 1e-3}, {"Qx": 5e-5}, {"Mz": 1e-6}, points=10, size=1.0), cells(4)),
         *(
             Probe(
                 f"one cell, P {load:g}",
-                {"grid": {"points": 32, "size": 0.75}, "load_path": [{"P": load}]},
+                led({"P": load}, points=32, size=0.75),
                 refused=NotConvergedError,
                 says="rounding",
                 may_solve=True,
@@ -131,16 +117,11 @@ FEW_CELLS = Family(
         ),
         Probe(
             "one cell, torque",
-            {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"Mz": 1e-9}]},
+            led({"P": 1e-3}, {"Mz": 1e-9}, points=9, size=0.9),
             refused=SlidingError,
             says="Mz.*(one cell|single cell|more points)",
         ),
-        Probe(
-            "one cell, tilting moment",
-            {"grid": {"points": 9, "size": 0.9}, "load_path": [{"P": 1e-3}, {"My": 1e-9}]},
-            cells(2),
-            resolved=False,
-        ),
+        Probe("one cell, tilting moment", led({"P": 1e-3}, {"My": 1e-9}, points=9, size=0.9), cells(2), resolved=False),
     ),
 )
 
@@ -152,10 +133,7 @@ CLOSED_FORMS = Family(
         *(
             Probe(
                 f"ellipsoid 1 to {ratio:g}, turned {angle:g}",
-                {
-                    "surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 10.0 * ratio, "angle": angle}},
-                    "grid": {"points": 48},
-                },
+                led(points=48, surface={"ellipsoid": {"radius_x": 10.0, "radius_y": 10.0 * ratio, "angle": angle}}),
                 of_ellipse(10.0, 10.0 * ratio),
                 0.01 if not angle else 0.05,
                 quick=ratio in (1e2, 1e4),
@@ -163,20 +141,10 @@ CLOSED_FORMS = Family(
             for ratio, angle in ((1.0, 0.0), (10.0, 0.0), (1e2, 0.0), (1e3, 0.0), (1e4, 0.0), (10.0, 0.7), (1e2, 0.7))
         ),
         *(
-            Probe(
-                f"cone {angle:g} rad",
-                {"surface": {"cone": {"angle": angle}}, "grid": {"points": 33}},
-                of_cone(angle),
-                0.02,
-            )
+            Probe(f"cone {angle:g} rad", led(points=33, surface={"cone": {"angle": angle}}), of_cone(angle), 0.02)
             for angle in (1e-9, 1e-4, 0.01, 0.5, 1.5)
         ),
-        Probe(
-            "flat punch",
-            {"surface": {"punch": {"radius": 0.3}}, "grid": {"points": 64, "size": 0.7}},
-            of_punch(0.3),
-            0.02,
-        ),
+        Probe("flat punch", led(points=64, size=0.7, surface={"punch": {"radius": 0.3}}), of_punch(0.3), 0.02),
         *(
             Probe(
                 f"sphere R {radius:g} mm",
@@ -290,7 +258,7 @@ MAPS = Family(
         ),
         Probe(
             "flat to its end",
-            {"grid": {"points": 24, "size": 0.8}, "surface": []},
+            led(points=24, size=0.8, surface=[]),
             refused=GridEdgeError,
             says="the height map ends too soon: a larger map is needed",
             heights=partial(holes, 0.0),

@@ -8,14 +8,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from solving import DISSIMILAR, FRICTION, LOAD
+from solving import DISSIMILAR, FRICTION, LOAD, SIMILAR
 
 from fretsolve.errors import SlidingError
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.limit_load import load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
 
-from .driving import Family, Parts, Probe, Run, solve_parts
+from .driving import Family, Parts, Probe, Run, by, led, solve_parts
 from .limits import (
     again,
     cattaneo_cells,
@@ -28,14 +28,14 @@ from .limits import (
     off,
     worst,
 )
-from .pairs import FLAT_RIGID
+from .pairs import BODIES, FLAT_RIGID
 
 LIMIT = FRICTION * LOAD
 
 
 def sheared(share: float, increments: int = 3, **parts: object) -> Parts:
     """Pressed, then sheared by a share of mu P."""
-    return {"load_path": [{"P": LOAD, "increments": 2}, {"Qx": share * LIMIT, "increments": increments}]} | parts
+    return led(by(2, P=LOAD), by(increments, Qx=share * LIMIT)) | parts
 
 
 def transverse_growth(run: Run) -> float:
@@ -53,7 +53,7 @@ def transverse_growth(run: Run) -> float:
 def capacity(load: tuple[float, float, float], points: int = 32) -> float:
     """Factor on Qx, Qy, Mz at which the frictional contact on so many cells slides, by limit analysis."""
     with TemporaryDirectory() as folder:
-        found = solve_parts({"friction": 0.0, "grid": {"points": points}}, Path(folder))
+        found = solve_parts(led(points=points, friction=0.0), Path(folder))
     pressure = FRICTION * found.last.fields.pressure
     return load_factor(pressure, LoadControl((True, True, True), load), TangentialModes(found.setup.grid))
 
@@ -65,12 +65,12 @@ def combined(angle: float, share: float) -> Parts:
     loads = share * capacity(direction) * np.array(direction)
     stage = dict(zip(("Qx", "Qy", "Mz"), map(float, loads), strict=True))
     nearly = {name: 0.99 * value for name, value in stage.items()}
-    return {"load_path": [{"P": LOAD}, nearly | {"increments": 2}, stage | {"increments": 1}]}
+    return led({"P": LOAD}, nearly | {"increments": 2}, stage | {"increments": 1})
 
 
 def twisted(share: float, limit: float) -> Parts:
     """Pressed, then twisted by a share of the limit, free to move sideways."""
-    return {"load_path": [{"P": LOAD}, {"Mz": share * limit, "Qx": 0.0, "Qy": 0.0, "increments": 2}]}
+    return led({"P": LOAD}, by(2, Mz=share * limit, Qx=0.0, Qy=0.0))
 
 
 SMALL = Family(
@@ -80,7 +80,7 @@ SMALL = Family(
     tuple(
         Probe(
             f"Q/mu P {share:g} friction {mu:g}",
-            {"friction": mu, "load_path": [{"P": LOAD}, {"Qx": share * mu * LOAD, "increments": 2}]},
+            led({"P": LOAD}, by(2, Qx=share * mu * LOAD), friction=mu),
             of_stick_compliance,
             0.01,  # a cell at the edge
             quick=share != 1e-6 and mu != 10.0,
@@ -124,7 +124,7 @@ AT_THE_LIMIT = Family(
         Probe(
             f"{name} Q/mu P {share!r}", sheared(share, bodies=bodies), refused=SlidingError, says="mu P = 40 N.*delta_x"
         )
-        for name, bodies in (("equal", [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2), ("unlike", DISSIMILAR))
+        for name, bodies in BODIES.items()
         for share in (1.0 - 1e-10, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 2.0, 1e6)
     ),
 )
@@ -136,18 +136,20 @@ DRAGGED = Family(
     tuple(
         Probe(
             f"{name} friction {mu:g} delta_x {motion:g}",
-            {
-                "bodies": bodies,
-                "friction": mu,
-                "grid": {"points": 40, "size": 3.0 if bodies == FLAT_RIGID and mu == 10.0 else 1.2},
-                "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": motion, "increments": 2}],
-            },
+            led(
+                by(2, P=LOAD),
+                by(2, delta_x=motion),
+                points=40,
+                size=3.0 if bodies == FLAT_RIGID and mu == 10.0 else 1.2,
+                bodies=bodies,
+                friction=mu,
+            ),
             of_sliding,
             1e-5 if motion > 0.5 else 1e-3,
             quick=motion == 1.0 or (motion == 1e9 and mu == 0.1),
         )
         for name, bodies, mu in (
-            ("equal", [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2, 0.1),
+            ("equal", SIMILAR, 0.1),
             ("unlike", DISSIMILAR, 0.1),
             ("unlike", DISSIMILAR, 5.0),
             ("unlike", DISSIMILAR, 10.0),
@@ -165,12 +167,7 @@ SHAKEN = Family(
     tuple(
         Probe(
             f"{name} friction {mu:g} {load}",
-            {
-                "bodies": bodies,
-                "friction": mu,
-                "grid": {"points": 40, "size": 1.2},
-                "load_path": [{"P": LOAD, "increments": 5}, stage | {"increments": 5}],
-            },
+            led(by(5, P=LOAD), stage | {"increments": 5}, points=40, size=1.2, bodies=bodies, friction=mu),
             quick=mu in (1.0, 10.0) and load == "Q",
         )
         for name, bodies in (("unlike", DISSIMILAR), ("rigid on nu 0", FLAT_RIGID))

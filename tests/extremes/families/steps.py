@@ -10,11 +10,10 @@ from solving import DISSIMILAR, LOAD, SIMILAR
 
 from fretsolve.errors import NotConvergedError
 
-from .driving import Family, Parts, Probe, Run
+from .driving import Family, Parts, Probe, Run, by, led
 from .limits import again, of_hertz, of_mindlin, off, worst
-from .pairs import FLAT_RIGID
+from .pairs import BODIES, FLAT_RIGID
 
-BODIES = {"equal": SIMILAR, "unlike": DISSIMILAR}
 PEAK = 2106.491
 """Of Hertz's pressure (MPa)."""
 
@@ -82,7 +81,7 @@ TINY = Family(
     tuple(
         Probe(
             f"{count} increments",
-            {"coupling": "none", "grid": {"points": 24}, "load_path": sheared(count)},
+            led(points=24, load_path=sheared(count), coupling="none"),
             of_one_increment,
             1e-5,
             quick=count == 100,
@@ -97,23 +96,9 @@ UNLIKE_TINY = Family(
     "1000 of P, 1000 of Q",
     "certified",
     (
-        Probe(
-            "P",
-            {"bodies": DISSIMILAR, "grid": {"points": 24}, "load_path": [{"P": LOAD, "increments": 1000}]},
-            quick=False,
-            seconds=90.0,
-        ),
-        Probe(
-            "Q", {"bodies": DISSIMILAR, "grid": {"points": 24}, "load_path": sheared(1000)}, quick=False, seconds=90.0
-        ),
-        Probe(
-            "50 of each",
-            {
-                "bodies": DISSIMILAR,
-                "grid": {"points": 16},
-                "load_path": [{"P": LOAD, "increments": 50}, {"Qx": 36.0, "increments": 50}],
-            },
-        ),
+        Probe("P", led(by(1000, P=LOAD), points=24, bodies=DISSIMILAR), quick=False, seconds=90.0),
+        Probe("Q", led(points=24, load_path=sheared(1000), bodies=DISSIMILAR), quick=False, seconds=90.0),
+        Probe("50 of each", led(by(50, P=LOAD), by(50, Qx=36.0), points=16, bodies=DISSIMILAR)),
     ),
 )
 
@@ -121,10 +106,7 @@ AT_ONCE = Family(
     "everything in one increment",
     "P, Qx, Qy, Mz together",
     "certified",
-    tuple(
-        Probe(name, {"bodies": bodies, "load_path": [{"P": LOAD, "Qx": 20.0, "Qy": 10.0, "Mz": 2.0, "increments": 1}]})
-        for name, bodies in BODIES.items()
-    ),
+    tuple(Probe(name, led(by(1, P=LOAD, Qx=20.0, Qy=10.0, Mz=2.0), bodies=bodies)) for name, bodies in BODIES.items()),
 )
 
 REVERSED = Family(
@@ -134,7 +116,7 @@ REVERSED = Family(
     tuple(
         Probe(
             f"{name} {component} {part:g}",
-            {"bodies": bodies, "load_path": reversal(component, value, part)},
+            led(load_path=reversal(component, value, part), bodies=bodies),
             of_before(3),
             1e-5 + 20.0 * part,
             quick=part in (1e-9, 4e-16),
@@ -152,15 +134,7 @@ HELD = Family(
     tuple(
         Probe(
             f"{name} tolerance {tolerance:g}",
-            {
-                "bodies": bodies,
-                "solver": {"tolerance": tolerance},
-                "load_path": [
-                    {"P": LOAD, "increments": 3},
-                    {"Qx": 20.0, "increments": 2},
-                    {"Qx": 20.0, "increments": 2},
-                ],
-            },
+            led(by(3, P=LOAD), by(2, Qx=20.0), by(2, Qx=20.0), bodies=bodies, solver={"tolerance": tolerance}),
             of_before(2),
             1e-5,
             quick=tolerance in (1e-6, 1e-9),
@@ -177,7 +151,7 @@ TIGHT = Family(
     tuple(
         Probe(
             f"{name} tolerance {tolerance:g}",
-            {"bodies": bodies, "solver": {"tolerance": tolerance}, "load_path": sheared(2)},
+            led(load_path=sheared(2), bodies=bodies, solver={"tolerance": tolerance}),
             worst(of_hertz, of_mindlin) if name == "equal" else None,
             0.01 + tolerance,
             quick=tolerance in (0.9, 1e-13),
@@ -195,11 +169,7 @@ FLOOR = Family(
         *(
             Probe(
                 f"{name} tolerance {tolerance:g} {load}",
-                {
-                    "bodies": bodies,
-                    "solver": {"tolerance": tolerance},
-                    "load_path": [{"P": LOAD, "increments": 5}, stage | {"increments": 2}],
-                },
+                led(by(5, P=LOAD), stage | {"increments": 2}, bodies=bodies, solver={"tolerance": tolerance}),
                 refused=NotConvergedError,
                 says="rounding",
                 may_solve=True,
@@ -231,14 +201,14 @@ STEADY = Family(
         *(
             Probe(
                 f"{name} Qx, 250 cycles",
-                {
-                    "bodies": bodies,
-                    "friction": mu,
-                    "grid": {"points": 24},
-                    "load_path": cycles(
+                led(
+                    points=24,
+                    load_path=cycles(
                         {"Qx": 0.6 * mu * LOAD}, {"Qx": -0.6 * mu * LOAD}, {"Qx": 0.6 * mu * LOAD}, times=250
                     ),
-                },
+                    bodies=bodies,
+                    friction=mu,
+                ),
                 of_steady(4),
                 1e-6,
                 quick=False,
@@ -252,17 +222,13 @@ STEADY = Family(
         ),
         Probe(
             "equal Qx, 15 cycles",
-            {"grid": {"points": 16}, "load_path": cycles({"Qx": 24.0}, {"Qx": -24.0}, {"Qx": 24.0}, times=15)},
+            led(points=16, load_path=cycles({"Qx": 24.0}, {"Qx": -24.0}, {"Qx": 24.0}, times=15)),
             of_steady(4),
             1e-6,
         ),
         Probe(
             "unlike Mz, 100 cycles",
-            {
-                "bodies": DISSIMILAR,
-                "grid": {"points": 24},
-                "load_path": cycles({"Mz": 4.0}, {"Mz": -4.0}, {"Mz": 4.0}, times=100),
-            },
+            led(points=24, load_path=cycles({"Mz": 4.0}, {"Mz": -4.0}, {"Mz": 4.0}, times=100), bodies=DISSIMILAR),
             of_steady(4),
             1e-6,
             quick=False,
@@ -270,21 +236,18 @@ STEADY = Family(
         ),
         Probe(
             "unlike delta_x to gross slip, 10 cycles",
-            {
-                "bodies": DISSIMILAR,
-                "grid": {"points": 20},
-                "load_path": cycles({"delta_x": 2.5e-3}, {"delta_x": -2.5e-3}, {"delta_x": 2.5e-3}, times=10),
-            },
+            led(
+                points=20,
+                load_path=cycles({"delta_x": 2.5e-3}, {"delta_x": -2.5e-3}, {"delta_x": 2.5e-3}, times=10),
+                bodies=DISSIMILAR,
+            ),
             of_steady(4),
             1e-6,
         ),
         *(
             Probe(
                 f"equal P at Qx held, {times} cycles",
-                {
-                    "grid": {"points": 20},
-                    "load_path": cycles({"Qx": 15.0}, {"P": 0.75 * LOAD}, {"P": LOAD}, times=times),
-                },
+                led(points=20, load_path=cycles({"Qx": 15.0}, {"P": 0.75 * LOAD}, {"P": LOAD}, times=times)),
                 of_no_work(4),
                 1e-6,
                 quick=times == 10,
