@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fretsolve.result import RunHeader
-from fretsolve.result.state import Fields, State, Summary
+from fretsolve.result import HistoryWriter, RunHeader
+from fretsolve.result.layout import ERRORS
+from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 
 ALL_FIELDS = ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap")
 COUNTS = (
@@ -54,7 +56,13 @@ def fake_header(
     )
 
 
-def next_state(previous: State | None, shape: tuple[int, int] = (6, 5), dtype: str = "float64") -> State:
+def some_errors(step: int) -> SummaryErrors:
+    return SummaryErrors(*(0.1 * step + index for index in range(len(ERRORS))))
+
+
+def next_state(
+    previous: State | None, shape: tuple[int, int] = (6, 5), dtype: str = "float64", errors: bool = False
+) -> State:
     """The state after `previous`: a chaotic map, where the last bit of any number soon changes all digits."""
     step = 0 if previous is None else previous.summary.step + 1
     seed = np.random.default_rng(1).uniform(0.1, 0.9, shape)
@@ -74,7 +82,9 @@ def next_state(previous: State | None, shape: tuple[int, int] = (6, 5), dtype: s
         "gap": gap,
     }
     state_fields = Fields(**{name: values.astype(dtype) for name, values in arrays.items()}, zone=zone)
-    return State(_summary(step, pressure, previous), state_fields, (np.stack([carried, seed]) * 1e-2).astype(dtype))
+    displacement = (np.stack([carried, seed]) * 1e-2).astype(dtype)
+    state = State(_summary(step, pressure, previous), state_fields, displacement)
+    return replace(state, errors=some_errors(step)) if errors else state
 
 
 def fake_states(count: int, previous: State | None = None, **options: Any) -> Iterator[State]:
@@ -86,16 +96,22 @@ def fake_states(count: int, previous: State | None = None, **options: Any) -> It
         yield previous
 
 
+def write_fake(out: Path, end: str = "complete", count: int = 4, **options: Any) -> Path:
+    """Write a result of made-up states that ends as `end` says: complete, failed, or stopped."""
+    with HistoryWriter.open(out, fake_header(**options)) as writer:
+        for state in fake_states(count, shape=writer.header.shape, errors=writer.header.errors):
+            writer.append(state)
+        if end != "stopped":
+            writer.finish(end, "sliding" if end == "failed" else "")
+    return out
+
+
 def assert_same_state(one: State, other: State) -> None:
     """Equal in every bit, and of the same precision."""
-    assert one.summary == other.summary
+    assert (one.summary, one.errors) == (other.summary, other.errors)
     for field in fields(Fields):
         np.testing.assert_array_equal(getattr(one.fields, field.name), getattr(other.fields, field.name), strict=True)
     np.testing.assert_array_equal(one.displacement, other.displacement, strict=True)
-
-
-def with_wall_time(state: State, seconds: float) -> State:
-    return replace(state, summary=replace(state.summary, wall_time=seconds))
 
 
 def _digest(state: State) -> np.ndarray:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+
+import pytest
+
+from fretsolve.case.loading import load_case
+from fretsolve.errors import CaseError
 
 SIMILAR = "[{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]"
 DISSIMILAR = "[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"
@@ -93,3 +99,10 @@ def write_case(folder: Path, text: str = CASE, name: str = "case.yaml") -> Path:
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def case_error(path: Path, overrides: Sequence[str] = ()) -> CaseError:
+    """Return the error with which a case is refused."""
+    with pytest.raises(CaseError) as caught:
+        load_case(path, overrides)
+    return caught.value

@@ -17,6 +17,10 @@ from fretsolve.simulation.simulation import set_up
 SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
 DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})
 SWAPPED = DISSIMILAR[::-1]
+NO_POISSON = ({"young_modulus": 200e3, "poisson_ratio": 0.0},) * 2
+RIGID = ("rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0})
+LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
+MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
 SPHERE = {"sphere": {"radius": 10.0}}
 FRICTION, LOAD, RADIUS = 0.1, 400.0, 10.0
 

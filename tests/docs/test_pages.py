@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jsonschema
 import pytest
 import yaml
 from command_line import invoke
@@ -19,6 +20,7 @@ from pages import DOCS, ROOT, Block, agree, blocks, links, pages
 from fretsolve import load_case
 from fretsolve.case.models import Case
 from fretsolve.case.schema import case_schema
+from fretsolve.case.source import parse
 from fretsolve.result.layout import ERRORS, FIELDS, HISTORY
 
 CASE = {
@@ -105,6 +107,8 @@ def _result_of(command: str, code: int) -> tuple[int, str]:
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *pages()], ids=lambda page: page.stem)
 def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
+    """Whole cases, and parts of cases but for the keys that they leave out, for the reader and for the schema."""
+    schema = jsonschema.Draft202012Validator({**case_schema(), "required": []})
     for number, block in enumerate(blocks(page)):
         if block.language != "yaml":
             continue
@@ -113,6 +117,7 @@ def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
             path = tmp_path / f"{number}.yaml"
             path.write_text(yaml.safe_dump({**CASE, **part}))
             load_case(path)
+            assert list(schema.iter_errors(parse(block.text).value)) == []
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *pages()], ids=lambda page: page.stem)

@@ -19,6 +19,7 @@ from families.driving import Findings, OutOfTimeError, Parts, Run, solve_parts, 
 from families.pairs import elastic
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
+from solving import LOADS, MOTIONS
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
@@ -26,8 +27,6 @@ from fretsolve.model.required_terms import derive_model
 from fretsolve.result.state import State, Zone
 
 ASKED = int(os.environ.get("FRETSOLVE_RANDOM_CASES", "0"))
-LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
-MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
 TOLERANCE = 1e-6
 REFUSED = (SlidingError, ContactLostError, GridEdgeError, CaseError)
 """Right answers to a random case; not to converge is not."""

@@ -9,10 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, LOAD, solve
-
-LOADS = ("P", "Mx", "My", "Qx", "Qy", "Mz")
-MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
+from solving import DISSIMILAR, LOAD, LOADS, MOTIONS, solve
 
 
 def vector(state, names):

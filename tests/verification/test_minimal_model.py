@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, build, solve
+from solving import DISSIMILAR, NO_POISSON, build, solve
 
 from fretsolve import run
 from fretsolve.elastic.convolution import PaddedConvolution
@@ -16,7 +16,6 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import TangentialSolver
 
-NO_POISSON = ({"young_modulus": 200e3, "poisson_ratio": 0.0},) * 2
 PRESS, PULL, TWIST = {"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 2}, {"Mz": 2.0, "increments": 2}
 GRID = {"points": [32, 34], "size": [0.8, 0.85]}
 """Not square, so that x and y share no coefficients."""

@@ -8,11 +8,10 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 from command_line import invoke
-from small_cases import write_case
+from small_cases import case_error, write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, open_result, run
-from fretsolve.errors import CaseError
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import set_up
 
@@ -100,9 +99,7 @@ def test_error_bars(tmp_path):
 @pytest.mark.parametrize("tolerance", ["1e-6", "9e-6"])
 def test_a_tolerance_below_what_it_certifies_is_refused(tmp_path, tolerance):
     text = TEXT.replace("precision: single", f"precision: single, tolerance: {tolerance}")
-    with pytest.raises(CaseError) as caught:
-        load_case(write_case(tmp_path, text))
-    message = str(caught.value)
+    message = str(case_error(write_case(tmp_path, text)))
     assert message.startswith(f"{tmp_path / 'case.yaml'}:6: solver.tolerance: {float(tolerance):g} is less than single")
     assert "1e-05 or more is needed, or precision: double" in message
 

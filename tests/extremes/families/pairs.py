@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from solving import DISSIMILAR, SIMILAR
+from solving import DISSIMILAR, NO_POISSON, RIGID, SIMILAR
 
 Body = dict[str, float] | str
 
@@ -14,10 +14,10 @@ def elastic(poisson_ratio: float, young_modulus: float = 200e3) -> dict[str, flo
     return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
 
 
-FLAT_RIGID: tuple[Any, Any] = ("rigid", elastic(0.0, 100e3))
+FLAT_RIGID: tuple[Any, Any] = RIGID
 """Dundurs' constant -0.5, the end for nu >= 0."""
 
-PLAIN = (elastic(0.0), elastic(0.0))
+PLAIN = NO_POISSON
 """Equal bodies of nu = 0, where shear and pressure have the same influence coefficients."""
 
 BONDED: dict[str, tuple[Any, Any]] = {

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 import yaml
+from small_cases import case_error, write_case
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.problems import CaseErrors
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import FileError
 
 CASE = """\
 title: similar bodies
@@ -45,44 +46,35 @@ MISTAKES = [
 )
 def test_mistake_gives_one_line(tmp_path: Path, right: str, wrong: str, message: str) -> None:
     assert right in CASE
-    path = tmp_path / "case.yaml"
-    path.write_text(CASE.replace(right, wrong, 1))
-    with pytest.raises(CaseError) as caught:
-        load_case(path)
-    assert str(caught.value) == f"{path}:{message}"
-    assert caught.value.exit_code == 2
+    path = write_case(tmp_path, CASE.replace(right, wrong, 1))
+    error = case_error(path)
+    assert (str(error), error.exit_code) == (f"{path}:{message}", 2)
 
 
 def test_the_case_without_mistakes_loads(tmp_path: Path) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(CASE)
-    assert len(load_case(path).stages()) == 8
+    assert len(load_case(write_case(tmp_path, CASE)).stages()) == 8
 
 
 def test_all_problems_are_reported_in_order_of_their_lines(tmp_path: Path) -> None:
     text = CASE.replace("radius: 10 mm", "radius: 10 N").replace("rel: 0.01", "rel: 1 mm")
     text = text.replace("coupling: auto", "a:").replace("0.1\n", "-0.1\n").replace("stage: 2", "stage: 99")
-    path = tmp_path / "case.yaml"
-    path.write_text(text)
-    with pytest.raises(CaseErrors) as caught:
-        load_case(path)
-    lines = str(caught.value).split("\n")
+    path = write_case(tmp_path, text)
+    error = case_error(path)
+    lines = str(error).split("\n")
     assert [line.removeprefix(f"{path}:").split(": ")[:2] for line in lines] == [
         ["5", "surface.sphere.radius"],
         ["9", "friction"],
         ["10", "a"],
         ["18", "expect.0.rel"],
     ]
-    assert caught.value.problems[0].key == caught.value.key
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    assert isinstance(error, CaseErrors)
+    assert error.problems[0].key == error.key
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
 
 
 def test_rigid_bodies_alone_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(CASE.replace(BODY_1, "rigid").replace(BODY_1.replace("200", "210"), "rigid"))
-    with pytest.raises(CaseError) as caught:
-        load_case(path)
-    assert str(caught.value) == f"{path}:2: bodies: both bodies are rigid; at least one must be elastic"
+    path = write_case(tmp_path, CASE.replace(BODY_1, "rigid").replace(BODY_1.replace("200", "210"), "rigid"))
+    assert str(case_error(path)) == f"{path}:2: bodies: both bodies are rigid; at least one must be elastic"
 
 
 NEEDED = "one with the keys bodies, surface, grid, load_path is needed"
@@ -98,11 +90,8 @@ NEEDED = "one with the keys bodies, surface, grid, load_path is needed"
     ],
 )
 def test_file_without_a_mapping(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(text)
-    with pytest.raises(CaseError) as caught:
-        load_case(path)
-    assert str(caught.value) == f"{path}{message}"
+    path = write_case(tmp_path, text)
+    assert str(case_error(path)) == f"{path}{message}"
 
 
 def test_missing_file_is_a_file_error(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from small_cases import write_case
 
 from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
@@ -58,9 +59,7 @@ load_path: [{P: 1}]
 
 
 def load(folder: Path, text: str) -> Case:
-    path = folder / "case.yaml"
-    path.write_text(text, encoding="utf-8")
-    return load_case(path)
+    return load_case(write_case(folder, text))
 
 
 def with_surface(folder: Path, surface: str) -> tuple[Surface, ...]:
@@ -172,7 +171,7 @@ def test_heights_file_is_relative_to_the_case(tmp_path: Path) -> None:
 
 
 def test_heights_file_is_absolute_for_a_relative_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "case.yaml").write_text(MINIMAL.replace("sphere: {radius: 1}", "heights: {file: a.npy}"))
+    write_case(tmp_path, MINIMAL.replace("sphere: {radius: 1}", "heights: {file: a.npy}"))
     monkeypatch.chdir(tmp_path)
     (heights,) = load_case("case.yaml").surface
     assert isinstance(heights, HeightsSurface)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from small_cases import case_error, write_case
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import ElasticBody
@@ -22,8 +23,7 @@ load_path: [{P: 1}, {Qx: 2, increments: 3}]
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    (tmp_path / "case.yaml").write_text(CASE)
-    return tmp_path / "case.yaml"
+    return write_case(tmp_path, CASE)
 
 
 def test_values_in_mappings_and_lists(path: Path) -> None:
@@ -109,9 +109,7 @@ def test_the_rest_of_the_file_stays(path: Path) -> None:
     ],
 )
 def test_mistake_names_the_override(path: Path, override: str, message: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        load_case(path, [override])
-    assert str(caught.value) == f"--set {override}: {message}"
+    assert str(case_error(path, [override])) == f"--set {override}: {message}"
 
 
 @pytest.mark.parametrize(
@@ -123,16 +121,12 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
     ],
 )
 def test_mistake_around_an_override_names_both(path: Path, override: str, message: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        load_case(path, [override])
-    assert str(caught.value) == f"{path}:{message} (with --set {override})"
+    assert str(case_error(path, [override])) == f"{path}:{message} (with --set {override})"
 
 
 def test_problems_of_file_and_overrides_are_reported_together(path: Path) -> None:
     path.write_text(CASE.replace("radius: 1", "radius: 0"))
-    with pytest.raises(CaseError) as caught:
-        load_case(path, ["friction=-1", "grid.points"])
-    assert str(caught.value).split("\n") == [
+    assert str(case_error(path, ["friction=-1", "grid.points"])).split("\n") == [
         "--set grid.points: KEY=VALUE is needed, such as grid.points=64",
         "--set friction=-1: friction: -1 is out of range; a number >= 0 is needed",
         f"{path}:2: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed",
@@ -145,9 +139,7 @@ def test_override_mends_the_file(path: Path) -> None:
 
 
 def test_unprintable_override_stays_on_one_line(path: Path) -> None:
-    with pytest.raises(CaseError) as caught:
-        load_case(path, ["coupling=a\nb: c"])
-    assert "\n" not in str(caught.value)
+    assert "\n" not in str(case_error(path, ["coupling=a\nb: c"]))
 
 
 CYCLES = """\

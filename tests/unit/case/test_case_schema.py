@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 import yaml
 from command_line import invoke, refused
+from small_cases import write_case
 from test_case_errors import CASE
 from test_case_models import FULL, MINIMAL, ROUND_TRIPS
 
@@ -21,7 +22,6 @@ from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]
 CASES = [*ROOT.glob("cases/*.yaml"), *(Path(fretsolve.__file__).parent / "templates").glob("*.yaml")]
-PAGES = [ROOT / "README.md", *ROOT.glob("docs/**/*.md")]
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +35,7 @@ def validator() -> jsonschema.Draft202012Validator:
 def test_cases_and_effective_cases_are_valid(
     tmp_path: Path, validator: jsonschema.Draft202012Validator, text: str
 ) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(text)
-    case = load_case(path)
+    case = load_case(write_case(tmp_path, text))
     written = yaml.safe_load(text.replace("1e-", "1.0e-"))  # PyYAML takes 1e-6 for text
     assert list(validator.iter_errors(written)) == []
     assert list(validator.iter_errors(case.effective())) == []
@@ -78,8 +76,7 @@ def test_mistakes_are_invalid(validator: jsonschema.Draft202012Validator, right:
 
 
 def test_defaults_are_those_of_the_effective_case(tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text(MINIMAL)
-    effective = load_case(tmp_path / "case.yaml").effective()
+    effective = load_case(write_case(tmp_path, MINIMAL)).effective()
     schema = case_schema()
     for key in ("friction", "coupling", "solver", "output", "expect"):
         assert schema["properties"][key]["default"] == effective[key]
@@ -138,23 +135,6 @@ def test_examples_and_defaults_are_valid_and_of_the_right_dimension() -> None:
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_shipped_cases_and_templates_are_valid(path: Path, validator: jsonschema.Draft202012Validator) -> None:
     assert list(validator.iter_errors(parse(path.read_text()).value)) == []
-
-
-def test_cases_on_all_pages_are_valid() -> None:
-    """Whole cases, and parts of cases but for the keys that they leave out."""
-    schema = case_schema()
-    partly = jsonschema.Draft202012Validator({**schema, "required": []})
-    whole = jsonschema.Draft202012Validator(schema)
-    found = 0
-    for page in PAGES:
-        for block in page.read_text(encoding="utf-8").split("```yaml\n")[1:]:
-            value = parse(block.partition("```")[0]).value
-            if not isinstance(value, dict) or not value.keys() <= schema["properties"].keys():
-                continue
-            complete = value.keys() >= set(schema["required"])
-            assert list((whole if complete else partly).iter_errors(value)) == [], page
-            found += complete
-    assert found >= 5
 
 
 def test_schema_is_written_for_editors(tmp_path: Path) -> None:

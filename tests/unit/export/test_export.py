@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import invoke, refused
-from fake_states import fake_header, fake_states
+from fake_states import fake_header, write_fake
 from small_cases import write_case
 
 from fretsolve import load_case, open_result
@@ -196,12 +196,7 @@ def test_where_there_is_no_material_points_are_hidden(paraview: Any, tmp_path: P
 
 
 def made_up(folder: Path, **options: Any) -> Path:
-    out = folder / "fake.h5"
-    with HistoryWriter.open(out, fake_header(**options)) as writer:
-        for state in fake_states(3):
-            writer.append(state)
-        writer.finish("complete")
-    return out
+    return write_fake(folder / "fake.h5", count=3, **options)
 
 
 def test_without_a_case_of_this_version_the_surfaces_stay_flat(paraview: Any, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from fake_states import fake_header, fake_states
+from fake_states import fake_header, fake_states, write_fake
 from rich.console import Console
 
 from fretsolve.export.selection import relevant_columns, stage_ends
@@ -108,8 +108,5 @@ def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> Non
 
 
 def test_grid_of_one_cell(tmp_path: Path) -> None:
-    with HistoryWriter.open(tmp_path / "one.h5", fake_header(shape=(1, 5))) as writer:
-        writer.append(next(fake_states(1, shape=(1, 5))))
-        writer.finish("complete")
-    with open_result(tmp_path / "one.h5") as result:
+    with open_result(write_fake(tmp_path / "one.h5", count=1, shape=(1, 5))) as result:
         assert "grid 1 x 5 cells, fretsolve" in printed(result)[2]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, FRICTION, build, solve
+from solving import DISSIMILAR, FRICTION, MOTIONS, build, solve
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.increment.certificate import Examiner, Solution
@@ -20,7 +20,6 @@ PARTS = {
     "load_path": [{"P": 400.0, "increments": 2}, {"Qx": 30.0, "Qy": 4.0, "Mz": 1.0, "increments": 2}],
     "solver": {"tolerance": 1e-9},
 }
-RIGID = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
 NORMAL = LoadControl((True, False, False), (400.0, 0.0, 0.0))
 TANGENTIAL = LoadControl((True, True, True), (30.0, 4.0, 1.0))
 RESIDUALS = ("gap", "stick", "slip", "bound", "load")
@@ -34,7 +33,7 @@ def solved():
     before, after = solve(**PARTS)[-2:]
     operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms)
     examiner = Examiner(setup.separation(), FRICTION, grid, 1e-9)
-    rigid, start = (np.array([getattr(state.summary, name) for name in RIGID]) for state in (after, before))
+    rigid, start = (np.array([getattr(state.summary, name) for name in MOTIONS]) for state in (after, before))
     fields = after.fields
     solution = Solution(
         fields.pressure,

@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, SIMILAR, build, solve_last
+from solving import DISSIMILAR, NO_POISSON, SIMILAR, build, solve_last
 
 from fretsolve.model.required_terms import Terms, derive_model
 
 PRESS, PULL, TWIST = {"P": 400.0}, {"Qx": 20.0}, {"Mz": 2.0}
-NO_POISSON = ({"young_modulus": 200e3, "poisson_ratio": 0.0},) * 2
 INCOMPRESSIBLE = ["rigid", {"young_modulus": 1.0, "poisson_ratio": 0.5}]
 
 

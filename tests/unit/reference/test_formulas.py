@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -9,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad, quad
 from scipy.special import ellipe, ellipk
+from solving import FRICTION, HERTZ, LOAD
+from solving import MATERIAL as STEEL
+from solving import A as RADIUS
 
-from fretsolve.model.materials import compliances
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
 from fretsolve.reference.tangential import (
@@ -20,19 +21,6 @@ from fretsolve.reference.tangential import (
     lubkin,
     spence_stick_ratio,
 )
-
-
-@dataclass(frozen=True)
-class Body:
-    young_modulus: float
-    poisson_ratio: float
-
-
-FRICTION = 0.1
-LOAD = 400.0
-STEEL = compliances(Body(200e3, 0.3), Body(200e3, 0.3))
-HERTZ = hertz_sphere(LOAD, 10.0, STEEL.contact_modulus)
-RADIUS = HERTZ.contact_radius
 
 
 def integral_over_disc(profile, radius, *breaks):

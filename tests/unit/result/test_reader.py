@@ -4,41 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import xarray
-from fake_states import ALL_FIELDS, fake_header, fake_states
+from fake_states import ALL_FIELDS, fake_header, fake_states, write_fake
 
 from fretsolve import __version__, open_result
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, reader
 from fretsolve.result.layout import ERRORS, FIELDS, FORMAT_VERSION, FORMER_NAMES, HISTORY, QUANTITIES
 from fretsolve.result.parts import Part, component, parts_folder
-from fretsolve.result.state import SummaryErrors
 
 COUNT = 4
 SAMPLES = sorted((Path(__file__).parents[2] / "data").glob("result_v*.h5"))
-
-
-def write(out: Path, end: str, every: int = 1, count: int = COUNT, **options: object) -> Path:
-    """A result that ends as `end` says: complete, failed or stopped."""
-    with HistoryWriter.open(out, fake_header(every=every, **options)) as writer:
-        for state in fake_states(count, shape=writer.header.shape):
-            writer.append(state)
-        if end != "stopped":
-            writer.finish(end, "sliding" if end == "failed" else "")
-    return out
 
 
 @pytest.mark.parametrize("end", ["complete", "failed", "stopped"])
 @pytest.mark.parametrize("every", [1, 3])
 def test_all_that_was_written_is_read(tmp_path: Path, end: str, every: int) -> None:
     states = list(fake_states(COUNT))
-    with open_result(write(tmp_path / "out.h5", end, every)) as result:
+    with open_result(write_fake(tmp_path / "out.h5", end, every=every)) as result:
         assert repr(result) == f"<Result {tmp_path / 'out.h5'} {end}, 4 increments>"
         assert (result.status, result.coupling, result.case_yaml) == (end, "tangential", "title: made up\n")
         assert result.effective_case["load_path"] == [{"P": 400.0, "increments": 6}]
@@ -59,13 +47,13 @@ def test_all_that_was_written_is_read(tmp_path: Path, end: str, every: int) -> N
 
 
 def test_parts_folder_can_be_named(tmp_path: Path) -> None:
-    out = write(tmp_path / "out.h5", "stopped")
+    out = write_fake(tmp_path / "out.h5", "stopped")
     assert open_result(parts_folder(out)).increments == COUNT
     assert open_result(str(out)).increments == COUNT
 
 
 def test_what_is_not_stored_is_a_key_error(tmp_path: Path) -> None:
-    with open_result(write(tmp_path / "out.h5", "complete", every=2, stored=("zone",))) as result:
+    with open_result(write_fake(tmp_path / "out.h5", "complete", every=2, stored=("zone",))) as result:
         with pytest.raises(KeyError, match="no field 'pressure' in the result, which has zone"):
             result.field("pressure")
         with pytest.raises(KeyError, match="no fields of increment 0"):
@@ -73,7 +61,7 @@ def test_what_is_not_stored_is_a_key_error(tmp_path: Path) -> None:
 
 
 def test_h5py_sees_the_documented_attributes(tmp_path: Path) -> None:
-    with h5py.File(write(tmp_path / "out.h5", "failed")) as file:
+    with h5py.File(write_fake(tmp_path / "out.h5", "failed")) as file:
         assert set(file) == {"history", "fields", "restart"}
         assert file.attrs["status"] == "failed"
         assert file.attrs["failure"] == "sliding"
@@ -89,7 +77,7 @@ def test_h5py_sees_the_documented_attributes(tmp_path: Path) -> None:
 
 
 def test_xarray_opens_each_group_with_coordinates_and_units(tmp_path: Path) -> None:
-    out = write(tmp_path / "out.h5", "complete")
+    out = write_fake(tmp_path / "out.h5", "complete")
     with xarray.open_dataset(out, engine="h5netcdf", group="history") as history:
         assert history.P.dims == ("step",)
         assert history.P.attrs["units"] == "N"
@@ -106,13 +94,13 @@ def test_xarray_opens_each_group_with_coordinates_and_units(tmp_path: Path) -> N
 
 def test_large_case_files_are_kept(tmp_path: Path) -> None:
     title = "x" * 200_000
-    assert open_result(write(tmp_path / "out.h5", "complete", title=title)).case_yaml == f"title: {title}\n"
+    assert open_result(write_fake(tmp_path / "out.h5", "complete", title=title)).case_yaml == f"title: {title}\n"
 
 
 def test_field_of_several_chunks(tmp_path: Path) -> None:
     shape = (1100, 300)
     state = next(fake_states(1, shape=shape))
-    with open_result(write(tmp_path / "out.h5", "complete", count=1, shape=shape)) as result:
+    with open_result(write_fake(tmp_path / "out.h5", "complete", count=1, shape=shape)) as result:
         for name in ("gap", "shear_y"):
             np.testing.assert_array_equal(result.field(name), component(state, QUANTITIES[name]))
 
@@ -159,7 +147,7 @@ def incomplete(path: Path) -> None:
     ],
 )
 def test_files_that_cannot_be_read(tmp_path: Path, damage: Callable[[Path], None], message: str) -> None:
-    out = write(tmp_path / "out.h5", "complete")
+    out = write_fake(tmp_path / "out.h5", "complete")
     damage(out)
     with pytest.raises(FileError) as caught:
         open_result(out)
@@ -168,7 +156,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, damage: Callable[[Path], None
 
 
 def test_flipped_bit_in_a_field_is_found(tmp_path: Path) -> None:
-    out = write(tmp_path / "out.h5", "complete")
+    out = write_fake(tmp_path / "out.h5", "complete")
     with h5py.File(out) as file:
         offset = file["fields/pressure"].id.get_chunk_info(2).byte_offset
     data = bytearray(out.read_bytes())
@@ -181,7 +169,7 @@ def test_flipped_bit_in_a_field_is_found(tmp_path: Path) -> None:
 
 
 def test_header_that_is_no_header(tmp_path: Path) -> None:
-    out = write(tmp_path / "out.h5", "stopped")
+    out = write_fake(tmp_path / "out.h5", "stopped")
     for content in ("{", "[]", '{"format_version": 1, "version": "0"}'):
         (parts_folder(out) / "header.json").write_text(content)
         with pytest.raises(FileError, match=r"header\.json: not the header of a run"):
@@ -230,7 +218,7 @@ def test_field_that_a_growing_run_has_given_up(tmp_path: Path, monkeypatch: pyte
 
 
 def test_part_that_vanishes_while_the_parts_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out = write(tmp_path / "out.h5", "stopped")
+    out = write_fake(tmp_path / "out.h5", "stopped")
     listed = reader.contiguous_parts
     answers = [[Part(parts_folder(out) / "000000-000099.h5", 0, 99)]]
     monkeypatch.setattr(reader, "contiguous_parts", lambda folder: answers.pop() if answers else listed(folder))
@@ -255,7 +243,7 @@ def test_samples_of_released_formats_are_read(sample: Path) -> None:
 
 
 def test_both_components_at_once(tmp_path):
-    with open_result(write(tmp_path / "out.h5", "complete", 1)) as result:
+    with open_result(write_fake(tmp_path / "out.h5")) as result:
         shear = result.field("shear", 2)
         np.testing.assert_array_equal(shear, [result.field("shear_x", 2), result.field("shear_y", 2)])
         with pytest.raises(KeyError, match="no column 'nix' in the history, which has step, stage, "):
@@ -266,12 +254,8 @@ def test_both_components_at_once(tmp_path):
 
 def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
     """Error bars were columns `companion_*` and the key `error_estimate`."""
-    out, header = tmp_path / "out.h5", fake_header(errors=True, error_bars=True)
-    states = [replace(state, errors=SummaryErrors(*range(len(ERRORS)))) for state in fake_states(2)]
-    with HistoryWriter.open(out, header) as writer:
-        for state in states:
-            writer.append(state)
-        writer.finish("failed")
+    header, states = fake_header(errors=True, error_bars=True), list(fake_states(2, errors=True))
+    out = write_fake(tmp_path / "out.h5", "failed", 2, errors=True, error_bars=True)
     with h5py.File(out, "r+") as file:
         for name, former in FORMER_NAMES.items():
             file["history"].move(name, former)
@@ -285,11 +269,8 @@ def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
 
 
 def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(tmp_path: Path) -> None:
-    out, header = tmp_path / "out.h5", replace(fake_header(), errors=True)
-    states = [replace(state, errors=SummaryErrors(*range(len(ERRORS)))) for state in fake_states(2)]
-    with HistoryWriter.open(out, header) as writer:
-        for state in states:
-            writer.append(state)
+    header, states = fake_header(errors=True), list(fake_states(2, errors=True))
+    out = write_fake(tmp_path / "out.h5", "stopped", 2, errors=True)
     for part in parts_folder(out).glob("*.h5"):
         with h5py.File(part, "r+") as file:
             rows = file["rows"][:]

@@ -22,7 +22,7 @@ from fretsolve.system import atomic_files
 def write(out: Path, header: RunHeader, stop_after: int | None = None, count: int = 6, **options: bool) -> None:
     """A run of `count` increments, left without an end after `stop_after` of them."""
     with HistoryWriter.open(out, header, **options) as writer:
-        for state in fake_states(count, writer.last_state, shape=header.shape):
+        for state in fake_states(count, writer.last_state, shape=header.shape, errors=header.errors):
             writer.append(state)
             if state.summary.step + 1 == stop_after:
                 return
@@ -77,7 +77,7 @@ def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Pa
 @pytest.mark.parametrize("every", [1, 2, 4, 7])
 @pytest.mark.parametrize("stop_after", [1, 3, 5, 6])
 def test_resumed_run_gives_the_file_of_an_uninterrupted_one(tmp_path: Path, every: int, stop_after: int) -> None:
-    header = fake_header(every=every, stored=("shear", "zone"))
+    header = fake_header(every=every, stored=("shear", "zone"), errors=every < 3)
     write(tmp_path / "whole.h5", header)
     write(tmp_path / "halves.h5", header, stop_after=stop_after)
     write(tmp_path / "halves.h5", header, resume=True)
@@ -87,11 +87,12 @@ def test_resumed_run_gives_the_file_of_an_uninterrupted_one(tmp_path: Path, ever
 @pytest.mark.parametrize("dtype", ["float64", "float32"])
 @pytest.mark.parametrize("stored", [("pressure", "shear", "slip", "gap"), ()])
 def test_resume_finds_the_last_state_bit_for_bit(out: Path, dtype: str, stored: tuple[str, ...]) -> None:
-    states = list(fake_states(3, dtype=dtype))
-    with HistoryWriter.open(out, fake_header(stored=stored)) as writer:
+    states = list(fake_states(3, dtype=dtype, errors=not stored))
+    header = fake_header(stored=stored, errors=not stored)
+    with HistoryWriter.open(out, header) as writer:
         for state in states:
             writer.append(state)
-    with HistoryWriter.open(out, fake_header(stored=stored), resume=True) as writer:
+    with HistoryWriter.open(out, header, resume=True) as writer:
         assert writer.last_state is not None
         assert_same_state(writer.last_state, states[-1])
         assert writer.summaries == [state.summary for state in states]
@@ -199,9 +200,9 @@ def test_resume_of_another_version_is_refused(out: Path) -> None:
 
 
 def test_failed_run_keeps_its_increments_and_is_tried_again(tmp_path: Path) -> None:
-    header = fake_header(every=4, stored=("slip",))
+    header = fake_header(every=4, stored=("slip",), errors=True)
     out = tmp_path / "out.h5"
-    states = list(fake_states(6))
+    states = list(fake_states(6, errors=True))
     with HistoryWriter.open(out, header) as writer:
         for state in states[:3]:
             writer.append(state)

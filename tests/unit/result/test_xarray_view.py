@@ -8,20 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from fake_states import fake_header, fake_states
+from fake_states import write_fake
 
 from fretsolve import open_result
-from fretsolve.result import HistoryWriter, Result
+from fretsolve.result import Result
 
 
 @pytest.fixture(params=["complete", "failed", "stopped"])
 def out(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    with HistoryWriter.open(tmp_path / "out.h5", fake_header(every=2)) as writer:
-        for state in fake_states(5):
-            writer.append(state)
-        if request.param != "stopped":
-            writer.finish(request.param, "sliding" if request.param == "failed" else "")
-    return tmp_path / "out.h5"
+    return write_fake(tmp_path / "out.h5", request.param, 5, every=2)
 
 
 def test_fields_with_axes_units_and_meaning(out: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import invoke, refused
+from small_cases import write_case
 from solving import DISSIMILAR, build
 
 from fretsolve.case.loading import load_case
@@ -27,9 +28,7 @@ output: {fields: []}
 
 
 def write(folder: Path, accuracy: str, text: str = CASE) -> Path:
-    path = folder / "case.yaml"
-    path.write_text(f"{text}solver: {{accuracy: {accuracy}}}\n")
-    return path
+    return write_case(folder, f"{text}solver: {{accuracy: {accuracy}}}\n")
 
 
 def solver(accuracy: object = 0.01, **settings: object) -> dict[str, object]:

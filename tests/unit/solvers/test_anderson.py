@@ -2,13 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import build
+from solving import RIGID, build
 
 from fretsolve.errors import NotConvergedError
 from fretsolve.simulation.simulation import run
 from fretsolve.solvers.anderson import AndersonAcceleration
-
-FLAT_RIGID = ["rigid", {"young_modulus": "100 GPa", "poisson_ratio": 0}]
 
 
 @pytest.mark.parametrize("growth", [0.5, 3.0])
@@ -33,7 +31,7 @@ def test_what_has_no_weight_does_not_count():
 def test_strong_friction_and_coupling():
     """Pressure and shear would throw each other back and forth without end."""
     path = [{"P": 400, "increments": 2}, {"Qx": 1000, "increments": 2}]
-    parts = {"bodies": FLAT_RIGID, "friction": 5, "grid": {"points": 32, "size": 2.0}, "load_path": path}
+    parts = {"bodies": RIGID, "friction": 5, "grid": {"points": 32, "size": 2.0}, "load_path": path}
     states = list(run(build(**parts)))
     assert max(state.summary.alternations for state in states) < 60
     assert states[-1].summary.Qx == pytest.approx(1000.0)
@@ -45,4 +43,4 @@ def test_what_does_not_converge_is_said(monkeypatch):
     monkeypatch.setattr("fretsolve.increment.staggered_iteration.MOST_ITERATIONS", 3)
     path = [{"P": 400, "increments": 5}]
     with pytest.raises(NotConvergedError, match="still change each other after 3 staggered iterations"):
-        list(run(build(bodies=FLAT_RIGID, friction=1e6, grid={"points": 32}, load_path=path)))
+        list(run(build(bodies=RIGID, friction=1e6, grid={"points": 32}, load_path=path)))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, LOAD, build, grid_of, solve_last
+from solving import DISSIMILAR, LOAD, RIGID, build, grid_of, solve_last
 
 import fretsolve.increment.staggered_iteration
 from fretsolve import run
@@ -17,7 +17,6 @@ from fretsolve.solvers.gmres import gmres
 from fretsolve.solvers.limit_load import load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
 
-RIGID = ("rigid", {"young_modulus": 100e3, "poisson_ratio": 0.0})
 PATH = [{"P": LOAD, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 2}, {"delta_y": 1e-4, "increments": 1}]
 
 

@@ -19,14 +19,13 @@ import h5py
 import numpy as np
 import pytest
 from command_line import finish, invoke, refused, start
-from fake_states import fake_header, fake_states
+from fake_states import write_fake
 from small_cases import SWEPT
 from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
 from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import parse
 from fretsolve.errors import CaseError
-from fretsolve.result import HistoryWriter
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.case_run import Report
@@ -348,9 +347,7 @@ def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str)
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
     manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
-    with HistoryWriter.open(manifest.result(manifest.rows[1]), fake_header()) as writer:
-        for state in fake_states(3):
-            writer.append(state)
+    write_fake(manifest.result(manifest.rows[1]), "stopped", 3)
     table = collect(manifest)
     assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
     assert table.increments.tolist() == [0, 3, 0, 0, 0, 0]
