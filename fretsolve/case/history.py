@@ -8,10 +8,8 @@ from typing import Any
 from .dimensions import ANGLE, AREA, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
 
 PAIRS = (("P", "delta_z"), ("Mx", "phi_x"), ("My", "phi_y"), ("Qx", "delta_x"), ("Qy", "delta_y"), ("Mz", "phi_z"))
-"""The load components: force or moment of each rigid mode, and the displacement or rotation that it works on.
-
-Normal modes first; one of each pair is imposed at a time.
-"""
+"""The load components: force or moment of each rigid mode, normal modes first, and the displacement or rotation that it
+works on. One of each pair is imposed at a time."""
 
 TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
 

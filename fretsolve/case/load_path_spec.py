@@ -126,10 +126,7 @@ def stage_count(load_path: Any) -> int:
 
 
 def stage_key(load_path: Any, number: str | int) -> KeyPath:
-    """Return where stage `number` stands in a load path as written in the file; stages count from 1.
-
-    All repetitions of a stage in a cycle stand in one place. Raises LookupError if there is no such stage.
-    """
+    """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
     count = stage_count(load_path)
     if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
         raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")

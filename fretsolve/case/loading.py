@@ -15,7 +15,7 @@ from .models import Case
 from .problems import CaseErrors, translated
 from .quantities import shown
 from .schema import model_schema
-from .source import CaseSource, Override, Place, parse, read_text
+from .source import CaseSource, Override, parse, read_text
 
 File = TypeVar("File", bound=BaseModel)
 
@@ -41,10 +41,7 @@ class CaseText:
             raise self.source.problem(f"{what}; one with the keys {', '.join(needed)} is needed")
 
     def overridden(self, overrides: Sequence[str]) -> CaseText:
-        """Return the text with `overrides` (see `load_case`); faults of an override join its problems.
-
-        A text that does not hold a mapping stays as it is.
-        """
+        """Return the text with `overrides` (see `load_case`) if it holds a mapping; their faults join its problems."""
         if not isinstance(self.data, dict):
             return self
         problems, source, data = list(self.problems), self.source, self.data
@@ -78,15 +75,16 @@ def read_case(path: str | Path) -> CaseText:
         parsed = parse(text)
     except CaseError as error:
         raise CaseError(error.message, (), path, error.line) from None
-    data, place = _renamed(parsed.value, parsed.place)
-    source = CaseSource(path, text, place)
+    source = CaseSource(path, text, parsed.place)
     problems = [CaseError(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws]
-    problems += [
-        source.problem(f"{old} and {new} are two names of one key; keep {new}", (part, old))
-        for (part, old), new in RENAMED.items()
-        if part in place.inside and {old, new} <= place.inside[part].inside.keys()
-    ]
-    return CaseText(data, source, tuple(problems))
+    for (part, old), new in RENAMED.items():
+        inner = parsed.value.get(part) if isinstance(parsed.value, dict) else None
+        if isinstance(inner, dict) and {old, new} <= inner.keys():
+            problems.append(source.problem(f"{old} and {new} are two names of one key; keep {new}", (part, old)))
+        elif isinstance(inner, dict) and old in inner:
+            places = parsed.place.inside[part].inside
+            inner[new], places[new] = inner.pop(old), places.pop(old)
+    return CaseText(parsed.value, source, tuple(problems))
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
@@ -99,23 +97,10 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
 
 
-def _renamed(data: Any, place: Place) -> tuple[Any, Place]:
-    """Return the data of a file, and the places in it, with the keys of earlier versions renamed."""
-    for (part, old), new in RENAMED.items():
-        inner = data.get(part) if isinstance(data, dict) else None
-        if isinstance(inner, dict) and old in inner and new not in inner:
-            data = data | {part: {new if name == old else name: value for name, value in inner.items()}}
-            there = place.inside.get(part, Place(place.line))
-            places = {new if name == old else name: found for name, found in there.inside.items()}
-            place = Place(place.line, place.inside | {part: Place(there.line, places)})
-    return data, place
-
-
 def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
-    """Return the key that an override means.
+    """Return the key that an override means. Raises `LookupError` for the user if there is no such stage.
 
     `stage.N` is where stage N stands, counted from 1 as in results; `surface.0` is also a surface that stands alone.
-    Raises `LookupError`, whose text is for the user, if the load path has no such stage.
     """
     if key[0] == "stage" and len(key) > 1:
         return stage_key(data.get("load_path"), key[1]) + key[2:]
@@ -167,10 +152,7 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
 
 
 def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
-    """Return a copy of `data` with `value` at `key`. Missing mappings on the way are created.
-
-    Raises `LookupError`, whose text is for the user, where a list has no such entry.
-    """
+    """Return a copy of `data` with `value` at `key`, and new mappings on the way. A `LookupError` is for the user."""
     if not key:
         return value
     part, rest = key[0], key[1:]

@@ -118,11 +118,17 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
 def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) -> float:
     """Convert a value of a case file to a float in internal units.
 
-    value: a number, already in internal units, or text such as "400 N". bare_unit: a unit alone stands for
-    one of it ("um" for 1e-3 mm). Raises `QuantityError`, whose text begins with the value.
+    value: a number in internal units, or text such as "400 N". bare_unit: a unit alone stands for one of it ("um" for
+    1e-3 mm). Raises `QuantityError`, whose text begins with the value.
     """
     try:
-        number = _converted(value, dimension, bare_unit)
+        given, unit = _parts(value)
+        if given is None and not unit:
+            comma = isinstance(value, str) and re.search(r"\d,\d", value)
+            raise QuantityError(f"is not {dimension.wanted}{' (the decimal separator is a point)' if comma else ''}")
+        if given is None and not bare_unit:
+            raise QuantityError(f"has no number; {dimension.wanted} is needed")
+        number = (1.0 if given is None else given) * (_unit_factor(unit, dimension) if unit else 1.0)
     except OverflowError:
         number = math.inf
     except QuantityError as error:
@@ -139,16 +145,6 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
 def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:
     bounds = f"{LEAST_MAGNITUDE:g} and {LARGEST_MAGNITUDE:g} {dimension.unit}".rstrip()
     return QuantityError(f"{shown(value)} is too small or too large; a value between {bounds} is needed")
-
-
-def _converted(value: object, dimension: Dimension, bare_unit: bool) -> float:
-    number, unit = _parts(value)
-    if number is None and not unit:
-        comma = isinstance(value, str) and re.search(r"\d,\d", value)
-        raise QuantityError(f"is not {dimension.wanted}{' (the decimal separator is a point)' if comma else ''}")
-    if number is None and not bare_unit:
-        raise QuantityError(f"has no number; {dimension.wanted} is needed")
-    return (1.0 if number is None else number) * (_unit_factor(unit, dimension) if unit else 1.0)
 
 
 def _parts(value: object) -> tuple[float | None, str]:
@@ -188,10 +184,7 @@ def percent(share: float, digits: int = 2) -> str:
 
 @dataclass(frozen=True)
 class InUnits:
-    """Annotation of a float of a model: read by `to_internal`, checked against bounds in internal units.
-
-    above, below are exclusive, least and most inclusive; nonzero refuses 0.
-    """
+    """Annotation of a float: read by `to_internal`, then checked. above, below: exclusive bounds; nonzero: not 0."""
 
     dimension: Dimension
     above: float | None = None

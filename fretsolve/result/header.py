@@ -65,8 +65,7 @@ class RunHeader:
 
     def to_json(self) -> str:
         """Return text from which `from_json` rebuilds the header exactly."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return json.dumps({**values, "x": self.x.tolist(), "y": self.y.tolist()}, indent=1)
+        return json.dumps({**vars(self), "x": self.x.tolist(), "y": self.y.tolist()}, indent=1)
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:

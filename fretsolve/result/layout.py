@@ -106,10 +106,7 @@ def is_single(effective_case: Mapping[str, Any]) -> bool:
 
 
 def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQuantity, ...]:
-    """Return the datasets of the fields that a case selects under `output.fields`, in the order of the file.
-
-    single: whether floating-point numbers are stored in single precision. Raises ValueError for an unknown field.
-    """
+    """Return the datasets of a case's `output.fields` in the order of the file; single: in single precision."""
     names = set(selected)
     if unknown := names - {quantity.array for quantity in FIELDS}:
         raise ValueError(f"no such field: {', '.join(sorted(unknown))}")

@@ -64,10 +64,7 @@ class RunLock:
 
 
 def is_locked(folder: Path) -> bool:
-    """Return whether a run is writing in `folder`, as far as can be told.
-
-    A shared lock tells it without writing there and without keeping out other readers, which filelock cannot do.
-    """
+    """Return whether a run is writing in `folder`. A shared lock, which filelock lacks, keeps no other reader out."""
     with suppress(OSError), (folder / LOCK_NAME).open() as file:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)

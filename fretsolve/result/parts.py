@@ -84,10 +84,7 @@ def contiguous_parts(folder: Path) -> list[Part]:
 
 
 def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:
-    """Commit a part with the increments of `sources`, of which `state` is the last, or with `state` alone.
-
-    Raises OSError, FileError.
-    """
+    """Commit a part of all increments of `sources` up to `state`, or of `state` alone. Raises OSError, FileError."""
     states = [] if sources else [state]
     rows = read_rows(header, sources, states)
     first, last = int(rows["step"][0]), int(rows["step"][-1])
@@ -162,10 +159,9 @@ def _row_type(errors: bool) -> np.dtype[Any]:
 def _write_fields(
     group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
 ) -> list[tuple[FieldQuantity, Any]]:
-    """Write the stored fields of `steps` to the HDF5 `group`: those in `sources`, then those of `states`.
+    """Write the stored fields of `steps`, from `sources` and `states`, to the HDF5 `group`; return the datasets.
 
-    The order is that of the increments, whatever parts they come from: the file must not depend on where a run was
-    stopped and resumed. Returns the datasets with their quantities. Raises FileError.
+    They are in the order of the increments, so that the file does not depend on where a run was stopped and resumed.
     """
     rank = {step: index for index, step in enumerate(steps)}
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
@@ -181,10 +177,7 @@ def _write_fields(
 
 
 def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> Any:
-    """Write the arrays of `state` that are not among the fields `stored` for it, or there in another precision.
-
-    Returns their group; they are not compressed, since they do not live long.
-    """
+    """Write, uncompressed, the arrays of `state` that `stored` lacks or has in another precision; return the group."""
     group = file.create_group("restart")
     for quantity in RESTART:
         values = component(state, quantity)

@@ -182,9 +182,8 @@ class Result(AbstractContextManager["Result"]):
 def open_result(path: str | Path) -> Result:
     """Open a result by its name, or by that of its parts folder; complete, failed, stopped or still growing.
 
-    Its history and fields are NumPy arrays, `Result.to_xarray` gives datasets of xarray.
-
-    Raises FileError: not there, not a result, truncated or damaged, or of a newer format.
+    Its history and fields are NumPy arrays, `Result.to_xarray` gives datasets of xarray. Raises FileError if it is not
+    there, not a result, truncated, damaged, or of a newer format.
     """
     out = Path(path)
     if out.is_dir() and out.name.endswith(".parts"):

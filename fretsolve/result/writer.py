@@ -154,7 +154,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
         # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
-        atomic_files.remove_temporaries(self._folder)
+        atomic_files.remove(*sorted(self._folder.glob("*" + atomic_files.TEMPORARY_SUFFIX)))  # left by a kill
         if overwrite:
             self._clear()
             atomic_files.remove(self.out)
@@ -188,10 +188,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         atomic_files.write_text(self._folder / HEADER_NAME, self.header.to_json())
 
     def _take_up_failed(self) -> None:
-        """Turn a failed result back into parts, so that the next attempt starts from its last increment.
-
-        OUT is removed last: it has everything if a kill comes before.
-        """
+        """Turn a failed result back into parts, to go on from its last increment. OUT goes last, so nothing is lost."""
         self._clear()
         self._write_header()
         self._take_up(self.out)

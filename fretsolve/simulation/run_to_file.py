@@ -24,8 +24,6 @@ from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
 
-Show = Callable[[Summary, SummaryErrors | None], None]
-
 
 class Stop(Protocol):
     """A request to stop after the increment."""
@@ -40,7 +38,7 @@ def solve_missing(
     stop: Stop,
     *,
     threads: int = 1,
-    show: Show = lambda summary, errors: None,
+    show: Callable[[Summary, SummaryErrors | None], None] = lambda summary, errors: None,
     warn: Callable[[str], object] | None = None,
     beside: bool = False,
 ) -> bool:

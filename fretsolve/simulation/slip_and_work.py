@@ -43,10 +43,9 @@ def limit_to_contact(
 
 
 def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArray) -> BoolArray:
-    """Return which of the cells `parted` slipped: those whose nearest cell in contact slips.
+    """Return which of the cells `parted` slipped: those whose nearest cell in contact slips, or `slipping` without one.
 
-    If no contact is left, these are the cells that slipped before. zone: at the increment's end; slipping: at its
-    start; all (nx, ny).
+    zone: at the increment's end; slipping: at its start; all (nx, ny).
     """
     contact = np.pad(zone != Zone.OPEN, 1, mode="edge")
     surrounded = contact[2:, 1:-1] & contact[:-2, 1:-1] & contact[1:-1, 2:] & contact[1:-1, :-2]

@@ -157,11 +157,6 @@ def remove_folder(folder: Path, *files: Path) -> None:
     sync_folder(folder.parent)
 
 
-def remove_temporaries(folder: Path) -> None:
-    """Remove what a kill has left half written, in a folder that no other process writes to. Raises OSError."""
-    remove(*sorted(folder.glob("*" + TEMPORARY_SUFFIX)))
-
-
 def remove_stale(target: Path) -> None:
     """Remove what kills have left of a file that other processes may be writing. Raises OSError."""
     begun = time.time() - STALE

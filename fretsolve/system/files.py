@@ -17,10 +17,7 @@ def reason_of(error: OSError) -> str:
 
 @contextmanager
 def reported(problem: str, file: Path | str, advice: str = "") -> Iterator[None]:
-    """Turn an OSError in the block into a FileError about `file`, such as ``cannot be read: Permission denied``.
-
-    advice: added at the end.
-    """
+    """Turn an OSError in the block into a FileError such as ``FILE: cannot be read: Permission denied`` + `advice`."""
     try:
         yield
     except OSError as error:
