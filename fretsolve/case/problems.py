@@ -46,7 +46,7 @@ def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], sou
     reader = _Reader(data, schema)
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
-    misspelt = {(*key[:-1], reader.meant(key)) for key in unknown}  # ends with None where no key is near
+    misspelt = {(*key[:-1], _meant(str(key[-1]), reader.keys(key[:-1]))) for key in unknown}  # None: no key is near
     faulty = {
         key[:depth] for key, details in problems if details["type"] != "too_short" for depth in range(len(key) + 1)
     }
@@ -94,7 +94,7 @@ class _Reader:
         if kind == "missing":
             return f"missing; needed: {self._description(key)}"
         if kind == "extra_forbidden":
-            name, allowed = str(key[-1]), self._keys(key[:-1])
+            name, allowed = str(key[-1]), self.keys(key[:-1])
             if name in allowed:  # of another alternative, as P beside cycle
                 return f"key {shown(name)} cannot stand beside the other keys here; remove it"
             return f"unknown key {shown(name)}; {nearest(name, allowed)}"
@@ -104,7 +104,7 @@ class _Reader:
         if kind == "greater_than_equal":
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
-            return f"{value} is not a mapping; one with the keys {', '.join(self._keys(key))} is needed"
+            return f"{value} is not a mapping; one with the keys {', '.join(self.keys(key))} is needed"
         needed = {
             "int_type": "a whole number such as 10",
             "int_from_float": "a whole number such as 10",
@@ -114,11 +114,8 @@ class _Reader:
         }.get(kind)
         return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
 
-    def meant(self, key: KeyPath) -> str | None:
-        """Return the key that the unknown `key` was probably meant to be."""
-        return _meant(str(key[-1]), self._keys(key[:-1]))
-
-    def _keys(self, key: KeyPath) -> list[str]:
+    def keys(self, key: KeyPath) -> list[str]:
+        """Return the keys that the mapping at `key` may have."""
         return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))
 
     def _description(self, key: KeyPath) -> str:

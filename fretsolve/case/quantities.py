@@ -13,15 +13,12 @@ import re
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from .dimensions import ANGLE, DIMENSIONS, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, Dimension
-
-if TYPE_CHECKING:
-    import pint
 
 _DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -84,7 +81,7 @@ COMMON_FACTORS = {
 
 
 @functools.cache
-def _registry() -> pint.UnitRegistry[Any]:
+def _registry() -> Any:
     """Return the units of a case file (about 4 ms once pint is imported)."""
     import pint
 

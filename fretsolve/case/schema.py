@@ -12,12 +12,11 @@ from pydantic_core.core_schema import ModelFieldsSchema, ModelSchema, NullableSc
 from .models import Case
 from .quantities import UNIT_NOTE
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
-
 
 def case_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12), for editors and for hints in messages."""
-    return {"$schema": DIALECT, "title": "fretsolve case", **model_schema(Case)}
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": dialect, "title": "fretsolve case", **model_schema(Case)}
 
 
 def model_schema(model: type[BaseModel]) -> dict[str, Any]:

@@ -19,9 +19,6 @@ from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
-COARSER = 2
-"""Cells of the run along a side of one cell of a coarse run."""
-
 LOOSER, LOOSEST = 10.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the cost, and shifts values by
 some 1e-6 of theirs, well below the differences of interest."""
@@ -80,7 +77,7 @@ class CoarseRun:
 
 def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
     """Return the problem on half of the points per side (rounded up), with `counts` increments per stage."""
-    nx, ny = (-(-points // COARSER) for points in setup.grid.shape)
+    nx, ny = (-(-points // 2) for points in setup.grid.shape)
     grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))

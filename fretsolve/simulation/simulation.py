@@ -28,9 +28,6 @@ from fretsolve.system.arrays import FloatArray
 FEWEST_CELLS = 8
 """Cells per side; with fewer, a contact reaches the edge because its cells are large."""
 
-WIDER = 1.5
-"""Factor on the size in the advice if shear or moments widen the contact."""
-
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
 
@@ -210,7 +207,7 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
         if min(setup.grid.shape) < FEWEST_CELLS:
             return "; the size would do with more points, which resolve the contact"
-        wider = tuple(WIDER * present for present in setup.grid.size)
+        wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
         advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"
         return f"; the size would hold the contact under the normal load alone: {advice}"
     return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"

@@ -16,8 +16,6 @@ from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 
-Cells = tuple[IndexArray, ...]
-
 
 def limit_to_contact(
     slip: FloatArray, before: Fields, solution: Solution, evidence: Evidence, grid: Grid, contact_modulus: float
@@ -61,7 +59,7 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
 
 
 def share_in_contact(
-    pressure: FloatArray, gap: FloatArray, cells: Cells, grid: Grid, contact_modulus: float
+    pressure: FloatArray, gap: FloatArray, cells: tuple[IndexArray, ...], grid: Grid, contact_modulus: float
 ) -> FloatArray:
     """Return the share of an increment in which `cells` touch, (n,): with `pressure` at one end, `gap` at the other."""
     row, column = cells

@@ -15,10 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    import h5py
+from typing import Any
 
 TEMPORARY_SUFFIX = ".tmp"
 
@@ -99,8 +96,8 @@ def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) 
 
 
 @contextmanager
-def new_hdf5(target: Path, folder: Path | None = None) -> Iterator[h5py.File]:
-    """Open a new HDF5 file as `new_file` does. Raises OSError."""
+def new_hdf5(target: Path, folder: Path | None = None) -> Iterator[Any]:
+    """Open a new `h5py.File` as `new_file` does. Raises OSError."""
     import h5py
 
     with new_file(target, folder) as raw:
