@@ -19,7 +19,7 @@ from .source import CaseSource, Override, parse, read_text
 
 File = TypeVar("File", bound=BaseModel)
 
-RENAMED = {("solver", "error_estimate"): "error_bars"}
+RENAMED: dict[KeyPath, str] = {("solver", "error_estimate"): "error_bars"}
 """Keys of earlier versions, which are still read, and their present names."""
 
 
@@ -106,8 +106,7 @@ def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
         return stage_key(data.get("load_path"), key[1]) + key[2:]
     if key[:2] == ("surface", 0) and isinstance(data.get("surface"), dict):
         return key[:1] + key[2:]
-    head: Any = key[:2]
-    return (key[0], RENAMED[head], *key[2:]) if head in RENAMED else key
+    return (key[0], RENAMED[key[:2]], *key[2:]) if key[:2] in RENAMED else key
 
 
 def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:

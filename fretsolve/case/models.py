@@ -118,7 +118,7 @@ class SolverSpec(CaseModel):
     )
 
     tolerance: Annotated[float, InUnits(NUMBER, above=1e-15, below=1)] = Field(
-        default=1e-6, description="bound on the residuals of the contact conditions", examples=[1e-6]
+        default=1e-6, description="largest residual of the contact conditions", examples=[1e-6]
     )
     precision: Literal["double", "single"] = Field(
         default="double",

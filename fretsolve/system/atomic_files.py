@@ -77,15 +77,12 @@ def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) 
     if folder is None:
         remove_stale(target)
     temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
-    file = WriteThroughFile(temporary)
     try:
-        try:
+        with WriteThroughFile(temporary) as file:
             yield file
             file.check()
             if durable:
                 os.fsync(file.fileno())
-        finally:
-            file.close()
         os.replace(temporary, target)
     except BaseException:
         with suppress(OSError):
