@@ -139,12 +139,10 @@ class _Reader:
 
 
 def _children(node: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str, Any]]:
-    if isinstance(part, str):
-        if part in node.get("properties", ()):
-            yield node["properties"][part]
-        elif isinstance(node.get("additionalProperties"), dict):
-            yield node["additionalProperties"]
-    elif part < len(node.get("prefixItems", ())):
-        yield node["prefixItems"][part]
-    elif "items" in node:
-        yield node["items"]
+    of_mapping = isinstance(part, str)
+    listed = node.get("properties", {}) if of_mapping else dict(enumerate(node.get("prefixItems", ())))
+    others = node.get("additionalProperties" if of_mapping else "items")
+    if part in listed:
+        yield listed[part]
+    elif isinstance(others, dict):
+        yield others

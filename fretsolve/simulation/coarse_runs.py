@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +30,7 @@ def values_of(summary: Summary) -> DoubleArray:
     return np.array([getattr(summary, name) for name in ESTIMATED])
 
 
-@dataclass(frozen=True)
-class PathPoint:
+class PathPoint(NamedTuple):
     """A point of the load path: the share `part` of the stage `stage` (0-based)."""
 
     stage: int

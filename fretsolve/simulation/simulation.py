@@ -25,9 +25,6 @@ from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import contact_area, stick_area
 from fretsolve.system.arrays import FloatArray
 
-FEWEST_CELLS = 8
-"""Cells per side; with fewer, a contact reaches the edge because its cells are large."""
-
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
 
@@ -205,7 +202,7 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
         return "; no size would do, since the height map ends too soon: a larger map is needed"
     if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
-        if min(setup.grid.shape) < FEWEST_CELLS:
+        if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
             return "; the size would do with more points, which resolve the contact"
         wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
         advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"

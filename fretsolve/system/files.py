@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from fretsolve.errors import CaseError, FileError
@@ -24,9 +25,8 @@ def reported(problem: str, file: Path | str, advice: str = "") -> Iterator[None]
         raise FileError(f"{problem}: {reason_of(error)}{advice}", file) from error
 
 
-def writing(file: Path | str) -> AbstractContextManager[None]:
-    """Turn an OSError in the block, which writes `file`, into a FileError."""
-    return reported("cannot be written", file)
+writing = partial(reported, "cannot be written")
+"""Turn an OSError in the block, which writes the file that is given, into a FileError."""
 
 
 def make_folder(folder: Path) -> None:
