@@ -69,7 +69,7 @@ def gross_slip_error(imposed: LoadControl, factor: float, capacity: float) -> Sl
         )
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < 2e-6:  # which six digits do not show
-        carried = "no more than just below it"
+        carried = "slightly less"
     return SlidingError(
         f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} (mu P ="
         f" {capacity:.6g} N); lower the load, raise P or the friction, or impose"

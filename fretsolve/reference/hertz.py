@@ -78,7 +78,8 @@ def hertz_elliptic(
 ) -> HertzContact:
     """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
 
-    angle: by which these axes are turned. In them it is solved as follows.
+    angle: from the x of the grid to that axis; it does not enter the solution.
+
     With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
     1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
     (E/k'^2 - K)/k^2 of Johnson. Their ratio gives k'. The approach is (p0 b/E*) K(k).

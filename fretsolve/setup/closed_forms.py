@@ -92,10 +92,7 @@ class ClosedForms:
         return tuple(None if _is_tilted(load) else find(*pressing(load)) for load in self.loads)
 
     def hertz_under(self, name: str, value: float) -> HertzContact | None:
-        """Return Hertz's contact of an upright sphere or ellipsoid under P, of a sphere also under delta_z.
-
-        None for other shapes or without contact.
-        """
+        """Return Hertz's contact, upright, under P or a sphere's under delta_z; None without one."""
         surface, angle = self._only_surface, 0.0
         if surface is not None and surface.kind == "sphere":
             Rx = Ry = surface.radius
@@ -105,9 +102,9 @@ class ClosedForms:
             return None
         if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
             return None
-        return (
-            _sphere(name, value, Rx, self._modulus) if Rx == Ry else hertz_elliptic(value, Rx, Ry, self._modulus, angle)
-        )
+        if Rx == Ry:
+            return _sphere(name, value, Rx, self._modulus)
+        return hertz_elliptic(value, Rx, Ry, self._modulus, angle)
 
     @cached_property
     def largest(self) -> HertzContact | None:
@@ -135,9 +132,10 @@ class ClosedForms:
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
             return friction * P, math.inf, None
-        known = friction > 0.0 and not self.model.coupled
-        slips = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential) if known else None
-        return friction * P, gross_slip_torque(hertz, friction), slips.delta_x if slips else None
+        delta_x = None
+        if friction and not self.model.coupled:
+            delta_x = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential).delta_x
+        return friction * P, gross_slip_torque(hertz, friction), delta_x
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.

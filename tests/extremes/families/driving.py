@@ -86,7 +86,7 @@ class Probe:
 SINGLE_TOLERANCE = 1e-5
 """The least that single precision certifies."""
 
-SINGLE_NAMED = "precision: single|in single precision|just below it"
+SINGLE_NAMED = "precision: single|in single precision|slightly less"
 """What an error says where double precision would have solved the case; the last next to sliding."""
 
 

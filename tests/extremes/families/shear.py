@@ -193,7 +193,7 @@ LUBKIN = Family(
 )
 
 
-def near_full_slip(share: float) -> Parts:
+def near_limit(share: float) -> Parts:
     """A torque next to the one at which everything slides on these cells."""
     return twisted(share, capacity((0.0, 0.0, 1.0)))
 
@@ -204,11 +204,11 @@ TORQUE_LIMIT = Family(
     "Lubkin's limit: certified below, exit 3 from there on",
     (
         *(
-            Probe(f"share 1 - {gap:g}", partial(near_full_slip, 1.0 - gap), lambda run: off(run.end.Mz, 7.094667), 1e-3)
+            Probe(f"share 1 - {gap:g}", partial(near_limit, 1.0 - gap), lambda run: off(run.end.Mz, 7.094667), 1e-3)
             for gap in (1e-4, 1e-6, 1e-8)
         ),
         *(
-            Probe(f"share {share!r}", partial(near_full_slip, share), refused=SlidingError, says="Mz = .*phi_z")
+            Probe(f"share {share!r}", partial(near_limit, share), refused=SlidingError, says="Mz = .*phi_z")
             for share in (1.0 - 1e-12, 1.0, 1.01, 2.0)
         ),
     ),

@@ -241,7 +241,7 @@ class TestNoFront:
         assert stick_area(*parts, grid_of(grid=SQUARE), MATERIAL, contact) == contact
 
     @pytest.mark.parametrize("friction", [0.0, FRICTION])
-    def test_full_slip(self, friction):
+    def test_gross_slip(self, friction):
         path = [{"P": LOAD}, {"delta_x": 0.01, "increments": 1}]
         start, state = solve(friction=friction, grid=SQUARE, load_path=path)
         assert stick_of(state, start, grid_of(grid=SQUARE)) == 0.0

@@ -31,7 +31,7 @@ def test_a_force_slides_at_the_friction_of_the_load():
     assert factor(qx=3.0, qy=-4.0) == pytest.approx(CARRIED / 5.0, rel=1e-3)
 
 
-def test_a_torque_slides_at_that_of_full_slip():
+def test_a_torque_slides_at_that_of_gross_slip():
     """(3 pi/16) mu P a for Hertz's pressure."""
     assert factor(mz=-1.0) == pytest.approx(3.0 * math.pi / 16.0 * CARRIED, rel=2e-3)
 
