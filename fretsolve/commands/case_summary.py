@@ -16,26 +16,22 @@ MOST_STAGES_SHOWN = 40
 
 def model_lines(model: Model) -> list[str]:
     """Return one line per part of the model: whether it is kept, and why."""
-    width = max(len(decision.part) for decision in model.decisions)
-    return [
-        f"{decision.part:{width}}  {'on ' if decision.kept else 'off'}  {decision.reason}"
-        for decision in model.decisions
-    ]
+    width = max(len(one.part) for one in model.decisions)
+    return [f"{one.part:{width}}  {'on ' if one.kept else 'off'}  {one.reason}" for one in model.decisions]
 
 
 def model_table(setup: ProblemSetup) -> Iterator[str]:
     """Yield the parts of the model as a table: share of memory and time, what each takes, and why it is kept."""
     shares = estimate(setup).shares
     memory, seconds = map(sum, zip(*shares.values(), strict=True))
-    width = max(len(decision.part) for decision in setup.model.decisions)
+    width = max(len(one.part) for one in setup.model.decisions)
     yield f"{'part':{width}}       {'memory':>6}  {'time':>5}  what and why"
-    for decision in setup.model.decisions:
-        cells, why = ("off", "", ""), decision.reason
-        if decision.kept:
-            own_memory, own_seconds = shares[decision.part]
-            cells = ("on", f"{own_memory / memory:.0%}", f"{own_seconds / seconds:.0%}")
-            why = f"{decision.takes}: {why}"
-        yield f"{decision.part:{width}}  {cells[0]:3}  {cells[1]:>6}  {cells[2]:>5}  {why}"
+    for one in setup.model.decisions:
+        if not one.kept:
+            yield f"{one.part:{width}}  off  {'':13}  {one.reason}"
+            continue
+        of_memory, of_time = shares[one.part][0] / memory, shares[one.part][1] / seconds
+        yield f"{one.part:{width}}  on   {of_memory:6.0%}  {of_time:5.0%}  {one.takes}: {one.reason}"
 
 
 def grid_line(setup: ProblemSetup) -> str:
@@ -53,14 +49,13 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
     """Return a line with the settings that the accuracy has picked; none without an accuracy."""
     if setup.case.solver.accuracy is None:
         return []
-    picked = ", ".join(setup.picked) or "nothing, as all is given"
+    picked = ", ".join(setup.picked) or "nothing: all settings are given"
     return [f"accuracy {percent(setup.case.solver.accuracy)} picks {picked}"]
 
 
 def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield one line per stage: its targets and its number of increments."""
-    stages = setup.case.stages()
-    path = setup.load_path
+    stages, path = setup.case.stages(), setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:
         targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded

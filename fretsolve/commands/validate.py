@@ -17,8 +17,6 @@ from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
 
-YAML_WIDTH = 110
-
 
 def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     """Print a report on each case, or its errors; return the exit code of the worst."""
@@ -60,7 +58,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
 def effective_yaml(setup: ProblemSetup) -> str:
     """Return the case with all defaults, as a case file."""
     case = setup.case.effective()
-    return yaml.safe_dump(case, sort_keys=False, default_flow_style=None, allow_unicode=True, width=YAML_WIDTH)
+    return yaml.safe_dump(case, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)
 
 
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:

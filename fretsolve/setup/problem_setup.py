@@ -9,15 +9,14 @@ from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
-from fretsolve.model.surface import map_border, separation
+from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.contact_size import automatic_size
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.arrays import DoubleArray
 
 SINGLE_RANGE = 1e28
-"""Largest compliance of a cell in single precision, and over 1 the smallest, in mm per MPa: the format ends at 1e-38
-and 3e38, which leaves ten digits of room."""
+"""Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +43,6 @@ class ProblemSetup:
         except CaseError as error:
             raise self.case.source.problem(error.message, error.key) from None
 
-    def map_border(self) -> BoolArray | None:
-        """Return the cells where a height map ends within the grid, ``(nx, ny)``; None without a map."""
-        return map_border(self.case.surface, self.grid.x, self.grid.y)
-
 
 def set_up(case: Case) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick what its accuracy asks for.
@@ -65,9 +60,9 @@ def set_up(case: Case) -> ProblemSetup:
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
     if case.solver.precision == "single" and not 1.0 / SINGLE_RANGE < compliance < SINGLE_RANGE:
-        message = (
+        raise case.source.problem(
             f"a cell yields by {compliance:.2g} mm under 1 MPa, which single precision (1e-38 to 3e38) cannot hold; use"
-            " precision: double, or lengths and moduli nearer to those of metals"
+            " precision: double, or lengths and moduli nearer to those of metals",
+            ("solver", "precision"),
         )
-        raise case.source.problem(message, ("solver", "precision"))
     return ProblemSetup(case, model, grid, load_path, closed_forms, picks(asked, case, points, load_path))

@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator
 from itertools import product
 
+import numpy as np
+
+from fretsolve.case.history import PAIRS
 from fretsolve.case.quantities import percent
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
@@ -73,17 +76,16 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         return
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
         most_force, most_torque, _ = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
-        force, torque = math.hypot(load.get("Qx", 0.0), load.get("Qy", 0.0)), abs(load.get("Mz", 0.0))
-        if 0.0 < force >= most_force:
-            name = max(("Qx", "Qy"), key=lambda name: abs(load.get(name, 0.0)))
-            motion, loads = f"delta_{name[1]}", f"{force:.6g} N is not below the {most_force:.6g} N (mu P)"
-        elif torque > most_torque:
-            name, motion = "Mz", "phi_z"
-            loads = f"{torque:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
+        Qx, Qy, Mz = (abs(load.get(name, 0.0)) for name in ("Qx", "Qy", "Mz"))
+        if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
+            name = "Qx" if Qx >= Qy else "Qy"
+            loads = f"{force:.6g} N is not below the {most_force:.6g} N (mu P)"
+        elif Mz > most_torque:
+            name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
         else:
             continue
-        place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
-        yield f"{place}: {loads} that friction carries: gross slip ends the run there; impose {motion} to follow it"
+        key, motion = (*stage.key, name) if name in dict(stage.targets) else stage.key, dict(PAIRS)[name]
+        yield f"{dotted(key)}: {loads} that friction carries: gross slip ends the run; impose {motion} to follow it"
         return
 
 
@@ -146,10 +148,9 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     if setup.case.grid.size is None:
         return
     grid, center = setup.grid, setup.case.surface[0].center
-    sides = zip(hertz.half_extent, center, grid.center, grid.size, (grid.dx, grid.dy), strict=True)
-    reach = [(abs(place - middle) + half, side, cell) for half, place, middle, side, cell in sides]
-    if any(extent > 0.5 * side - FREE_CELLS * cell for extent, side, cell in reach):
-        advised = ", ".join(f"{2.0 * MARGIN * extent:.3g} mm" for extent, _, _ in reach)
+    reach = np.abs(np.subtract(center, grid.center)) + hertz.half_extent
+    if (reach > 0.5 * np.array(grid.size) - FREE_CELLS * np.array([grid.dx, grid.dy])).any():
+        advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * MARGIN * reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
 
 

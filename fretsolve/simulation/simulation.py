@@ -17,7 +17,7 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import readying_seconds
 from fretsolve.model.load_path import Increment
-from fretsolve.model.surface import map_spans
+from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -44,7 +44,8 @@ def run(
     setup = case if isinstance(case, ProblemSetup) else set_up(case)
     load_wisdom()
     limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
-    separation, border, precision = setup.separation(), setup.map_border(), _precision(setup)
+    separation, precision = setup.separation(), _precision(setup)
+    border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     solver = IncrementSolver(setup.grid, separation, setup.model, *limits, threads, border, precision)
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     summaries, plans = list(history), measured_plans()
