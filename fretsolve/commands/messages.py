@@ -14,12 +14,10 @@ from typing import Any
 from fretsolve import __version__, kernels
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines, warn
 from fretsolve.commands.progress import json_line, key_value_line, progress_bar
-from fretsolve.errors import dotted
 from fretsolve.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.setup.accuracy import Verdict, verdict
-from fretsolve.setup.cost_estimate import disk_problem
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 
@@ -46,11 +44,8 @@ class QuietMessages:
         """Print what is about to be solved, and all warnings before the run."""
         if kernels.WHY_NOT:
             self.warn(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}")
-        for text in (*case_warnings(self.setup), *writer.notes):
+        for text in (*case_warnings(self.setup, None if self.resume else self.out), *writer.notes):
             self.warn(text)
-        too_large = None if self.resume else disk_problem(self.setup, self.out)
-        if too_large is not None:
-            self.warn(f"{dotted(too_large.key)}: {too_large.message}")
 
     @contextmanager
     def progress(self, done: int) -> Iterator[None]:

@@ -12,8 +12,8 @@ import yaml
 from fretsolve.case.loading import load_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines, warn
-from fretsolve.errors import CaseError, FileError, dotted
-from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes, rounded_time
+from fretsolve.errors import CaseError, FileError
+from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
 
@@ -29,8 +29,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             for line in report(setup):
                 print(line)
             print(flush=True)
-            too_large = filter(None, (memory_problem(setup), disk_problem(setup, path.with_suffix(".h5"))))
-            warn(setup, *case_warnings(setup), *(f"{dotted(error.key)}: {error.message}" for error in too_large))
+            warn(setup, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
             code = max(code, error.exit_code)

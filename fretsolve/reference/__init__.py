@@ -1,4 +1,4 @@
-"""Closed-form solutions as functions of numbers: the truth that the solvers are compared with.
+"""Closed-form solutions as functions of numbers: the reference of the solvers.
 
 In: loads in N and N mm, lengths in mm, moduli in MPa, compliances in 1/MPa, angles in rad. Out: frozen dataclasses with
 radii, displacements and traction profiles. `fretsolve.setup.closed_forms` finds the ones that hold for a case.

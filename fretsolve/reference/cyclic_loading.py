@@ -50,7 +50,7 @@ class CyclicLoading:
 
     @property
     def limit(self) -> float:
-        """The force that friction carries, or just below the torque that it does."""
+        """The force mu P, or a torque just below gross slip."""
         if self.direction is None:
             return gross_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
         return self.friction * self.hertz.load
@@ -93,7 +93,7 @@ class CyclicLoading:
         return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
 
     def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
-        """Return the solution on first loading, at most that of gross slip."""
+        """Return the solution on first loading by `load`, or by the limit beyond it."""
         solve = lubkin if self.direction is None else cattaneo_mindlin
         return solve(self.hertz, self.friction, max(-self.limit, min(self.limit, load)), self.compliance)
 
@@ -132,8 +132,8 @@ def cyclic_loading(
 def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> float:
     """Return the energy dissipated on a path of `loads` from 0.
 
-    per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of it, a later
-    branch half of that of a cycle of half its length, a closed loop all of it.
+    per_cycle: the energy of a full cycle between plus and minus a load. First loading takes a quarter of a cycle, a
+    later branch half a cycle of half its length, a closed loop a full cycle.
     """
     points, closed = turning_points(loads)
     lengths = [abs(after - before) for before, after in pairwise(points)]

@@ -30,12 +30,12 @@ class HertzContact:
 
     @property
     def is_circle(self) -> bool:
-        """Whether both semi-axes are equal."""
+        """True if both semi-axes are equal."""
         return self.semi_axes[0] == self.semi_axes[1]
 
     @property
     def contact_radius(self) -> float:
-        """Radius a of a circle, of an ellipse that of a circle of the same area."""
+        """Radius a of a circle, or of the circle with the area of an ellipse."""
         a, b = self.semi_axes
         return a if a == b else math.sqrt(a * b)
 

@@ -64,7 +64,7 @@ class CattaneoMindlin:
         return 0.9 * limit**2 / self.hertz.contact_radius * self.compliance * braces
 
     def shear(self, r: DoubleArray) -> DoubleArray:
-        """Return the shear at distances `r` from the centre: mu p minus that of a Hertz contact in the stick zone."""
+        """Return the shear traction at distances `r`: mu p minus mu times Hertz's pressure on the stick zone."""
         a, c = self.hertz.contact_radius, self.stick_radius
         pressure = self.hertz.pressure(r)
         if c > 0.0:
@@ -131,7 +131,7 @@ def gross_slip_torque(hertz: HertzContact, friction: float) -> float:
 
 
 def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compliance: float) -> LubkinContact:
-    """Return the contact under a torque of less than gross slip in magnitude, mu > 0; Lubkin (1951).
+    """Return the contact under a torque below gross slip, mu > 0; Lubkin (1951).
 
     The shear is a superposition g(b) r/sqrt(b^2 - r^2) of rigid rotations of circles with radii b from c to a
     (Johnson, 3.9). An Abel transform of mu p gives g = (2 mu p0/pi) E/b, E of the modulus sqrt(1 - b^2/a^2);

@@ -114,7 +114,7 @@ def settled(case: Case) -> Case:
 
 
 def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
-    """Return in words what the accuracy of the case `asked`, as it was read, has picked to make `case`."""
+    """Return in words the settings of `case` that its accuracy has picked. asked: the case as it was read."""
     if asked.solver.accuracy is None:
         return ()
     stages, given = zip(asked.stages(), load_path.counts, strict=True), asked.solver.model_fields_set
@@ -131,7 +131,7 @@ def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath)
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a run has met its accuracy, by its error bars.
+    """The judgement of a run's error bars by its accuracy.
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is.
     """
@@ -143,7 +143,7 @@ class Verdict:
 
     @property
     def met(self) -> bool:
-        """Whether all bars are known and within the accuracy."""
+        """True if all bars are known and within the accuracy."""
         return self.worst <= self.accuracy
 
     def __str__(self) -> str:

@@ -38,7 +38,7 @@ Load = Mapping[str, float]
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The value of a column of the history at the end of a stage (from 0), and whose solution gives it."""
+    """The exact value of a column of the history at the end of a stage (from 0); source: authors of the solution."""
 
     quantity: str
     stage: int
@@ -47,14 +47,14 @@ class ClosedForm:
 
 
 def pressing(load: Load) -> tuple[str, float]:
-    """Return the name and the value of what presses the bodies together: P, or else delta_z."""
+    """Return name and value of the imposed normal load: P, or else delta_z."""
     return ("P", load["P"]) if "P" in load else ("delta_z", load["delta_z"])
 
 
 def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | RoundContact | None:
     """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or delta_z; modulus: E* (MPa).
 
-    A surface counts as a sphere, as curved as it is along x. None without contact, and for punches and height maps.
+    Any curved surface counts as the sphere with its curvature along x. None without contact, for punches and maps.
     """
     if surface.kind == "punch" or surface.kind == "heights" or value <= 0.0:
         return None
@@ -78,7 +78,7 @@ def spence_ratio(model: Model) -> float:
 class ClosedForms:
     """The closed forms of a case along its load path. Stages are counted from 0.
 
-    loads: what is imposed at the end of each stage.
+    loads: the imposed load components at the end of each stage.
     """
 
     case: Case
@@ -159,7 +159,7 @@ class ClosedForms:
         """Return Cattaneo and Mindlin's or Lubkin's solution for a sphere after `stage`; None where there is none.
 
         There is none where shear acts on the pressure, or where a tangential motion is imposed. center: of the contact
-        (mm), by default that of the sphere.
+        (mm), by default the sphere's own.
         """
         loads, circle = self.loads[: stage + 1], self.hertz[stage]
         if circle is None or not circle.is_circle or any(map(_is_tilted, loads)):
@@ -203,7 +203,7 @@ class ClosedForms:
 
     @property
     def why_not_mindlin(self) -> str:
-        """Why Cattaneo and Mindlin are not exact, where Poisson's ratio is the only reason; else empty."""
+        """The reason why Cattaneo and Mindlin are not exact where it is Poisson's ratio alone; else empty."""
         directions_interact = self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
         if not directions_interact or not {"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved):
             return ""

@@ -1,4 +1,4 @@
-"""Estimate memory and time of a case before it is run, from what such cases took.
+"""Estimate memory and time of a case before it is run, from measurements on such cases.
 
 The constants were measured on single-thread runs of a sphere under normal and tangential load, on grids of 256 x 256
 to 2048 x 2048 points that the contact fills (`python benchmarks/scenes.py`). Memory is right within a fifth there, and
@@ -53,13 +53,13 @@ LARGE_CELLS, GROWTH = 2**20, 0.2
 and more iterations are needed."""
 
 CROSS_SHARE = 0.45
-"""Time of ux from qy and uy from qx over that of the tangential problem."""
+"""Time of ux from qy and uy from qx over the time of the tangential problem."""
 
 CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
 """Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
 
 COARSE_RUNS = 0.25
-"""Cost of the coarse runs for error bars over that of the run itself; up to two, with a quarter of its cells each."""
+"""Cost of the coarse runs for error bars over the run's own; up to two, with a quarter of its cells each."""
 
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields, before compression; 8 for all others."""
@@ -71,7 +71,7 @@ several times as wide as the contact."""
 
 @dataclass(frozen=True)
 class Estimate:
-    """What running a case with one thread takes: memory and file in bytes, applications of the elastic operator, time.
+    """Cost of a run on one thread: memory and file in bytes, applications of the elastic operator, time in seconds.
 
     shares: bytes that grow with the grid and seconds, of each part of the model that is kept, without coarse runs;
     saved: bytes of memory that single precision saves, 0 in double.
@@ -86,7 +86,7 @@ class Estimate:
 
 
 def estimate(setup: ProblemSetup) -> Estimate:
-    """Estimate what running the case with one thread takes."""
+    """Estimate the cost of running the case on one thread."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
     compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
     coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
@@ -178,7 +178,7 @@ def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseE
 
 
 def free_bytes(out: Path) -> int | None:
-    """Return what a file `out` may take, in place of what is there; None where that is unknown."""
+    """Return the bytes free for a file `out` that replaces an earlier one; None where that is unknown."""
     try:
         return shutil.disk_usage(out.parent).free + (out.stat().st_size if out.is_file() else 0)
     except OSError:

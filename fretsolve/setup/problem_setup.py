@@ -45,7 +45,7 @@ class ProblemSetup:
 
 
 def set_up(case: Case) -> ProblemSetup:
-    """Derive the model, the load path and the grid of `case`, and pick what its accuracy asks for.
+    """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
     Raises CaseError or FileError where a surface cannot be read, no size holds the contact, or influence coefficients
     leave the range of single precision.

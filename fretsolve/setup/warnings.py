@@ -1,10 +1,11 @@
-"""Warn of what makes the numbers of a case doubtful: theory, resolution, loads and settings."""
+"""Warn of doubtful cases: by their theory, resolution, loads and settings."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import MARGIN, concave_sphere
+from fretsolve.setup.cost_estimate import disk_problem, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
@@ -33,15 +35,18 @@ LOOSEST = 1e-3
 """Tolerance beyond which residuals show in the digits that people read."""
 
 
-def case_warnings(setup: ProblemSetup) -> list[str]:
-    """Return one sentence per warning, each beginning with the key of the case file that it is about."""
+def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
+    """Return one sentence per warning, each beginning with the key of the case file that it is about.
+
+    out: the result to come, which may be too large for its disk.
+    """
     groups = _about_shapes, _about_friction, _about_sliding, _about_resolution, _about_solver, _about_hertz
-    return list(dict.fromkeys([*setup.model.warnings, *(text for group in groups for text in group(setup))]))
+    texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
+    errors = concave_sphere(setup.case), memory_problem(setup), disk_problem(setup, out) if out is not None else None
+    return list(dict.fromkeys([*texts, *(f"{dotted(error.key)}: {error.message}" for error in errors if error)]))
 
 
 def _about_shapes(setup: ProblemSetup) -> Iterator[str]:
-    if (concave := concave_sphere(setup.case)) is not None:
-        yield f"{dotted(concave.key)}: {concave.message}"
     for place, surface in enumerate(setup.case.surface):
         if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
             key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
