@@ -26,9 +26,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             setup = set_up(load_case(path, overrides))
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
-            for line in report(setup):
-                print(line)
-            print(flush=True)
+            print(*report(setup), "", sep="\n", flush=True)
             warn(setup, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)

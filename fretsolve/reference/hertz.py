@@ -68,9 +68,10 @@ def hertz_sphere(load: float, radius: float, contact_modulus: float) -> HertzCon
 
 
 def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> HertzContact:
-    """Return a sphere's contact at `delta_z` > 0, where P = (4/3) E* R^(1/2) delta_z^(3/2)."""
+    """Return a sphere's contact at `delta_z` > 0: a^2 = R delta_z, P = (4/3) E* a delta_z, p0 = 2 E* a/pi R."""
     _require(min(delta_z, radius, contact_modulus) > 0.0, "approach, radius and modulus must be positive")
-    return hertz_sphere(4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3), radius, contact_modulus)
+    a, load = math.sqrt(radius * delta_z), 4.0 / 3.0 * contact_modulus * math.sqrt(radius * delta_z**3)
+    return HertzContact(load, (a, a), 2.0 * contact_modulus * a / (math.pi * radius), delta_z, (radius, radius))
 
 
 def hertz_elliptic(
@@ -158,16 +159,21 @@ def love_cone(load: float, angle: float, contact_modulus: float) -> ConeContact:
     Love (1939), with t = tan(angle): P = (pi/2) a^2 E* t, delta_z = (pi/2) a t.
     """
     _require(load > 0.0 and contact_modulus > 0.0, "load and modulus must be positive")
-    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
-    slope = math.tan(angle)
+    slope = _slope(angle)
     a = math.sqrt(2.0 * load / (math.pi * contact_modulus * slope))
     return ConeContact(load, a, 0.5 * math.pi * a * slope)
 
 
 def love_cone_at(delta_z: float, angle: float, contact_modulus: float) -> ConeContact:
-    """Return the contact of that cone at `delta_z` > 0, where P = (2 E*/pi t) delta_z^2."""
-    _require(min(delta_z, angle) > 0.0, "approach and angle must be positive")
-    return love_cone(2.0 * contact_modulus * delta_z**2 / (math.pi * math.tan(angle)), angle, contact_modulus)
+    """Return the contact of the cone of `love_cone` at the approach `delta_z` > 0."""
+    _require(delta_z > 0.0 and contact_modulus > 0.0, "approach and modulus must be positive")
+    a = 2.0 * delta_z / (math.pi * _slope(angle))
+    return ConeContact(0.5 * math.pi * a**2 * contact_modulus * _slope(angle), a, delta_z)
+
+
+def _slope(angle: float) -> float:
+    _require(0.0 < angle < math.pi / 2, "the angle must lie between 0 and pi/2")
+    return math.tan(angle)
 
 
 def _require(condition: bool, message: str) -> None:
