@@ -74,12 +74,8 @@ def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> He
     return HertzContact(load, (a, a), 2.0 * contact_modulus * a / (math.pi * radius), delta_z, (radius, radius))
 
 
-def hertz_elliptic(
-    load: float, radius_x: float, radius_y: float, contact_modulus: float, angle: float = 0.0
-) -> HertzContact:
+def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> HertzContact:
     """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
-
-    angle: from the x of the grid to that axis; it does not enter the solution.
 
     With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
     1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
@@ -104,7 +100,7 @@ def hertz_elliptic(
     p0 = 1.5 * load / (math.pi * a * b)
     delta_z = p0 * b / contact_modulus * ellipkm1(ratio**2)
     semi_axes = (a, b) if radius_x >= radius_y else (b, a)
-    return HertzContact(load, semi_axes, p0, float(delta_z), (radius_x, radius_y), angle)
+    return HertzContact(load, semi_axes, p0, float(delta_z), (radius_x, radius_y))
 
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:

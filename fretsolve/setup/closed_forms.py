@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
 import numpy as np
@@ -104,7 +104,7 @@ class ClosedForms:
             return None
         if Rx == Ry:
             return _sphere(name, value, Rx, self._modulus)
-        return hertz_elliptic(value, Rx, Ry, self._modulus, angle)
+        return replace(hertz_elliptic(value, Rx, Ry, self._modulus), angle=angle)
 
     @cached_property
     def largest(self) -> HertzContact | None:

@@ -65,11 +65,7 @@ def concave_sphere(case: Case) -> CaseError | None:
 
 
 def contact_size(
-    surfaces: Sequence[Surface],
-    compliances: Compliances,
-    loads: Sequence[LoadControl],
-    center: Size = (0.0, 0.0),
-    first: float = 1.0,
+    surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[LoadControl], center: Size, first: float
 ) -> Size:
     """Search for the sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`.
 
@@ -81,10 +77,8 @@ def contact_size(
         if not load.forced[0] or load.values[0] > 0.0:
             extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first))
     if not extent.any():
-        raise CaseError(
-            "auto finds no contact anywhere on the load path; give the size of the potential contact area",
-            ("grid", "size"),
-        )
+        message = "auto finds no contact anywhere on the load path; give the size of the potential contact area"
+        raise CaseError(message, ("grid", "size"))
     extent[extent == 0.0] = extent.max()
     return MARGIN * float(extent[0]), MARGIN * float(extent[1])
 
@@ -117,8 +111,8 @@ def _extent(
             continue
         if not contact.any():
             return np.zeros(2)
-        reach_x = float(np.abs(grid.x - center[0])[contact.any(axis=1)].max()) + 0.5 * grid.dx
-        reach_y = float(np.abs(grid.y - center[1])[contact.any(axis=0)].max()) + 0.5 * grid.dy
+        reach_x = np.abs(grid.x - center[0])[contact.any(axis=1)].max() + 0.5 * grid.dx
+        reach_y = np.abs(grid.y - center[1])[contact.any(axis=0)].max() + 0.5 * grid.dy
         extent = 2.0 * np.array([reach_x, reach_y])
         filled = extent / size
         if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
@@ -126,11 +120,9 @@ def _extent(
         size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
         if size.max() > MOST_SLENDER * size.min():
             break
-    raise refused or CaseError(
-        f"auto finds no size that holds the contact (tried up to {size.max():.3g} mm); give a size, or a surface"
-        " that ends",
-        ("grid", "size"),
-    )
+    tried = f"tried up to {size.max():.3g} mm"
+    message = f"auto finds no size that holds the contact ({tried}); give a size, or a surface that ends"
+    raise refused or CaseError(message, ("grid", "size"))
 
 
 def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid: Grid) -> BoolArray | None:
