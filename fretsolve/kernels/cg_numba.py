@@ -109,25 +109,12 @@ def advance(solution, residual, direction, image, constraints, moments, length):
                 moment = image.dtype.type(length * moments[m])
                 for j in range(ny):
                     residual[part, i, j] += moment * constraints[m, part, i, j]
-        _keep_larger_squares(residual, i, squares)
+        for j in range(ny):
+            squared = residual[0, i, j] * residual[0, i, j]
+            if components == 2:
+                squared += residual[1, i, j] * residual[1, i, j]
+            squares[j] = larger(squared, squares[j])
     return math.sqrt(largest_of(squares))
-
-
-@kernel
-def restrict(field, normal, zone):
-    components, nx, ny = field.shape
-    zero = field.dtype.type(0.0)
-    for i in range(nx):
-        if components == 1:
-            for j in range(ny):
-                field[0, i, j] = field[0, i, j] if zone[i, j] else zero
-        else:
-            for j in range(ny):
-                n_x, n_y = normal[0, i, j], normal[1, i, j]
-                along = field[0, i, j] * n_x + field[1, i, j] * n_y
-                inside = zone[i, j]
-                field[0, i, j] = field[0, i, j] - n_x * along if inside else zero
-                field[1, i, j] = field[1, i, j] - n_y * along if inside else zero
 
 
 @kernel
@@ -141,20 +128,6 @@ def weigh_moments(field, weight, constraints, moments):
                 for j in range(ny):
                     in_row += constraints[m, part, i, j] * weight[i, j] * field[part, i, j]
                 moments[m] += in_row
-
-
-@kernel
-def remove(field, constraints, moments):
-    components, nx, ny = field.shape
-    squares = np.zeros(ny, field.dtype)
-    for i in range(nx):
-        for part in range(components):
-            for m in range(len(moments)):
-                moment = field.dtype.type(moments[m])
-                for j in range(ny):
-                    field[part, i, j] -= moment * constraints[m, part, i, j]
-        _keep_larger_squares(field, i, squares)
-    return math.sqrt(largest_of(squares))
 
 
 @kernel
@@ -175,15 +148,3 @@ def largest_part(field):
             for j in range(ny):
                 sizes[j] = larger(abs(field[part, i, j]), sizes[j])
     return float(largest_of(sizes))
-
-
-@kernel
-def _keep_larger_squares(field, i, squares):
-    """Raise `squares` to the squared lengths of the vectors in row `i` where these are larger."""
-    if len(field) == 1:
-        for j in range(len(squares)):
-            squares[j] = larger(field[0, i, j] * field[0, i, j], squares[j])
-    else:
-        for j in range(len(squares)):
-            squared = field[0, i, j] * field[0, i, j] + field[1, i, j] * field[1, i, j]
-            squares[j] = larger(squared, squares[j])

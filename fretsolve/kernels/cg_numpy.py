@@ -76,7 +76,7 @@ def finish_image(
 ) -> float:
     """Compute ``image = T (image + S direction)`` in the zone, 0 outside, and ``moments = c' W image`` (CG4).
 
-    Return the product of the image with `direction`.
+    Return the product of the image with `direction`. If that is 0, the image is T image.
     """
     product = 0.0
     moments[:] = 0.0
@@ -117,14 +117,6 @@ def advance(
     return math.sqrt(largest)
 
 
-def restrict(field: FloatArray, normal: FloatArray, zone: BoolArray) -> None:
-    """Compute ``field = T field`` in the zone, 0 outside (CG1)."""
-    for rows in _blocks(zone):
-        if len(field) == 2:
-            _take_tangential(field[:, rows], normal[:, rows])
-        np.copyto(field[:, rows], 0.0, where=~zone[rows])
-
-
 def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
     """Compute ``moments = c' W field`` (T9)."""
     moments[:] = 0.0
@@ -132,17 +124,6 @@ def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray
         weighted = weight[rows] * field[:, rows]
         for index, constraint in enumerate(constraints):
             moments[index] += _product(constraint[:, rows], weighted)
-
-
-def remove(field: FloatArray, constraints: FloatArray, moments: FloatArray) -> float:
-    """Compute ``field -= c moments`` (T9). Return its largest length in a cell."""
-    largest = 0.0
-    for rows in _blocks(field[0]):
-        block = field[:, rows]
-        for constraint, moment in zip(constraints, moments, strict=True):
-            block -= float(moment) * constraint[:, rows]
-        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
-    return math.sqrt(largest)
 
 
 def add(field: FloatArray, change: FloatArray, factor: float) -> None:

@@ -57,13 +57,13 @@ class ProjectedCG:
             self._motions = np.zeros((len(modes), *self.solution.shape), self.solution.dtype)
         self._constraints = self._motions[: len(modes)]
         self._moments = np.zeros(len(modes))
-        for mode, constraint in zip(modes, self._constraints, strict=True):
+        self._direction[:] = 0.0
+        gram: DoubleArray = np.zeros((len(modes), len(modes)))  # it is symmetric, so its lower half will do
+        for row, (mode, constraint) in enumerate(zip(modes, self._constraints, strict=True)):
             motion(mode, constraint)
             constraint /= float(np.abs(constraint).max()) or 1.0
-            cg.restrict(constraint, self.normal, self.zone)
-        gram: DoubleArray = np.zeros((len(modes), len(modes)))
-        for row, constraint in zip(gram, self._constraints, strict=True):
-            cg.weigh_moments(constraint, self.weight, self._constraints, row)
+            self._restrict(constraint)
+            cg.weigh_moments(constraint, self.weight, self._constraints[: row + 1], gram[row, : row + 1])
         if len(modes) == 1:
             self._inverse_gram = np.divide(1.0, gram, out=np.zeros_like(gram), where=gram > 0.0)
         elif modes:
@@ -78,12 +78,12 @@ class ProjectedCG:
         x, r, d, z = self.solution, self.residual, self._direction, self._image
         n, zone, weight, c, moments = self.normal, self.zone, self.weight, self._constraints, self._moments
         w = z
-        # CG1: r = T r - c m with c' W r = 0, x = d = 0
+        # CG1: x = d = 0, r = T r - c m with c' W r = 0; as d = 0, the kernel of CG5 takes c m away alone
         x[:] = 0.0
         d[:] = 0.0
-        cg.restrict(r, n, zone)
+        self._restrict(r)
         cg.weigh_moments(r, weight, c, moments)
-        first = cg.remove(r, c, self._amplitudes())
+        first = cg.advance(x, r, d, d, c, -self._amplitudes(), 1.0)
         if first < NOTHING_LEFT * float(np.finfo(x.dtype).eps):
             return 1
         target, rho_before, iteration = max(reduction * first, floor), 1.0, 0
@@ -107,6 +107,11 @@ class ProjectedCG:
             if cg.advance(x, r, d, w, c, self._amplitudes(), rho / kappa) <= target:
                 break
         return max(iteration, 1)
+
+    def _restrict(self, field: FloatArray) -> None:
+        """Compute T field in the zone, 0 outside, in place. As d is 0, the kernel of CG4 does that."""
+        none = self._motions[:0], np.zeros(0)
+        cg.finish_image(field, self._direction, self.stiffness, self.normal, self.zone, self.weight, *none)
 
     def _amplitudes(self) -> DoubleArray:
         """Return the amplitudes m of the constraints' motions from the moments found last."""
