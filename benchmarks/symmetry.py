@@ -21,8 +21,8 @@ import numpy as np
 import pyfftw
 from marked import parser_of, report
 
+from fretsolve.elastic.fftw import padded_length
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.transform_length import padded_length
 from fretsolve.model.materials import compliances
 from fretsolve.model.required_terms import Terms
 

@@ -1,4 +1,4 @@
-"""Measure how long FFTW takes for lines of different lengths, for `fretsolve.elastic.transform_length.TIME_BY_TWOS`.
+"""Measure how long FFTW takes for lines of different lengths, for `fretsolve.elastic.fftw.TIME_BY_TWOS`.
 
     python benchmarks/transform_lengths.py            # lengths of 64 to 1024, about a minute
     python benchmarks/transform_lengths.py 64 400
@@ -20,7 +20,7 @@ import pyfftw
 from scipy.fft import next_fast_len
 
 from fretsolve.elastic.convolution import CACHE_BYTES
-from fretsolve.elastic.transform_length import TIME_BY_TWOS
+from fretsolve.elastic.fftw import TIME_BY_TWOS
 
 REPETITIONS = 30
 

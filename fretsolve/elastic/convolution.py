@@ -25,9 +25,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fretsolve.elastic.fftw import plan, planner_effort, pyfftw
+from fretsolve.elastic.fftw import padded_length, plan, planner_effort, pyfftw
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.elastic.transform_length import padded_length
 from fretsolve.kernels import spectral
 from fretsolve.system.arrays import ComplexArray, FloatArray
 

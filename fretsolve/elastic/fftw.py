@@ -1,4 +1,4 @@
-"""pyFFTW, and FFTW's wisdom: the measurements of its planner on this machine, kept in the user's cache folder.
+"""pyFFTW, fast lengths, and FFTW's wisdom: the measurements of its planner, kept in the user's cache folder.
 
 pyFFTW is imported without the packages that only its wrappers need. SciPy's transforms would take 0.1 s of every
 process; Dask, if installed (the extra `scale`), 0.6 s and 90 MB. Both count as absent while pyFFTW is imported.
@@ -7,8 +7,10 @@ process; Dask, if installed (the extra `scale`), 0.6 s and 90 MB. Both count as 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +19,37 @@ from fretsolve.system import atomic_files
 _hidden = [name for name in ("dask", "scipy.fftpack") if name not in sys.modules]
 sys.modules.update(dict.fromkeys(_hidden))  # type: ignore[arg-type]
 try:
-    import pyfftw
+    import pyfftw as pyfftw  # for other modules
 finally:
     for _name in _hidden:
         del sys.modules[_name]
 
-__all__ = ["load_wisdom", "measured_plans", "plan", "planner_effort", "pyfftw", "save_wisdom", "wisdom_file"]
-
 MEASURED_POINTS = 300 * 300
 """Largest padded grid that is planned by estimate: measuring would take 0.4 s and gain a tenth."""
+
+TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
+"""Time per point of a transform whose length holds the factor 2 that many times, over that of lengths with a factor of
+16, which suit vector instructions best. Measured by `benchmarks/transform_lengths.py`."""
+
+
+def padded_length(points: int) -> int:
+    """Return a fast even length of at least ``2 points - 1``, to which `points` cells are padded; 1 for one cell."""
+    return 1 if points == 1 else fast_length(2 * points - 1, even=True)
+
+
+def fast_length(least: int, even: bool = False) -> int:
+    """Return the length >= `least` on which square fields are transformed fastest: a product of 2, 3 and 5."""
+    best, least_time = least, math.inf
+    for length in count(least):
+        if length * length >= least_time:
+            break
+        if pow(30, length.bit_length(), length):  # it does not divide a power of 30, so it has another prime factor
+            continue
+        twos = min((length & -length).bit_length(), len(TIME_BY_TWOS)) - 1
+        time = TIME_BY_TWOS[twos] * length * length
+        if time < least_time and (twos or not even):
+            best, least_time = length, time
+    return best
 
 
 def planner_effort(padded: tuple[int, int]) -> str:

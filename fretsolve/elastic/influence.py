@@ -51,13 +51,9 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
             # On a square grid x and y may change places.
             self[name] = KernelSpectrum(np.ascontiguousarray(self["xx"].values.T), odd_x=False)
         else:
-            self[name] = self._compute(name)
+            values = influence_coefficients(name, shape, spacing, self._compliances)
+            self[name] = self._convolution.kernel_spectrum(values, name in ("xy", "xz"), name in ("xy", "yz"))
         return self[name]
-
-    def _compute(self, name: Influence) -> KernelSpectrum:
-        coefficients = influence_coefficients(name, self._convolution.shape, self._spacing, self._compliances)
-        odd_x, odd_y = name in ("xy", "xz"), name in ("xy", "yz")
-        return self._convolution.kernel_spectrum(coefficients, odd_x, odd_y)
 
 
 class ScaledSpectra(dict[Influence, KernelSpectrum]):
@@ -76,22 +72,21 @@ def influence_coefficients(
     name: Influence, shape: tuple[int, int], spacing: tuple[float, float], compliances: Compliances
 ) -> DoubleArray:
     """Return an influence (mm/MPa) at the offsets 0..nx-1, 0..ny-1 in cells of `spacing` (mm), ``(nx, ny)``."""
-    dx, dy = spacing
-    x, y = np.arange(shape[0], dtype=np.float64) * dx, np.arange(shape[1], dtype=np.float64) * dy
-
-    def term(integral: Integral, factor: float) -> DoubleArray:
-        values = integral(x, y, dx, dy)
-        values *= factor
-        return values
-
-    if name in ("zz", "xx", "yy"):
-        values = term(inverse_distance, compliances.A / (2 * math.pi))
-        if name != "zz" and compliances.B:
-            values += term(along_x if name == "xx" else along_y, compliances.B / (2 * math.pi))
-        return values
-    if name == "xy":
-        return term(across, compliances.B / (2 * math.pi))
-    return term(radial_x if name == "xz" else radial_y, compliances.C / (4 * math.pi))
+    x, y = (np.arange(count, dtype=np.float64) * side for count, side in zip(shape, spacing, strict=True))
+    a, b, c = compliances.A / (2 * math.pi), compliances.B / (2 * math.pi), compliances.C / (4 * math.pi)
+    terms: dict[Influence, tuple[tuple[float, Integral], ...]] = {
+        "zz": ((a, inverse_distance),),
+        "xx": ((a, inverse_distance), (b, along_x)),
+        "yy": ((a, inverse_distance), (b, along_y)),
+        "xy": ((b, across),),
+        "xz": ((c, radial_x),),
+        "yz": ((c, radial_y),),
+    }
+    total = np.zeros(shape)
+    for factor, integral in terms[name]:
+        if factor:
+            total += factor * integral(x, y, *spacing)
+    return total
 
 
 def inverse_distance(x: DoubleArray, y: DoubleArray, dx: float, dy: float) -> DoubleArray:

@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.fftw import fast_length
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.elastic.transform_length import fast_length
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray

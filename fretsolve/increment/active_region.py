@@ -12,7 +12,7 @@ from types import EllipsisType
 
 import numpy as np
 
-from fretsolve.elastic.transform_length import padded_length
+from fretsolve.elastic.fftw import padded_length
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray
 

@@ -2,7 +2,7 @@
 
 They are compiled by numba where it is installed (extra `fast`), and run in NumPy elsewhere or with `FRETSOLVE_NUMBA=0`
 in the environment. Compiled, each array is read and written once. Both forms give the same results up to the order of
-sums. Example: ``fretsolve.kernels.cg.largest_part(field)``.
+sums. Example: ``fretsolve.kernels.cg.add(pressure, correction, factor)``.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ WHY_NOT = ""
 
 
 def compile_seconds() -> float:
-    """Return the wall-clock time (s) of compiling the kernels in this process."""
+    """Return the wall-clock time (s) of compiling the kernels in this process; 0 if all of them were on disk."""
     return 0.0
 
 
 readying_seconds = compile_seconds
-"""The same including reading them from disk, which is not part of the time of an increment."""
+"""The same with the time of reading them from disk. It is no part of the time of an increment."""
 
 
 if not TYPE_CHECKING and compiler_wanted():

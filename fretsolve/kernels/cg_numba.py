@@ -137,14 +137,3 @@ def add(field, change, factor):
         for i in range(nx):
             for j in range(ny):
                 field[part, i, j] += factor * change[part, i, j]
-
-
-@kernel
-def largest_part(field):
-    components, nx, ny = field.shape
-    sizes = np.zeros(ny, field.dtype)
-    for part in range(components):
-        for i in range(nx):
-            for j in range(ny):
-                sizes[j] = larger(abs(field[part, i, j]), sizes[j])
-    return float(largest_of(sizes))

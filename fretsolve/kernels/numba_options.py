@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numba
 from numba.core import event
 
 
-def _clock(name: str) -> Any:
-    """Return a sum of the time that the compiler takes for one kind of event in this process."""
+def _clock(name: str) -> Callable[[], float]:
+    """Return a function that returns the wall-clock time (s) of one kind of the compiler's events in this process."""
     listener = event.TimingListener()  # type: ignore[no-untyped-call]
     event.register(name, listener)  # type: ignore[no-untyped-call]
-    return listener
+    return lambda: float(listener.duration) if listener.done else 0.0
 
 
-_COMPILING = _clock("numba:compile")
-_READYING = _clock("numba:compiler_lock")
-
-
-def compile_seconds() -> float:
-    """Return the wall-clock time (s) of compiling in this process; 0 if all kernels were on disk."""
-    return float(_COMPILING.duration) if _COMPILING.done else 0.0
-
-
-def readying_seconds() -> float:
-    """Return the wall-clock time (s) of compiling kernels or reading them from disk in this process."""
-    return float(_READYING.duration) if _READYING.done else 0.0
+compile_seconds = _clock("numba:compile")
+readying_seconds = _clock("numba:compiler_lock")
 
 
 def kernel(function: Any) -> Any:

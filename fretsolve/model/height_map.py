@@ -34,9 +34,6 @@ TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 SNAP = 1e-6
 """Slack for rounding, in spacings, at the border of the map and at the reach of a hole."""
 
-CHUNK_POINTS = 1 << 18
-"""Points interpolated at a time; it bounds the memory of coordinates and results."""
-
 
 def height_map_separation(source: HeightsSurface, x: DoubleArray, y: DoubleArray, key: KeyPath) -> DoubleArray:
     """Return the separation (nx, ny) in mm at ascending `x` (nx,), `y` (ny,) in mm from the map's centre.
@@ -70,18 +67,13 @@ class HeightMap:
         """Return the separation (nx, ny) at ascending `x` (nx,), `y` (ny,) in mm, +inf off the map and around holes."""
         from scipy.ndimage import map_coordinates
 
-        result = np.full((x.size, y.size), np.inf)
         (u, rows), (v, columns) = self._coordinates(x, 0), self._coordinates(y, 1)
-        holes = ~np.isfinite(self.values)
-        filled = np.where(holes, 0.0, self.values)
-        hole_share = holes.astype(np.float64) if holes.any() else None
-        cells = u.size * v.size
-        for chunk in np.array_split(np.arange(u.size), 1 + cells // CHUNK_POINTS) if cells else ():
-            points = np.stack(np.broadcast_arrays(u[chunk, None], v[None, :]))
-            heights = map_coordinates(filled, points, order=1, mode="nearest")
-            if hole_share is not None:
-                heights[map_coordinates(hole_share, points, order=1, mode="nearest") > SNAP] = np.inf
-            result[rows, columns][chunk] = heights
+        points, holes = np.array(np.meshgrid(u, v, indexing="ij")), ~np.isfinite(self.values)
+        heights = map_coordinates(np.where(holes, 0.0, self.values), points, order=1, mode="nearest")
+        if holes.any():
+            heights[map_coordinates(holes.astype(np.float64), points, order=1, mode="nearest") > SNAP] = np.inf
+        result = np.full((x.size, y.size), np.inf)
+        result[rows, columns] = heights
         return result
 
     def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
@@ -186,9 +178,9 @@ def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     import h5py
 
     with h5py.File(file, "r") as stored:
-        nodes: list[tuple[str, Any]] = []
-        stored.visititems(lambda *node: nodes.append(node))
-        datasets = {name: node for name, node in nodes if isinstance(node, h5py.Dataset)}
+        nodes: dict[str, Any] = {}
+        stored.visititems(lambda name, node: nodes.update({name: node}))
+        datasets = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
         node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
         separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
         spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))

@@ -6,7 +6,7 @@ from scipy.signal import convolve2d
 
 from fretsolve.elastic import convolution
 from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.transform_length import padded_length
+from fretsolve.elastic.fftw import padded_length
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]

@@ -69,16 +69,6 @@ class TestSampling:
         touched = np.abs(finer) < 1.0
         np.testing.assert_array_equal(np.isinf(height_map.sample(finer, finer)), touched[:, None] & touched)
 
-    def test_more_points_than_a_chunk(self, monkeypatch):
-        rng = np.random.default_rng(2)
-        values = rng.normal(size=(30, 20))
-        values[3, 4] = np.nan
-        height_map = HeightMap(values, (0.1, 0.1))
-        x, y = np.linspace(-2.0, 2.0, 53), np.linspace(-0.5, 0.5, 31)
-        whole = height_map.sample(x, y)
-        monkeypatch.setattr("fretsolve.model.height_map.CHUNK_POINTS", 100)
-        np.testing.assert_array_equal(height_map.sample(x, y), whole)
-
     def test_mirrored_map_gives_the_mirrored_field(self):
         rng = np.random.default_rng(3)
         values = rng.normal(size=(12, 9))
