@@ -17,6 +17,7 @@ def finish_search(image, residual, weight, normal, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
+    unweighted = np.ones(ny, image.dtype)
     product = 0.0
     moments[:] = 0.0
     for i in range(nx):
@@ -38,25 +39,20 @@ def finish_search(image, residual, weight, normal, constraints, moments):
                 image[0, i, j], image[1, i, j] = x, y
                 in_row += r_x * x + r_y * y
         product += in_row
-        for m in range(len(moments)):
-            moment = zero
-            for part in range(components):
-                for j in range(ny):
-                    moment += constraints[m, part, i, j] * image[part, i, j]
-            moments[m] += moment
+        _add_moments(image, i, unweighted, constraints, moments)
     return product
 
 
 @kernel
-def turn(direction, image, weight, constraints, moments, growth):
+def turn(direction, image, weight, constraints, amplitudes, growth):
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
         for i in range(nx):
-            for m in range(len(moments)):
-                moment = image.dtype.type(moments[m])
+            for m in range(len(amplitudes)):
+                amplitude = image.dtype.type(amplitudes[m])
                 for j in range(ny):
-                    image[part, i, j] -= moment * weight[i, j] * constraints[m, part, i, j]
+                    image[part, i, j] -= amplitude * weight[i, j] * constraints[m, part, i, j]
             for j in range(ny):
                 direction[part, i, j] = factor * direction[part, i, j] + image[part, i, j]
 
@@ -86,17 +82,23 @@ def finish_image(image, direction, stiffness, normal, zone, weight, constraints,
                 image[0, i, j], image[1, i, j] = x, y
                 in_row += d_x * x + d_y * y
         product += in_row
-        for m in range(len(moments)):
-            moment = zero
-            for part in range(components):
-                for j in range(ny):
-                    moment += constraints[m, part, i, j] * weight[i, j] * image[part, i, j]
-            moments[m] += moment
+        _add_moments(image, i, weight[i], constraints, moments)
     return product
 
 
 @kernel
-def advance(solution, residual, direction, image, constraints, moments, length):
+def _add_moments(field, i, weight, constraints, moments):
+    """Add the moments of row `i`; weight: (ny,)."""
+    for m in range(len(moments)):
+        moment = field.dtype.type(0.0)
+        for part in range(len(field)):
+            for j in range(len(weight)):
+                moment += constraints[m, part, i, j] * weight[j] * field[part, i, j]
+        moments[m] += moment
+
+
+@kernel
+def advance(solution, residual, direction, image, constraints, amplitudes, length):
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -105,10 +107,10 @@ def advance(solution, residual, direction, image, constraints, moments, length):
             for j in range(ny):
                 solution[part, i, j] += step * direction[part, i, j]
                 residual[part, i, j] -= step * image[part, i, j]
-            for m in range(len(moments)):
-                moment = image.dtype.type(length * moments[m])
+            for m in range(len(amplitudes)):
+                amplitude = image.dtype.type(length * amplitudes[m])
                 for j in range(ny):
-                    residual[part, i, j] += moment * constraints[m, part, i, j]
+                    residual[part, i, j] += amplitude * constraints[m, part, i, j]
         for j in range(ny):
             squared = residual[0, i, j] * residual[0, i, j]
             if components == 2:

@@ -1,8 +1,8 @@
 """Kernels of the conjugate gradients in NumPy. They work on blocks of rows that stay in cache.
 
-Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny), moments (m,). The
-symbols T, S, W, c, the steps CG1 to CG6 and the equations (T6) to (T9) are those of docs/theory.md. `normal` and
-`stiffness` are used for two components only.
+Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny), their amplitudes m and
+moments (m,). The symbols T, S, W, c, m, the steps CG1 to CG6 and the equations (T6) to (T9) are in docs/theory.md.
+`normal` and `stiffness` are used for two components only.
 """
 
 from __future__ import annotations
@@ -42,8 +42,7 @@ def finish_search(
                 part += diagonal * of_residual
             _take_tangential(block, normal[:, rows])
         product += _product(residual[:, rows], block)
-        for index, constraint in enumerate(constraints):
-            moments[index] += _product(constraint[:, rows], block)
+        moments += [_product(constraint[:, rows], block) for constraint in constraints]
     return product
 
 
@@ -52,14 +51,14 @@ def turn(
     image: FloatArray,
     weight: FloatArray,
     constraints: FloatArray,
-    moments: FloatArray,
+    amplitudes: FloatArray,
     growth: float,
 ) -> None:
-    """Compute ``image -= W c moments`` (T9) and ``direction = growth direction + image`` (CG3)."""
+    """Compute ``image -= W c m`` (T9) and ``direction = growth direction + image`` (CG3)."""
     for rows in _blocks(weight):
         block = image[:, rows]
-        for constraint, moment in zip(constraints, moments, strict=True):
-            block -= float(moment) * weight[rows] * constraint[:, rows]
+        for constraint, amplitude in zip(constraints, amplitudes, strict=True):
+            block -= float(amplitude) * weight[rows] * constraint[:, rows]
         direction[:, rows] *= growth
         direction[:, rows] += block
 
@@ -88,8 +87,7 @@ def finish_image(
         np.copyto(block, 0.0, where=~zone[rows])
         product += _product(direction[:, rows], block)
         weighted = weight[rows] * block
-        for index, constraint in enumerate(constraints):
-            moments[index] += _product(constraint[:, rows], weighted)
+        moments += [_product(constraint[:, rows], weighted) for constraint in constraints]
     return product
 
 
@@ -99,10 +97,10 @@ def advance(
     direction: FloatArray,
     image: FloatArray,
     constraints: FloatArray,
-    moments: FloatArray,
+    amplitudes: FloatArray,
     length: float,
 ) -> float:
-    """Compute ``solution += length direction`` and ``residual -= length (image - c moments)`` (CG5).
+    """Compute ``solution += length direction`` and ``residual -= length (image - c m)`` (CG5).
 
     Return the largest length of the residual in a cell.
     """
@@ -111,8 +109,8 @@ def advance(
         solution[:, rows] += length * direction[:, rows]
         block = residual[:, rows]
         block -= length * image[:, rows]
-        for constraint, moment in zip(constraints, moments, strict=True):
-            block += float(length * moment) * constraint[:, rows]
+        for constraint, amplitude in zip(constraints, amplitudes, strict=True):
+            block += float(length * amplitude) * constraint[:, rows]
         largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
     return math.sqrt(largest)
 
@@ -122,8 +120,7 @@ def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray
     moments[:] = 0.0
     for rows in _blocks(weight):
         weighted = weight[rows] * field[:, rows]
-        for index, constraint in enumerate(constraints):
-            moments[index] += _product(constraint[:, rows], weighted)
+        moments += [_product(constraint[:, rows], weighted) for constraint in constraints]
 
 
 def add(field: FloatArray, change: FloatArray, factor: float) -> None:

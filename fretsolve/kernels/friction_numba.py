@@ -10,9 +10,9 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def take_slip(slip, elastic_slip, rigid, x, y, normal, weight, sums):
+def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
     nx, ny = weight.shape
-    sums[:] = 0.0
+    sums = np.zeros(3)
     for i in range(nx):
         sum_x, sum_y, turned = 0.0, 0.0, 0.0
         for j in range(ny):
@@ -30,10 +30,11 @@ def take_slip(slip, elastic_slip, rigid, x, y, normal, weight, sums):
         sums[0] += sum_x
         sums[1] += sum_y
         sums[2] += turned + x[i] * sum_y
+    return sums
 
 
 @kernel
-def move(slip, rigid, x, y, normal, bound, slipping, stiffness, weight, unit, stiffest):
+def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, stiffest):
     nx, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
@@ -46,7 +47,7 @@ def move(slip, rigid, x, y, normal, bound, slipping, stiffness, weight, unit, st
             n_x, n_y = normal[0, i, j], normal[1, i, j]
             forward = s_x * n_x + s_y * n_y
             slips = touches & slipping[i, j] & (forward > 0.0)
-            resistance = forward / bound[i, j] / unit
+            resistance = forward / limit[i, j] / unit
             resistance = resistance if resistance < stiffest else stiffest
             resistance = resistance if slips else 0.0
             share = 1.0 / (1.0 + resistance)
@@ -57,9 +58,9 @@ def move(slip, rigid, x, y, normal, bound, slipping, stiffness, weight, unit, st
 
 
 @kernel
-def gram(weight, normal, x, y, result):
+def gram(weight, normal, x, y):
     nx, ny = weight.shape
-    result[:, :] = 0.0
+    result = np.zeros((3, 3))
     for i in range(nx):
         xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(ny):
@@ -78,6 +79,7 @@ def gram(weight, normal, x, y, result):
         result[1, 2] += yt
         result[2, 2] += tt
     result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+    return result
 
 
 @kernel
@@ -122,27 +124,27 @@ def scale_tangential(slip, normal, factor, result):
 
 
 @kernel
-def return_to_circle(shear, bound, contact, slipping, normal):
-    nx, ny = bound.shape
+def return_to_circle(shear, limit, contact, slipping, normal):
+    nx, ny = limit.shape
     for i in range(nx):
         for j in range(ny):
-            q_x, q_y, limit = shear[0, i, j], shear[1, i, j], bound[i, j]
+            q_x, q_y, most = shear[0, i, j], shear[1, i, j], limit[i, j]
             length = math.sqrt(q_x * q_x + q_y * q_y)  # faster than hypot
-            slips = contact[i, j] & (slipping[i, j] | (length > limit))
+            slips = contact[i, j] & (slipping[i, j] | (length > most))
             inverse = 1.0 / length
             inverse = inverse if slips & (length > 0.0) else 0.0
             n_x, n_y = q_x * inverse, q_y * inverse
             slipping[i, j] = slips
             normal[0, i, j], normal[1, i, j] = n_x, n_y
-            shear[0, i, j], shear[1, i, j] = n_x * limit if slips else q_x, n_y * limit if slips else q_y
+            shear[0, i, j], shear[1, i, j] = n_x * most if slips else q_x, n_y * most if slips else q_y
 
 
 @kernel
-def excess(shear, bound):
-    nx, ny = bound.shape
+def excess(shear, limit):
+    nx, ny = limit.shape
     largest = np.full(ny, -math.inf)
     for i in range(nx):
         for j in range(ny):
             q_x, q_y = shear[0, i, j], shear[1, i, j]
-            largest[j] = larger(math.sqrt(q_x * q_x + q_y * q_y) - bound[i, j], largest[j])
+            largest[j] = larger(math.sqrt(q_x * q_x + q_y * q_y) - limit[i, j], largest[j])
     return float(largest_of(largest))

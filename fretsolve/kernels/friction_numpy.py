@@ -2,7 +2,7 @@
 
 Vectors are (2, nx, ny), planes (nx, ny); `x` (nx,) and `y` (ny,) are the cells' centres. A rigid motion of amplitudes
 (a, b, c) is (a - c y, b + c x). `normal` is n = q/|q| in the slip zone and 0 elsewhere; the tangential part T v of a
-vector is that across n. `weight` is positive in the contact and 0 elsewhere. `bound` is the friction limit mu p.
+vector is that across n. `weight` is positive in the contact and 0 elsewhere. `limit` is the friction limit mu p.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 
 def take_slip(
@@ -22,11 +22,10 @@ def take_slip(
     y: FloatArray,
     normal: FloatArray,
     weight: FloatArray,
-    sums: FloatArray,
-) -> None:
+) -> DoubleArray:
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2).
 
-    sums: weighted sums of T slip times each of the rigid motions.
+    Return the weighted sums of T slip times each of the rigid motions.
     """
     np.copyto(slip, elastic_slip)
     _add_motion(slip, rigid, x, y)
@@ -34,7 +33,7 @@ def take_slip(
     tangential = _tangential(slip, normal)
     tangential *= weight
     along_y, along_x = tangential[0].sum(axis=0), tangential[1].sum(axis=1)
-    sums[:] = along_y.sum(), along_x.sum(), along_x @ x - along_y @ y
+    return np.array([along_y.sum(), along_x.sum(), along_x @ x - along_y @ y])
 
 
 def move(
@@ -43,7 +42,7 @@ def move(
     x: FloatArray,
     y: FloatArray,
     normal: FloatArray,
-    bound: FloatArray,
+    limit: FloatArray,
     slipping: BoolArray,
     stiffness: FloatArray,
     weight: FloatArray,
@@ -52,7 +51,7 @@ def move(
 ) -> None:
     """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3).
 
-    ``stiffness = min(slip along n / bound / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + stiffness)``.
+    ``stiffness = min(slip along n / limit / unit, stiffest)``, 0 where a cell sticks; ``weight = 1/(1 + stiffness)``.
     """
     contact = weight > 0.0
     motion = np.zeros_like(slip)
@@ -63,7 +62,7 @@ def move(
     slipping &= forward > 0.0
     normal *= slipping
     forward *= slipping
-    np.divide(forward, bound, out=forward, where=slipping)
+    np.divide(forward, limit, out=forward, where=slipping)
     forward /= unit
     np.minimum(forward, stiffest, out=forward)
     stiffness[:] = forward
@@ -72,18 +71,16 @@ def move(
     np.divide(1.0, forward, out=weight, where=contact, casting="same_kind")
 
 
-def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
-    """Compute the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
+def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+    """Return the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
     across_x, across_y = x[:, None], y[None, :]
     along = normal[1] * across_x - normal[0] * across_y
     w_x, w_y = weight * normal[0], weight * normal[1]
     total = weight.sum(dtype=np.float64)
-    result[0, 0] = total - (w_x * normal[0]).sum()
-    result[1, 1] = total - (w_y * normal[1]).sum()
-    result[0, 1] = result[1, 0] = -(w_x * normal[1]).sum()
-    result[0, 2] = result[2, 0] = -(weight * across_y + w_x * along).sum()
-    result[1, 2] = result[2, 1] = (weight * across_x - w_y * along).sum()
-    result[2, 2] = (weight * (across_x**2 + across_y**2 - along**2)).sum()
+    xx, yy, xy = total - (w_x * normal[0]).sum(), total - (w_y * normal[1]).sum(), -(w_x * normal[1]).sum()
+    xt, yt = -(weight * across_y + w_x * along).sum(), (weight * across_x - w_y * along).sum()
+    tt = (weight * (across_x**2 + across_y**2 - along**2)).sum()
+    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
 
 
 def add_motion(
@@ -111,22 +108,22 @@ def scale_tangential(slip: FloatArray, normal: FloatArray, factor: float, result
 
 
 def return_to_circle(
-    shear: FloatArray, bound: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
+    shear: FloatArray, limit: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
 ) -> None:
-    """Let cells slip whose shear is beyond the bound; scale slipping shear to it, and set n (TG6)."""
+    """Let cells slip whose shear is beyond the limit; scale slipping shear to it, and set n (TG6)."""
     length = np.hypot(shear[0], shear[1])
-    slipping |= length > bound
+    slipping |= length > limit
     slipping &= contact
     np.divide(1.0, length, out=length, where=length > 0.0)
     np.multiply(shear, length, out=normal)
     normal *= slipping
     for part, direction in zip(shear, normal, strict=True):
-        np.multiply(direction, bound, out=part, where=slipping)
+        np.multiply(direction, limit, out=part, where=slipping)
 
 
-def excess(shear: FloatArray, bound: FloatArray) -> float:
-    """Return the largest length of the shear beyond the bound, negative if it is below everywhere."""
-    return float((np.hypot(shear[0], shear[1]) - bound).max())
+def excess(shear: FloatArray, limit: FloatArray) -> float:
+    """Return the largest length of the shear beyond the limit, negative if it is below everywhere."""
+    return float((np.hypot(shear[0], shear[1]) - limit).max())
 
 
 def _add_motion(field: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:

@@ -8,9 +8,9 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def sum_gaps(separation, uz, rigid, x, y, contact, sums):
+def sum_gaps(separation, uz, rigid, x, y, contact):
     nx, ny = uz.shape
-    sums[:] = 0.0
+    sums = np.zeros(3)
     for i in range(nx):
         along, one, turned = rigid[0] + rigid[2] * x[i], 0.0, 0.0
         for j in range(ny):
@@ -20,6 +20,7 @@ def sum_gaps(separation, uz, rigid, x, y, contact, sums):
         sums[0] += one
         sums[1] += turned
         sums[2] += one * x[i]
+    return sums
 
 
 @kernel
@@ -39,9 +40,9 @@ def take_gap(separation, uz, rigid, x, y, contact, gap):
 
 
 @kernel
-def gram(weight, x, y, result):
+def gram(weight, x, y):
     nx, ny = weight.shape
-    result[:, :] = 0.0
+    result = np.zeros((3, 3))
     for i in range(nx):
         one, first, second = 0.0, 0.0, 0.0
         for j in range(ny):
@@ -56,12 +57,13 @@ def gram(weight, x, y, result):
         result[1, 2] += first * x[i]
         result[2, 2] += one * x[i] * x[i]
     result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+    return result
 
 
 @kernel
-def sum_modes(field, x, y, sums):
+def sum_modes(field, x, y):
     nx, ny = field.shape
-    sums[:] = 0.0
+    sums = np.zeros(3)
     for i in range(nx):
         one, turned = 0.0, 0.0
         for j in range(ny):
@@ -70,6 +72,7 @@ def sum_modes(field, x, y, sums):
         sums[0] += one
         sums[1] += turned
         sums[2] += one * x[i]
+    return sums
 
 
 @kernel

@@ -8,23 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 
 def sum_gaps(
-    separation: FloatArray,
-    uz: FloatArray,
-    rigid: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    contact: BoolArray,
-    sums: FloatArray,
-) -> None:
-    """Compute the sums over the contact of the gap times 1, y, x (N2)."""
+    separation: FloatArray, uz: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, contact: BoolArray
+) -> DoubleArray:
+    """Return the sums over the contact of the gap times 1, y, x (N2)."""
     gap = np.empty_like(uz)
     _gap(separation, uz, rigid, x, y, gap)
     gap[~contact] = 0.0
-    sum_modes(gap, x, y, sums)
+    return sum_modes(gap, x, y)
 
 
 def take_gap(
@@ -46,17 +40,17 @@ def take_gap(
     return in_contact, penetration, float(np.max(uz, where=contact, initial=0.0))
 
 
-def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray, result: FloatArray) -> None:
-    """Compute the weighted sums of products of 1, y, x, (3, 3)."""
+def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+    """Return the weighted sums of products of 1, y, x, (3, 3)."""
     along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)
     one_y, one_x, mixed = along_y @ y, along_x @ x, x @ (weight @ y)
-    result[:] = [[along_x.sum(), one_y, one_x], [one_y, along_y @ y**2, mixed], [one_x, mixed, along_x @ x**2]]
+    return np.array([[along_x.sum(), one_y, one_x], [one_y, along_y @ y**2, mixed], [one_x, mixed, along_x @ x**2]])
 
 
-def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray, sums: FloatArray) -> None:
-    """Compute the sums of the field times 1, y, x."""
+def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+    """Return the sums of the field times 1, y, x."""
     along_x, along_y = field.sum(axis=1, dtype=np.float64), field.sum(axis=0, dtype=np.float64)
-    sums[:] = along_x.sum(), along_y @ y, along_x @ x
+    return np.array([along_x.sum(), along_y @ y, along_x @ x])
 
 
 def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:

@@ -90,10 +90,9 @@ def derive_model(case: Case) -> Model:
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
     in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
     may_slip = has_shear or coupled or bool(moved)
-    shear = _why_shear(friction, moved, coupled)
+    shear, slip = _why_shear(friction, moved, coupled), _why_slip(has_shear, may_slip, moved)
     directions = _why_in_plane(asked, has_shear, material.B)
-    interaction = _why_coupled(asked, material, needed, has_shear, coupled)
-    slip = _why_slip(has_shear, may_slip, moved)
+    both = _why_coupled(asked, material, needed, has_shear, coupled)
     return Model(
         material,
         friction,
@@ -107,10 +106,7 @@ def derive_model(case: Case) -> Model:
             Decision("tangential problem", has_shear, shear, "qx, qy; ux from qx, uy from qy"),
             Decision("ux from qy, uy from qx", in_plane, directions, "one coefficient for both"),
             Decision(
-                "between pressure and shear",
-                coupled,
-                interaction,
-                "ux, uy from p, uz from qx, qy; both problems in turn",
+                "between pressure and shear", coupled, both, "ux, uy from p, uz from qx, qy; both problems in turn"
             ),
             Decision("slip and work", may_slip, slip, "slip, slip path, dissipated energy"),
         ),

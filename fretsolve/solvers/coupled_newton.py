@@ -209,8 +209,8 @@ class CoupledNewton:
         self._take_gap_and_slip(problem, work)
         gaps = self._normal.gap_sums(problem.separation, self._uz, work.rigid[:3], self._contact)
         work.rigid[:3] += solve_modes(self._normal.gram(self._contact), gaps, problem.normal.forced_index)
-        gram, weight = np.zeros((3, 3)), self._contact.astype(np.float64)
-        friction.gram(weight, work.direction, self._normal.x, self._normal.y, gram)
+        weight = self._contact.astype(np.float64)
+        gram = friction.gram(weight, work.direction, self._normal.x, self._normal.y)
         across = (self._slip - self._forward * work.direction) * self._contact
         work.rigid[3:] -= solve_modes(gram, self._tangential.sums(across), problem.tangential.forced_index)
 

@@ -64,9 +64,7 @@ class _Modes:
 
     def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
         """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
-        result = np.zeros((3, 3))
-        kernels.gram(weight, self.x, self.y, result)
-        return result
+        return kernels.gram(weight, self.x, self.y)
 
 
 class NormalModes(_Modes):
@@ -74,9 +72,7 @@ class NormalModes(_Modes):
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
-        sums = np.zeros(3)
-        kernels.sum_modes(pressure, self.x, self.y, sums)
-        return sums * self.cell_area
+        return kernels.sum_modes(pressure, self.x, self.y) * self.cell_area
 
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
@@ -97,9 +93,7 @@ class NormalModes(_Modes):
 
     def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
         """Return the sums over the contact of the same gap times each mode."""
-        sums = np.zeros(3)
-        kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact, sums)
-        return sums
+        return kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
 
     def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
         """Add to the pressure (nx, ny) itself times a rigid displacement, but let none become negative."""

@@ -64,7 +64,6 @@ class TangentialSolver:
         self._cg = ProjectedCG(self.workspace)
         self._contact = self._cg.zone
         self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
-        self._gram, self._sums = np.zeros((3, 3)), np.zeros(3)
 
     def solve(
         self,
@@ -168,10 +167,10 @@ class TangentialSolver:
         imposed = control.imposed_displacement
         released = True
         while released:
-            friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight, self._sums)
-            friction.gram(weight, self._normal, x, y, self._gram)
-            undetermined = is_singular(self._gram, control.forced_index)
-            forced = -solve_modes(self._gram, self._sums, control.forced_index)
+            sums = friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
+            gram = friction.gram(weight, self._normal, x, y)
+            undetermined = is_singular(gram, control.forced_index)
+            forced = -solve_modes(gram, sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
             stiffness, unit = self._cg.stiffness, self.operator.unit
             friction.move(
@@ -224,6 +223,6 @@ class TangentialSolver:
             return
         x, y = self.modes.x, self.modes.y
         missing = control.imposed_resultant - self.modes.resultants(shear)
-        friction.gram(weight, self._normal, x, y, self._gram)
-        amplitudes = solve_modes(self._gram, missing / self.modes.cell_area, forced)
+        gram = friction.gram(weight, self._normal, x, y)
+        amplitudes = solve_modes(gram, missing / self.modes.cell_area, forced)
         friction.add_motion(shear, amplitudes, x, y, weight, self._normal)
