@@ -216,8 +216,8 @@ class ClosedForms:
     def smallest_stick(self) -> ClosedForm | None:
         """The smallest stick radius (mm) of the path; None where no closed form gives it.
 
-        Spence: a sphere pressed on a dissimilar body, without tangential load. Cattaneo and Mindlin, or Lubkin: a
-        sphere under a tangential force or a torque at constant P, similar bodies; unloading leaves no smaller one.
+        By Spence for a sphere under P alone on a dissimilar body. For similar bodies by Cattaneo and Mindlin or Lubkin
+        at the largest force or torque, at constant P.
         """
         if not self.model.has_shear:
             return None

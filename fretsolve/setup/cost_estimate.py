@@ -165,14 +165,14 @@ def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseE
     if free is None or 2.0 * file <= free:
         return None
     if EMPTIEST * file > free:
-        fits, advice = "is too much for", "a larger output.every, fewer output.fields or another disk is needed"
+        advice = "is too little; a larger output.every, fewer output.fields or another disk is needed"
     elif certain:
         return None
     else:
-        fits, advice = "may be too much for", "empty cells compress, the run goes on"
+        advice = "may be too little; empty cells take less, so the run goes on"
     return setup.case.source.problem(
-        f"a result of about {rounded_bytes(file)}, twice that while it is written, {fits} the"
-        f" {rounded_bytes(free)} that are free in {out.parent}; {advice}",
+        f"the result takes about {rounded_bytes(file)}, and twice that while it is written; {rounded_bytes(free)} are"
+        f" free in {out.parent}, which {advice}",
         ("output", "every"),
     )
 

@@ -74,7 +74,7 @@ def make_plan(path: Path, folder: Path) -> SweepPlan:
     if free is not None and left > free:
         warnings += (
             f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
-            f" {folder}, which may be too little; empty cells compress, so the sweep goes on",
+            f" {folder}, which may be too little; empty cells take less, so the sweep goes on",
         )
     return SweepPlan(manifest, spec, text.source, warnings)
 

@@ -194,20 +194,20 @@ def test_grid_beyond_the_memory_is_refused(tmp_path: Path) -> None:
 def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case, out = write_case(tmp_path), tmp_path / "case.h5"
     size = estimate(set_up(load_case(case))).file
-    certain = "is too much for the"
-    for share, code, words in ((3.0, 0, ""), (1.5, 0, "may be too much for the"), (0.05, 2, certain)):
+    certain = "which is too little"
+    for share, code, words in ((3.0, 0, ""), (1.5, 0, "which may be too little"), (0.05, 2, certain)):
         monkeypatch.setattr(shutil, "disk_usage", lambda folder, share=share: SimpleNamespace(free=share * size))
         checked, result = invoke("validate", case), invoke("run", case, "-q")
         assert result.exit_code == code, result.stderr
         for told in (checked.stderr, result.stderr):
             assert words in told
-            assert ("output.every: a result of about" in told) == (share < 2.0)
-            assert ("empty cells compress, the run goes on" in told) == (share == 1.5)
+            assert ("output.every: the result takes about" in told) == (share < 2.0)
+            assert ("empty cells take less, so the run goes on" in told) == (share == 1.5)
             assert ("another disk is needed" in told) == (words == certain)
         assert out.exists() == (code == 0)
         assert not parts_folder(out).exists()
         out.unlink(missing_ok=True)
-    assert result.stderr.startswith(f"{case}:1: output.every: a result of about")
+    assert result.stderr.startswith(f"{case}:1: output.every: the result takes about")
     assert result.stderr.count("\n") == 1
 
 
