@@ -28,8 +28,9 @@ from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import make_plan
-from fretsolve.study.runs import make_runs
-from fretsolve.study.wording import two_digits
+from fretsolve.study.report import key_names, two_digits
+from fretsolve.sweep.case_run import run_serially
+from fretsolve.sweep.quantity import read_outcome
 from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -96,13 +97,16 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     folder = asked.runs / mode
     folder.mkdir(parents=True, exist_ok=True)
     plan = make_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
-    outcomes = list(make_runs(plan.trials, plan.quantities, StopRequest(), lambda *_: None))
-    return assess(plan, outcomes)
+    for _ in run_serially(plan.cases, StopRequest()):
+        pass
+    return assess(
+        plan, [read_outcome(case.out, plan.quantities, case.setup.load_path.last_steps) for case in plan.cases]
+    )
 
 
 def work(row: AssessedRun) -> float:
     """Return millions of applications times cells."""
-    nx, ny = row.outcome.trial.setup.grid.shape
+    nx, ny = row.case.setup.grid.shape
     return 1e-6 * row.outcome.applications * nx * ny
 
 
@@ -120,7 +124,7 @@ def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
     for number, mode in enumerate(modes):
         found = by_work(studied(mode, study, asked))
         if number == 0:
-            keys = [variation.key.rpartition(".")[2] for variation in found.variations]
+            keys = key_names(found.plan.variations)
             print("|", " | ".join(["mode", *keys, "million applications x cells", "seconds", "worst error, %"]), "|")
             print("| --- " * (len(keys) + 4) + "|")
         for row in found.rows:
@@ -147,7 +151,7 @@ def _in_precision(study: Assessment, *settings: str) -> AssessedRun:
 
 
 def _settings(row: AssessedRun) -> list[str]:
-    return [setting.value for setting in row.outcome.trial.settings]
+    return list(row.case.settings.values())
 
 
 def _costs(row: AssessedRun) -> list[str]:
@@ -168,7 +172,7 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
     rows = []
     for mode in modes:
         found = by_work(studied(mode, study, asked))
-        keys = [variation.key.rpartition(".")[2] for variation in found.variations]
+        keys = key_names(found.plan.variations)
         for row in found.rows:
             errors = [
                 percent(found.error_of(row, name)) if row.compared and name in found.names else ""

@@ -148,9 +148,9 @@ def study(**options: Any) -> int:
     interrupt (exit code 75) the same command continues.
     """
     with StopRequest() as stop:
-        from fretsolve.commands.study import StudyOrder, study_case
+        from fretsolve.commands.study import study_case
 
-        return study_case(StudyOrder(**options), stop)
+        return study_case(stop=stop, **options)
 
 
 @main.command()

@@ -70,9 +70,9 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool
     notice = "stopping after the current increments; a second signal stops this command at once"
     at_once = "stopped; its processes stop after their increments, then the same command continues the sweep"
     with StopRequest(notice, at_once=at_once, idle=True) as stop:
-        from fretsolve.commands.sweep import SweepOrder, run_sweep
+        from fretsolve.commands.sweep import run_sweep
 
-        return run_sweep(SweepOrder(file, out, jobs, engine, quiet), stop)
+        return run_sweep(file, out, jobs, engine, stop, quiet=quiet)
 
 
 @sweep.command()

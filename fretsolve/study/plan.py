@@ -1,32 +1,41 @@
-"""The plan of a study: its runs, quantities and reference, checked before anything runs."""
+"""The plan of a study: its cases, quantities and reference, checked before anything runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
+from fretsolve.case.loading import read_case
 from fretsolve.errors import CaseError
-from fretsolve.study.reference import NOUNS, ReferenceKind, compared_quantities, known_values
-from fretsolve.study.variation import Variation, crossed, is_first_problem, read_variations, words
-from fretsolve.sweep.base_case import BaseCase, PreparedCase, with_origins
-from fretsolve.sweep.points import Setting
-from fretsolve.sweep.quantity import StageQuantity, usual_quantities
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
+from fretsolve.sweep.base_case import BaseCase, PreparedCase
+from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.sweep.points import crossed
+from fretsolve.sweep.quantity import StageQuantity, expected_values, in_order, read_quantity, usual_quantities
 
-WITHOUT_EXTRAS = ("output.fields=[]", "solver.error_bars=false")
-"""A study compares scalars and finds errors itself; without fields a result takes some tens of kilobytes."""
+ReferenceKind = Literal["finest", "closed-form", "expect"]
+
+NOUNS = {"closed-form": "closed form", "expect": "expected value"}
+
+OF_MINDLIN = ("delta_x", "delta_y", "stick_radius", "stick_area", "work_total")
+"""Quantities that Cattaneo and Mindlin give under forces."""
 
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """The runs of a study: first the finest run of the first problem, then the others by their estimated cost.
+    """A study: a sweep in `manifest`, its `cases` in the same order, and what they are compared with.
 
-    known: the reference if it is known before any run, None for the finest run. unknown: usual quantities for which the
-    reference has no value, for the reason why_unknown, empty if that is clear.
+    variations: the varied keys with their values. First comes the finest run of the first problem, then the others by
+    their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown: usual
+    quantities for which the reference has no value; why_unknown: the reason, empty if that is clear.
     """
 
-    variations: tuple[Variation, ...]
-    trials: tuple[PreparedCase, ...]
+    manifest: Manifest
+    cases: tuple[PreparedCase, ...]
+    variations: Mapping[str, tuple[str, ...]]
     quantities: tuple[StageQuantity, ...]
     unknown: tuple[StageQuantity, ...]
     why_unknown: str
@@ -34,21 +43,16 @@ class StudyPlan:
     known: Mapping[StageQuantity, float] | None
 
     @property
-    def finest(self) -> PreparedCase:
-        """The finest run of the first problem."""
-        return self.trials[0]
-
-    @property
     def problem_keys(self) -> tuple[str, ...]:
         """The varied keys that change the problem itself, so that differences are not errors."""
-        return tuple(one.key for one in self.variations if one.changes_the_problem)
+        return tuple(filter(changes_the_problem, self.variations))
 
     @property
     def reference_words(self) -> str:
         """What the runs are compared with."""
         if self.known is not None:
             return f"the {NOUNS[self.kind]}s"
-        return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.finest.settings)}"
+        return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.cases[0].settings)}"
 
 
 def make_plan(
@@ -60,46 +64,102 @@ def make_plan(
     folder: Path,
 ) -> StudyPlan:
     """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
-    variations = read_variations(varied)
-    changing = next((one for one in variations if one.changes_the_problem), None)
-    if changing is not None and kind != "finest":
+    axes = list(map(read_variation, varied))
+    changing = [(key, values) for key, values in axes if changes_the_problem(key)]
+    if changing and kind != "finest":
         message = (
             f"changes the problem itself, and --truth {kind} holds for one problem only; vary the grid, increments or"
             " settings of the solver, or leave --truth out"
         )
-        raise CaseError(message, (), f"--vary {changing.key}")
-    base = BaseCase.read(case, overrides, last=WITHOUT_EXTRAS)
-    trials = [_prepared(base, settings, folder) for settings in crossed(variations)]
-    costliest = finest([trial for trial in trials if is_first_problem(trial.settings, variations)])
-    known = known_values(kind, costliest.setup)
-    stages = min(len(trial.setup.load_path.last_steps) for trial in trials)
-    compared = compared_quantities(quantities, stages, costliest.setup, kind, known)
+        raise CaseError(message, (), f"--vary {changing[0][0]}")
+    # A study compares scalars and finds errors itself; without fields a result takes some tens of kilobytes.
+    base = BaseCase.of(read_case(case), overrides, last=("output.fields=[]", "solver.error_bars=false"))
+    cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
+    costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
+    setup = costliest.setup
+    known = known_values(kind, setup)
+    stages = min(len(one.setup.load_path.last_steps) for one in cases)
+    compared = compared_quantities(quantities, stages, setup, kind, known)
     if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
-    others = sorted((trial for trial in trials if trial is not costliest), key=lambda trial: trial.expected.seconds)
-    usual = usual_quantities(costliest.setup) if kind == "closed-form" and not quantities else ()
+    usual = usual_quantities(setup) if kind == "closed-form" and not quantities else ()
     unknown = tuple(one for one in usual if one not in compared)
-    why = costliest.setup.closed_forms.why_not_mindlin if unknown else ""
-    return StudyPlan(variations, (costliest, *others), compared, unknown, why, kind, known)
+    why = setup.closed_forms.why_not_mindlin if unknown else ""
+    cases.sort(key=lambda one: (one is not costliest, one.expected.seconds))
+    manifest = Manifest(
+        folder,
+        case,
+        setup.case.title or case.name,
+        case,
+        base.overrides,
+        tuple(map(str, compared)),
+        base.threads,
+        max(one.expected.memory for one in cases),
+        tuple(ManifestRow(i, one.id, one.settings, one.expected.seconds) for i, one in enumerate(cases)),
+        results_name="",
+    )
+    return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known)
 
 
-def finest(trials: Sequence[PreparedCase]) -> PreparedCase:
+def finest(cases: Sequence[PreparedCase]) -> PreparedCase:
     """Return the run with the most points, then increments, then terms of the model, then the least tolerance."""
 
-    def rank(trial: PreparedCase) -> tuple[float, ...]:
-        nx, ny = trial.setup.grid.shape
-        terms = trial.setup.model.terms
+    def rank(case: PreparedCase) -> tuple[float, ...]:
+        nx, ny = case.setup.grid.shape
+        terms = case.setup.model.terms
         kept = sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling))
-        return nx * ny, trial.setup.load_path.increments, kept, -trial.setup.case.solver.tolerance
+        return nx * ny, case.setup.load_path.increments, kept, -case.setup.case.solver.tolerance
 
-    return max(reversed(trials), key=rank)
+    return max(reversed(cases), key=rank)
 
 
-def _prepared(base: BaseCase, settings: Sequence[Setting], folder: Path) -> PreparedCase:
-    """Prepare a run. Raises CaseError that names the `--vary` at fault, if one is."""
-    try:
-        return base.prepare(settings, folder)
-    except CaseError as error:
-        texts = {text: f"--vary {one.key}={one.value}" for one in settings for text in one.overrides(base.stages)}
-        problem, origin = next(with_origins(error, texts))
-        raise CaseError(problem.message, problem.key, origin) if origin else error from None
+def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuantity, float] | None:
+    """Return what is known of the finest run before it is made; None if that run itself is the reference.
+
+    Raises CaseError if nothing is known.
+    """
+    if kind == "finest":
+        return None
+    if kind == "closed-form":
+        known = {StageQuantity(form.quantity, form.stage + 1): form.value for form in setup.closed_forms.values()}
+        if not known:
+            raise CaseError(
+                "--truth closed-form: no closed form is known for this case; those of Hertz, Cattaneo and Mindlin, and"
+                " Lubkin are: a single sphere (Hertz: or ellipsoid) under forces, upright, with uncoupled bodies",
+                (),
+                setup.case.source.path,
+            )
+        return known
+    known = expected_values(setup)
+    if not known:
+        raise setup.case.source.problem(
+            "the case expects nothing that --truth expect could compare with; give a list such as"
+            " [{quantity: delta_z, value: 9 um, rel: 1 %}]",
+            ("expect",),
+        )
+    return known
+
+
+def compared_quantities(
+    texts: Sequence[str],
+    stages: int,
+    setup: ProblemSetup,
+    kind: ReferenceKind,
+    known: Mapping[StageQuantity, float] | None,
+) -> tuple[StageQuantity, ...]:
+    """Return those of ``--quantity``, else the usual ones for which the reference has values. Raises CaseError."""
+    asked = in_order([read_quantity(text, stages) for text in texts])
+    for quantity in asked:
+        if known is not None and quantity not in known:
+            same_name = [str(one) for one in in_order(known) if one.name == quantity.name]
+            there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))
+            of_mindlin = kind == "closed-form" and quantity.name in OF_MINDLIN
+            why = setup.closed_forms.why_not_mindlin if of_mindlin else ""
+            message = f"--truth {kind}: it has no {NOUNS[kind]}; these have: {there}{'; ' if why else ''}{why}"
+            raise CaseError(message, (), f"--quantity {quantity}")
+    usual = tuple(quantity for quantity in usual_quantities(setup) if quantity.stage <= stages)
+    if known is None or asked:
+        return asked or usual
+    imposed = setup.load_path.imposed
+    stated = in_order([one for one in known if one.stage <= stages and one.name not in imposed[one.stage - 1]])
+    return stated if kind == "expect" else tuple(one for one in usual if one in known) or stated

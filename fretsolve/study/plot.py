@@ -17,18 +17,10 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import MOST_COLUMNS, Target, canvas, one_line
 from fretsolve.plots.labels import line_colors
 from fretsolve.study.assessment import AssessedRun, Assessment, front
-from fretsolve.study.table import key_names
+from fretsolve.study.report import TARGETS, key_names
 from fretsolve.study.variation import short
-from fretsolve.study.wording import TARGETS
-
-PANEL = (3.7, 2.9)
-
-MARKERS = "osD^vPX<>p"
-SMALLEST, LARGEST = 3.6, 8.0
-"""Widths of the markers (points) of the least and the most detailed value of the third key."""
 
 PLAIN: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": 5.0, "linestyle": ""}
-
 FRONT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "drawstyle": "steps-post", "zorder": 2.0}
 FINEST: dict[str, Any] = {"color": "0.5", "linewidth": 1.2, "linestyle": "--", "zorder": 1.0}
 TARGET: dict[str, Any] = {"color": "0.5", "linewidth": 1.0, "linestyle": ":", "zorder": 1.0}
@@ -39,23 +31,6 @@ LABEL_SIZE, LETTER, LABEL_GAP = 6.5, 3.9, 5.0
 INSIDE = (215.0, 150.0)
 """Size of a panel inside its axes (points), for labels that keep clear of each other."""
 
-ROOM = 0.08
-"""Part of an axis that is left free at each of its ends."""
-
-LEAST_ROOM = math.log(1.5)
-
-FINE_TICKS, FEW_DECADES = (1.0, 2.0, 5.0), 100.0
-"""Ticks of an axis that spans less than this ratio."""
-
-BELOW_LEAST = 0.4
-"""Errors of 0 are drawn at this part of the least error above 0."""
-
-CLEAR = 1.6
-"""Least ratio of a labelled tick to the place of 0."""
-
-NO_ERROR = 1e-6
-"""Stands for the least error if all errors of a panel are 0."""
-
 
 def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
     """Draw a panel for the worst error of each run and one per quantity, over the time of the run.
@@ -65,10 +40,12 @@ def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
     rows = [row for row in study.rows if row.compared]
     if not rows:
         raise PictureError("no run has an error to draw")
-    names = study.names
-    panels = [("worst of the quantities", [row.worst for row in rows])] * (len(names) > 1)
-    panels += [(_heading(study, name), [study.error_of(row, name) for row in rows]) for name in names]
-    with canvas(ax, len(panels), PANEL) as drawn:
+    panels = [("worst of the quantities", [row.worst for row in rows])] * (len(study.names) > 1)
+    for name in study.names:
+        stages = study.stages_of(name)
+        heading = f"{name}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
+        panels.append((heading, [study.error_of(row, name) for row in rows]))
+    with canvas(ax, len(panels), (3.7, 2.9)) as drawn:
         for axes, (heading, errors) in zip(drawn.axes, panels, strict=False):
             _draw(axes, study, rows, errors)
             axes.set_title(heading)
@@ -78,59 +55,51 @@ def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
             axes.set_ylabel("error (%)")
         legend = _legend(study)
         height = max(map(len, legend))
-        blank = Line2D([], [], linestyle="", label=" ")
-        handles = [handle for column in legend for handle in (*column, *(height - len(column)) * [blank])]
-        drawn.legend(handles, len(legend))
-        drawn.heading(one_line(title), f"{study.standard}: {study.reference_words}")
+        blank = [Line2D([], [], linestyle="", label=" ")]
+        drawn.legend([handle for column in legend for handle in column + blank * (height - len(column))], len(legend))
+        drawn.heading(one_line(title), f"reference: {study.plan.reference_words}")
     return drawn.figure
 
 
-def _heading(study: Assessment, name: str) -> str:
-    stages = study.stages_of(name)
-    return f"{name}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
-
-
 def _draw(axes: Axes, study: Assessment, rows: Sequence[AssessedRun], errors: Sequence[float]) -> None:
-    costs = [row.outcome.seconds for row in rows]
-    least = min((error for error in errors if error > 0.0), default=NO_ERROR)
-    heights = [100.0 * (error if error > 0.0 else BELOW_LEAST * least) for error in errors]
-    finest = [] if study.finest_row is None else [study.finest_row.outcome.seconds]
-    longest = max(len(short(row.outcome.trial.settings)) for row in rows)
+    costs, finest = [row.outcome.seconds for row in rows], study.finest.outcome.seconds
+    zero = 40.0 * min((error for error in errors if error > 0.0), default=1e-6)  # where errors of 0 are drawn
+    heights = [100.0 * error if error > 0.0 else zero for error in errors]
+    longest = max(len(short(row.case.settings)) for row in rows)
     before = (LETTER * longest + LABEL_GAP) / INSIDE[0], LABEL_SIZE / INSIDE[1]
-    limits = _limits([*costs, *finest], before[0]), _limits(heights, before[1])
+    limits = _limits([*costs, finest], before[0]), _limits(heights, before[1])
     axes.set(xscale="log", yscale="log", xlim=limits[0], ylim=limits[1])
     # runs and front
     best, looks = front(costs, errors), _looks(study)
     chosen = [index for index in sorted(range(len(rows)), key=costs.__getitem__) if best[index]]
-    axes.plot([costs[index] for index in chosen], [heights[index] for index in chosen], **FRONT)
+    points = [(costs[index], heights[index], short(rows[index].case.settings)) for index in chosen]
+    axes.plot([point[0] for point in points], [point[1] for point in points], **FRONT)
     for index, row in enumerate(rows):
         edge = {"markeredgecolor": "black", "markeredgewidth": 1.1} if best[index] else {"markeredgecolor": "white"}
         options = PLAIN | edge
-        for look, setting in zip(looks, row.outcome.trial.settings, strict=False):
-            options |= look[setting.value]
+        for look, value in zip(looks, row.case.settings.values(), strict=False):
+            options |= look[value]
         axes.plot(costs[index], heights[index], zorder=3.0 + best[index], **options)
-    _label(axes, [(costs[index], heights[index], short(rows[index].outcome.trial.settings)) for index in chosen])
+    _label(axes, points)
     # lines
-    for seconds in finest:
-        axes.axvline(seconds, **FINEST)
+    axes.axvline(finest, **FINEST)
     for target in TARGETS:
         axes.axhline(100.0 * target, **TARGET)
     # ticks, also at the place of 0
     for axis, (low, high) in zip((axes.xaxis, axes.yaxis), limits, strict=True):
-        axis.set_major_locator(LogLocator(subs=FINE_TICKS if high < FEW_DECADES * low else (1.0,)))
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
     if min(errors) == 0.0:
-        zero = 100.0 * BELOW_LEAST * least
         place: dict[str, Any] = {"xytext": (-4.0, 0.0), "textcoords": "offset points", "ha": "right", "va": "center"}
         axes.annotate("0", (0.0, zero), xycoords=axes.get_yaxis_transform(), annotation_clip=False, **place)
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value > CLEAR * zero else ""))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value > 1.6 * zero else ""))
 
 
 def _limits(values: Sequence[float], before: float) -> tuple[float, float]:
     """Return the limits of a logarithmic axis with room on both sides; before: part of the axis that labels need."""
     low, high = math.log(min(values)), math.log(max(values))
-    room = max(ROOM * (high - low), LEAST_ROOM)
+    room = max(0.08 * (high - low), math.log(1.5))
     return math.exp(low - room - before * (high - low + 2.0 * room)), math.exp(high + room)
 
 
@@ -146,25 +115,20 @@ def _label(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
             continue
         taken.append(box)
         side, sign = ("left", 1.0) if left < 0.0 else ("right", -1.0)
-        place: dict[str, Any] = {
-            "xytext": (sign * LABEL_GAP, -LABEL_GAP),
-            "textcoords": "offset points",
-            "ha": side,
-            "va": "top",
-        }
-        axes.annotate(text, (x, y), fontsize=LABEL_SIZE, zorder=5.0, **place)
+        place: dict[str, Any] = {"xytext": (sign * LABEL_GAP, -LABEL_GAP), "textcoords": "offset points", "ha": side}
+        axes.annotate(text, (x, y), va="top", fontsize=LABEL_SIZE, zorder=5.0, **place)
 
 
 def _looks(study: Assessment) -> list[dict[str, dict[str, Any]]]:
     """Return the options of the markers by the values of the first three keys: their shades, shapes and sizes."""
     options: tuple[Callable[[int, float], dict[str, Any]], ...] = (
         lambda place, rest: {"color": line_colors()(rest)},
-        lambda place, rest: {"marker": MARKERS[place % len(MARKERS)]},
-        lambda place, rest: {"markersize": SMALLEST + (LARGEST - SMALLEST) * rest},
+        lambda place, rest: {"marker": "osD^vPX<>p"[place % 10]},
+        lambda place, rest: {"markersize": 3.6 + 4.4 * rest},
     )
     return [
-        {value: option(place, 1.0 - place / max(len(key.values) - 1, 1)) for place, value in enumerate(key.values)}
-        for option, key in zip(options, study.variations, strict=False)
+        {value: option(place, 1.0 - place / max(len(values) - 1, 1)) for place, value in enumerate(values)}
+        for option, values in zip(options, study.plan.variations.values(), strict=False)
     ]
 
 
@@ -175,7 +139,7 @@ def _legend(study: Assessment) -> list[list[Line2D]]:
             Line2D([], [], label=f"{name} {value}", markeredgecolor="white", **(PLAIN | options))
             for value, options in look.items()
         ]
-        for name, look in zip(key_names(study.variations), _looks(study), strict=False)
+        for name, look in zip(key_names(study.plan.variations), _looks(study), strict=False)
     ]
     lines = [
         Line2D([], [], label="none is cheaper and as accurate", marker="o", markerfacecolor="white", **FRONT),

@@ -2,98 +2,107 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from fretsolve.study.assessment import AssessedRun, Assessment
-from fretsolve.sweep import table_files
-from fretsolve.sweep.table_files import Column, column
+import h5py
+import numpy as np
+
+from fretsolve.study.assessment import Assessment
+from fretsolve.sweep import table
+from fretsolve.sweep.table import Column, column
 
 CSV_NAME, HDF5_NAME = "study.csv", "study.h5"
 
 
 def write_csv(path: Path, study: Assessment) -> None:
     """Write one row per run, by cost; a reference that is not a run is the first row. Raises FileError."""
-
-    def of_rows(value: Callable[[AssessedRun], Any]) -> list[Any]:
-        return [value(row) for row in study.rows]
-
-    def role(row: AssessedRun) -> str:
-        return study.standard if row.is_reference else "best" if row.best else ""
-
-    def values(index: int) -> list[float]:
-        return of_rows(lambda row: float(row.values[index]))
-
-    def per_cent(index: int) -> list[float]:
-        return of_rows(lambda row: 100.0 * float(row.errors[index]))
-
-    trials = [row.outcome.trial for row in study.rows]
+    rows = study.rows
+    per_cent = [100.0 * np.array([row.errors[index] for row in rows]) for index in range(len(study.quantities))]
     about = [
-        column("result", [trial.out.name for trial in trials]),
-        column("status", of_rows(lambda row: "failed" if row.outcome.failure else "complete")),
-        column("role", of_rows(role)),
+        _results(study),
+        column("status", ["failed" if row.outcome.failure else "complete" for row in rows]),
+        column("role", ["reference" if row.is_reference else "best" if row.best else "" for row in rows]),
         *_settings(study),
-        column("points x", [trial.setup.grid.shape[0] for trial in trials]),
-        column("points y", [trial.setup.grid.shape[1] for trial in trials]),
-        column("increments", of_rows(lambda row: row.outcome.increments)),
-        column("time", of_rows(lambda row: row.outcome.seconds), "s"),
-        column("operator applications", of_rows(lambda row: row.outcome.applications)),
+        column("points x", [row.case.setup.grid.shape[0] for row in rows]),
+        column("points y", [row.case.setup.grid.shape[1] for row in rows]),
+        *(replace(one, name=one.name.replace("_", " ")) for one in _costs(study)),
     ]
-    found = [column(str(one), values(i), one.units) for i, one in enumerate(study.quantities)]
-    errors = [column(f"{study.difference} of {one}", per_cent(i), "%") for i, one in enumerate(study.quantities)]
-    largest = "largest" if study.problem_keys else "worst"
-    last = [
-        column(f"{largest} {study.difference}", of_rows(lambda row: 100.0 * row.worst), "%"),
-        column("reason", of_rows(lambda row: row.outcome.failure)),
+    errors = zip(study.quantities, per_cent, strict=True)
+    columns = [
+        *about,
+        *_values(study),
+        *(column(f"{study.difference} of {one}", values, "%") for one, values in errors),
+        column(f"{study.largest} {study.difference}", [100.0 * row.worst for row in rows], "%"),
+        column("reason", [row.outcome.failure for row in rows]),
     ]
     blank = [""] * (len(about) - 3)
-    first = ["", study.reference_words, study.standard, *blank, *study.reference.tolist()]
-    table_files.write_csv(path, [*about, *found, *errors, *last], () if study.reference_is_run else first)
+    first = ["", study.plan.reference_words, "reference", *blank, *study.reference.tolist()]
+    table.write_csv(path, columns, () if study.plan.known is None else first)
 
 
 def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
     """Write the same as HDF5, errors as numbers instead of per cent. Raises FileError."""
-    outcomes = [row.outcome for row in study.rows]
-    trials = [outcome.trial for outcome in outcomes]
+    rows, difference = study.rows, study.difference
     attributes = {
-        "case_yaml": study.finest.setup.case.source.text,
-        "provenance": study.finest.header.provenance,
-        study.standard: study.reference_words,
+        "case_yaml": study.plan.cases[0].setup.case.source.text,
+        "provenance": study.plan.cases[0].header.provenance,
+        **_reference(study.plan.reference_words),
         "advice": "\n".join(advice),
     }
+    is_reference = [row.is_reference for row in rows]
     about = [
-        column("result", [trial.out.name for trial in trials], meaning="result file beside this one"),
-        column("failure", [one.failure for one in outcomes], meaning="why there is no solution, or empty"),
-        column(
-            study.standard, [row.is_reference for row in study.rows], "1", "the run that the others are compared with"
-        ),
-        column("best", [row.best for row in study.rows], "1", "no other run is both cheaper and more accurate"),
+        _results(study),
+        column("failure", [row.outcome.failure for row in rows], meaning="why there is no solution, or empty"),
+        column("reference", is_reference, "1", "the run that the others are compared with"),
+        column("best", [row.best for row in rows], "1", "no other run is both cheaper and more accurate"),
     ]
-    cost = [
-        column("points", [trial.setup.grid.shape for trial in trials], "1", "grid points along x and y"),
-        column("increments", [one.increments for one in outcomes], "1", "increments solved"),
-        column("time", [one.seconds for one in outcomes], "s", "wall-clock time of the increments"),
-        column(
-            "operator_applications",
-            [one.applications for one in outcomes],
-            "1",
-            "applications of an influence operator",
-        ),
+    points = column("points", [row.case.setup.grid.shape for row in rows], "1", "grid points along x and y")
+    values = _values(study)
+    errors = [
+        column(one.name, [row.errors[i] for row in rows], "1", f"{difference} of {one.meaning}, over its scale")
+        for i, one in enumerate(values)
     ]
-    values, errors = [], []
-    for index, one in enumerate(study.quantities):
-        meaning = f"{one.name} at the end of stage {one.stage}"
-        told = {study.standard: study.reference[index], "scale": study.scales[index]}
-        values.append(column(str(one), [row.values[index] for row in study.rows], one.units, meaning, **told))
-        of_it = f"{study.difference} of {meaning}, over its scale"
-        errors.append(column(str(one), [row.errors[index] for row in study.rows], "1", of_it))
-    groups = {"": about, "settings": _settings(study), "cost": cost, "values": values, f"{study.difference}s": errors}
-    table_files.write_hdf5(path, groups, attributes)
+    groups = {"": about, "settings": _settings(study), "cost": [points, *_costs(study)], "values": values}
+    links = {"truth": h5py.SoftLink("/reference")}
+    table.write_hdf5(path, groups | {f"{difference}s": errors}, attributes, links)
+
+
+def _reference(value: str | float) -> dict[str, str | float]:
+    return {"reference": value, "truth": value}  # its name before
+
+
+def _results(study: Assessment) -> Column:
+    return column("result", [row.case.out.name for row in study.rows], meaning="result file beside this one")
 
 
 def _settings(study: Assessment) -> list[Column]:
     return [
-        column(one.key, [row.outcome.trial.settings[index].value for row in study.rows], meaning="value as given")
-        for index, one in enumerate(study.variations)
+        column(key, [row.case.settings[key] for row in study.rows], meaning="value as given")
+        for key in study.plan.variations
+    ]
+
+
+def _costs(study: Assessment) -> list[Column]:
+    outcomes = [row.outcome for row in study.rows]
+    applications = [one.applications for one in outcomes]
+    return [
+        column("increments", [one.increments for one in outcomes], "1", "increments solved"),
+        column("time", [one.seconds for one in outcomes], "s", "wall-clock time of the increments"),
+        column("operator_applications", applications, "1", "applications of an influence operator"),
+    ]
+
+
+def _values(study: Assessment) -> list[Column]:
+    return [
+        column(
+            str(one),
+            [row.values[index] for row in study.rows],
+            one.units,
+            f"{one.name} at the end of stage {one.stage}",
+            scale=study.scales[index],
+            **_reference(study.reference[index]),
+        )
+        for index, one in enumerate(study.quantities)
     ]

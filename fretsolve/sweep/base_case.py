@@ -7,9 +7,8 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
-from fretsolve.case.loading import CaseText, read_case
+from fretsolve.case.loading import CaseText
 from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import Override
 from fretsolve.case.surface_specs import HeightsSurface
@@ -18,22 +17,16 @@ from fretsolve.result import RunHeader
 from fretsolve.setup.cost_estimate import Estimate, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
-from fretsolve.sweep.points import Setting
-
-IRRELEVANT = ("title", "expect")
-"""Keys of a case that change nothing in its run."""
-
-DIGITS = 16
-"""Hexadecimal digits in the name of a result."""
-
-Origin = TypeVar("Origin")
+from fretsolve.sweep.points import EVERY_STAGE, Point, Value, all_of, overrides_of
 
 
 @dataclass(frozen=True)
 class PreparedCase:
-    """A case that can run. id: names its result `out`, the same for equal cases; expected: its estimated cost."""
+    """A case that can run. settings: the varied keys and their values; id: names its result `out`, the same for equal
+    cases; expected: its estimated cost.
+    """
 
-    settings: tuple[Setting, ...]
+    settings: Mapping[str, str]
     setup: ProblemSetup
     header: RunHeader
     id: str
@@ -55,19 +48,18 @@ class BaseCase:
     threads: int
 
     @classmethod
-    def read(cls, path: Path, overrides: Sequence[str], threads: int = 1, last: Sequence[str] = ()) -> BaseCase:
-        """Read the case file. Raises CaseError, FileError."""
-        text = read_case(path).overridden(overrides)
+    def of(cls, text: CaseText, overrides: Sequence[str], threads: int = 1, last: Sequence[str] = ()) -> BaseCase:
+        """Return the base case of a case file. Raises CaseError."""
+        text = text.overridden(overrides)
         stages = tuple(stage.key for stage in text.case().stages())
         return cls(text, tuple(overrides), tuple(last), stages, threads)
 
-    def prepare(self, settings: Iterable[Setting], folder: Path) -> PreparedCase:
+    def prepare(self, settings: Mapping[str, str], folder: Path) -> PreparedCase:
         """Set up the case at `settings`, whose result goes to `folder`.
 
         Raises CaseError if it is not valid, does not fit into memory or has an unusable height map; FileError.
         """
-        settings = tuple(settings)
-        own = [text for setting in settings for text in setting.overrides(self.stages)] + list(self.last)
+        own = [text for item in settings.items() for text in overrides_of(*item, self.stages)] + list(self.last)
         setup = set_up(self.text.case(own))
         expected = require_memory(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
@@ -76,19 +68,49 @@ class BaseCase:
         name = digest(header)
         return PreparedCase(settings, setup, header, name, folder / f"{name}.h5", expected)
 
+    def prepare_all(self, points: Iterable[Point], folder: Path) -> Iterator[PreparedCase]:
+        """Yield the case at each of `points` as if it were run. At the end, raises CaseError for all that are wrong."""
+        problems: dict[str, CaseError] = {}
+        checked: set[tuple[str, ...]] = set()
+        for point in points:
+            values = [(text, value) for value in point for text in overrides_of(value.name, value.text, self.stages)]
+            names = tuple(value.name for value in point)
+            if names not in checked:
+                checked.add(names)
+                self._require_different_keys(values)
+            try:
+                yield self.prepare({value.name: value.text for value in point}, folder)
+            except CaseError as error:
+                problems |= {str(problem): problem for problem in placed(error, dict(values), self.text)}
+        if problems:
+            raise all_of(problems.values())
+
+    def _require_different_keys(self, values: Sequence[tuple[str, Value]]) -> None:
+        """Raise CaseError if two values are of the same key; that of one stage may follow that of every stage."""
+        origin, seen = dict(values), dict[KeyPath, str]()
+        overridden = self.text.overridden([text for text, _ in values])
+        for override in overridden.source.overrides[len(self.text.source.overrides) :]:
+            value = origin[override.text]
+            first = seen.get(override.key)
+            if first == value.name:
+                raise value.problem("the key is varied twice; give all of its values at once")
+            if first is not None and not first.startswith(EVERY_STAGE):
+                raise value.problem(f"{first} and {value.name} are the same key; keep one of the two")
+            seen[override.key] = value.name
+
 
 def digest(header: RunHeader) -> str:
-    """Return a digest of all that the outcome of a run depends on."""
-    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in IRRELEVANT}
+    """Return a digest of all that the outcome of a run depends on, which title and expected values do not change."""
+    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in ("title", "expect")}
     identity = json.dumps([case, header.inputs, header.version, header.format_version], sort_keys=True)
-    return hashlib.sha256(identity.encode()).hexdigest()[:DIGITS]
+    return hashlib.sha256(identity.encode()).hexdigest()[:16]
 
 
-def with_origins(error: CaseError, texts: Mapping[str, Origin]) -> Iterator[tuple[CaseError, Origin | None]]:
-    """Yield each problem in `error` with the origin of the override at fault, None if no override is.
-
-    texts: overrides and where they come from.
-    """
-    origins = {Override((), text).origin: origin for text, origin in texts.items()}
+def placed(error: CaseError, values: Mapping[str, Value], text: CaseText) -> Iterator[CaseError]:
+    """Yield each problem in `error` at the value that causes it, if one does. values: by overrides of `text`."""
+    of_origin = {Override((), override).origin: value for override, value in values.items()}
+    keys = {override.origin: override.key for override in text.overridden(list(values)).source.overrides}
     for problem in error.problems if isinstance(error, CaseErrors) else [error]:
-        yield problem, origins.get(str(problem.file))
+        origin = str(problem.file)
+        inside = problem.key[len(keys.get(origin, problem.key)) :]
+        yield of_origin[origin].problem(problem.message, inside) if origin in of_origin else problem

@@ -1,60 +1,29 @@
-"""One case of a sweep: solve it into its result file, and report how that ended."""
+"""Solve cases of a sweep or study into their result files, and report how that ended."""
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
+from fretsolve.case.loading import read_case
 from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
+from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system.signals import EXIT_STOPPED
 
-EXIT_BUG = 70
+EXIT_BUG = FretsolveError.exit_code
 
-UNSAVED = 2.0
-"""Seconds of work that a kill may cost. A shorter case is written once, which is faster than saving each increment."""
-
-
-@dataclass(frozen=True)
-class SolvedCase:
-    """How a run ended. code: that of `fretsolve run`; reason: why there is no solution; increments: in the result."""
-
-    code: int
-    reason: str = ""
-    increments: int = 0
-
-
-def solve(
-    case: PreparedCase,
-    stop: Stop,
-    show: Callable[[Summary], None] = lambda summary: None,
-    *,
-    threads: int = 1,
-    pause: float = 0.0,
-) -> SolvedCase:
-    """Solve what is missing of a case and save it.
-
-    show: called after each increment; pause: seconds for which increments may stay unsaved. Raises FileError.
-    """
-    with HistoryWriter.open(
-        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND
-    ) as writer:
-        if writer.complete:  # another process was faster
-            return SolvedCase(0)
-        try:
-            complete = solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary))
-        except NoSolutionError as error:
-            return SolvedCase(error.exit_code, " ".join(str(error).splitlines()), len(writer.summaries))
-        return SolvedCase(0 if complete else EXIT_STOPPED, "", len(writer.summaries))
+Show = Callable[[PreparedCase, Summary], None]
 
 
 @dataclass(frozen=True)
@@ -88,6 +57,71 @@ class Report:
         return self.busy or (self.has_result and not self.wrote_result)
 
 
+def solve(
+    case: PreparedCase,
+    index: int,
+    stop: Stop,
+    show: Callable[[Summary], None] = lambda summary: None,
+    *,
+    threads: int = 1,
+    pause: float = 0.0,
+) -> Report:
+    """Solve what is missing of case `index`, save it and report how that ended.
+
+    show: called after each increment; pause: seconds for which increments may stay unsaved. Raises FileError.
+    """
+    began, code, reason = time.perf_counter(), 0, ""
+    with HistoryWriter.open(
+        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND
+    ) as writer:
+        if writer.complete:  # another process was faster
+            return Report(index, 0)
+        try:
+            if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
+                code = EXIT_STOPPED
+        except NoSolutionError as error:
+            code, reason = error.exit_code, _one_line(error)
+        return Report(index, code, reason, increments=len(writer.summaries), seconds=time.perf_counter() - began)
+
+
+def run_serially(
+    cases: Sequence[PreparedCase], stop: Stop, show: Show = lambda case, summary: None
+) -> Iterator[Report]:
+    """Run `cases`, unless their results are there; yield a report as each ends. A stop saves the case under way.
+
+    show: called after each saved increment. Raises FileError.
+    """
+    missing = [case for case in cases if not case.out.exists()]
+    warm: set[object] = set()
+    for index, case in enumerate(cases):
+        if case.out.exists():
+            yield Report(index, 0)
+            continue
+        if _kind(case) not in warm and not stop.requested:
+            warm.add(_kind(case))
+            _warm_up([other for other in missing if _kind(other) == _kind(case)], stop)
+        report = Report(index, EXIT_STOPPED) if stop.requested else solve(case, index, stop, partial(show, case))
+        if report.code == EXIT_STOPPED:
+            return
+        yield report
+
+
+def _kind(case: PreparedCase) -> object:
+    return case.setup.grid.shape, case.setup.model.terms
+
+
+def _warm_up(cases: Sequence[PreparedCase], stop: Stop) -> None:
+    """Compile the kernels and plan the transforms of `cases`, which are of one kind, so that no cost includes that.
+
+    That takes up to 3 increments of the cheapest one, which call all solvers and whose results are dropped.
+    """
+    cheapest = min(cases, key=lambda case: (case.expected.seconds, -case.setup.case.solver.tolerance))
+    with suppress(FretsolveError):
+        for state in itertools.islice(run(cheapest.setup), 3):
+            if stop.requested or not cheapest.setup.model.has_shear or state.summary.iterations_tangential:
+                break
+
+
 @dataclass(frozen=True)
 class CaseRunner:
     """Runs cases of the sweep `manifest`, and reads its case file once."""
@@ -97,45 +131,39 @@ class CaseRunner:
     @cached_property
     def base(self) -> BaseCase:
         """The base case. Raises CaseError, FileError."""
-        return BaseCase.read(self.manifest.case, self.manifest.overrides, self.manifest.threads)
+        return BaseCase.of(read_case(self.manifest.case), self.manifest.overrides, self.manifest.threads)
 
     def run(self, row: ManifestRow, stop: Stop) -> Report:
         """Solve what is missing of a case. Errors are in the report and, if there is no result, in the case's note."""
         began = time.perf_counter()
         if self.manifest.result(row).exists():
             return Report(row.index, 0)
-        busy = False
         try:
-            solved = self._solve(row, stop)
-        except BusyError as error:
-            solved, busy = SolvedCase(error.exit_code, str(error)), True
+            case = self.base.prepare(row.settings, self.manifest.results)
+            if case.id != row.id:
+                message = "has changed since the sweep began; give the command sweep run again"
+                raise CaseError(message, (), self.manifest.case)
+            # A kill may cost 2 s of work. A shorter case is written once, which is faster.
+            report = solve(case, row.index, stop, threads=self.manifest.threads, pause=2.0)
         except FretsolveError as error:
-            solved = SolvedCase(error.exit_code, " ".join(str(error).splitlines()))
+            report = Report(row.index, error.exit_code, _one_line(error), isinstance(error, BusyError))
         except MemoryError:
-            solved = SolvedCase(CaseError.exit_code, "not enough memory; fewer grid.points are needed")
+            report = Report(row.index, CaseError.exit_code, "not enough memory; fewer grid.points are needed")
         except Exception as error:
             if os.environ.get("FRETSOLVE_DEBUG"):
                 raise
-            text = " ".join(str(error).split())
-            solved = SolvedCase(EXIT_BUG, f"internal error: {type(error).__name__}: {text}")
-        seconds = time.perf_counter() - began
-        report = Report(row.index, solved.code, solved.reason, busy, solved.increments, seconds)
+            report = Report(row.index, EXIT_BUG, f"internal error: {type(error).__name__}: {_one_line(error)}")
+        report = replace(report, seconds=time.perf_counter() - began)
         leave_note(self.manifest, row, report)
         return report
 
-    def _solve(self, row: ManifestRow, stop: Stop) -> SolvedCase:
-        case = self.base.prepare(row.settings, self.manifest.results)
-        if case.id != row.id:
-            message = "has changed since the sweep began; give the command sweep run again"
-            raise CaseError(message, (), self.manifest.case)
-        return solve(case, stop, threads=self.manifest.threads, pause=UNSAVED)
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def leave_note(manifest: Manifest, row: ManifestRow, report: Report) -> None:
-    """Write beside the results why a case has none, unless it was merely stopped.
-
-    A full disk stops nobody here.
-    """
+    """Write beside the results why a case has none, unless it was merely stopped. A full disk is no error here."""
     note = manifest.note(row)
     with suppress(OSError):
         if report.has_result or (report.code == EXIT_STOPPED and not report.reason):

@@ -1,16 +1,15 @@
-"""The manifest of a sweep: every case with its settings and the name of its result, for all engines alike."""
+"""The manifest of a sweep: every case with its settings and the name of its result."""
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.sweep.points import Setting
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, writing
 
@@ -28,20 +27,21 @@ class ManifestRow:
 
     index: int
     id: str
-    settings: tuple[Setting, ...]
+    settings: Mapping[str, str]
     seconds: float
 
     @property
     def words(self) -> str:
         """The settings, for a sentence."""
-        return ", ".join(f"{setting.key}={setting.value}" for setting in self.settings)
+        return ", ".join(f"{key}={value}" for key, value in self.settings.items())
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a sweep is, in its `folder`. overrides: common to all cases, as `--set` takes them.
+    """All that the engines know of a sweep or study. overrides: common to all cases, as `--set` takes them.
 
-    quantities: to collect, ``NAME`` or ``NAME@STAGE``. memory: estimate for the largest case (bytes).
+    quantities: to collect, ``NAME`` or ``NAME@STAGE``; memory: estimate for the largest case (bytes); results_name: the
+    folder of the results inside `folder`, which a study leaves empty.
     """
 
     folder: Path
@@ -53,11 +53,12 @@ class Manifest:
     threads: int
     memory: float
     rows: tuple[ManifestRow, ...] = field(repr=False)
+    results_name: str = RESULTS_NAME
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The varied keys."""
-        return tuple(dict.fromkeys(setting.key for row in self.rows for setting in row.settings))
+        return tuple(dict.fromkeys(key for row in self.rows for key in row.settings))
 
     @cached_property
     def unique(self) -> tuple[ManifestRow, ...]:
@@ -67,7 +68,7 @@ class Manifest:
     @property
     def results(self) -> Path:
         """The folder of the results."""
-        return self.folder / RESULTS_NAME
+        return self.folder / self.results_name
 
     def result(self, row: ManifestRow) -> Path:
         """Return the result file of a case."""
@@ -91,30 +92,14 @@ def require_own(folder: Path, sweep: Path) -> None:
 
 def write_manifest(manifest: Manifest) -> None:
     """Write the manifest into its folder, in one step; make the folder if need be. Raises FileError."""
-    values = {
-        "format": FORMAT,
-        "sweep": str(manifest.sweep),
-        "title": manifest.title,
-        "case": str(manifest.case),
-        "overrides": manifest.overrides,
-        "quantities": manifest.quantities,
-        "threads": manifest.threads,
-        "memory": manifest.memory,
-        "cases": [
-            {
-                "index": row.index,
-                "id": row.id,
-                "result": f"{RESULTS_NAME}/{row.id}.h5",
-                "seconds": row.seconds,
-                "settings": {setting.key: setting.value for setting in row.settings},
-            }
-            for row in manifest.rows
-        ],
-    }
+    names = ("sweep", "title", "case", "overrides", "quantities", "threads", "memory")
+    common = {name: getattr(manifest, name) for name in names}
+    cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **vars(row)} for row in manifest.rows]
+    values = {"format": FORMAT, **common, "cases": cases}
     path = manifest.folder / MANIFEST_NAME
     with writing(path):
         manifest.results.mkdir(parents=True, exist_ok=True)
-        atomic_files.write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+        atomic_files.write_text(path, json.dumps(values, indent=1, ensure_ascii=False, default=str) + "\n")
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -133,7 +118,9 @@ def read_manifest(folder: Path) -> Manifest:
             tuple(values["quantities"]),
             values["threads"],
             values["memory"],
-            tuple(_row(case) for case in values["cases"]),
+            tuple(
+                ManifestRow(case["index"], case["id"], case["settings"], case["seconds"]) for case in values["cases"]
+            ),
         )
     except OSError as error:
         needed = "a folder made by sweep run is needed"
@@ -142,18 +129,8 @@ def read_manifest(folder: Path) -> Manifest:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
 
 
-def _row(values: dict[str, Any]) -> ManifestRow:
-    settings = tuple(Setting(key, value) for key, value in values["settings"].items())
-    return ManifestRow(values["index"], values["id"], settings, values["seconds"])
-
-
 def index_list(indices: Sequence[int]) -> str:
     """Write numbers as ``0-3,7,9-12``, the form of Slurm's --array."""
-    parts: list[str] = []
-    numbers = sorted(set(indices))
-    for place, number in enumerate(numbers):
-        if place and number == numbers[place - 1] + 1:
-            parts[-1] = parts[-1].partition("-")[0] + f"-{number}"
-        else:
-            parts.append(str(number))
-    return ",".join(parts)
+    groups = itertools.groupby(enumerate(sorted(set(indices))), lambda pair: pair[1] - pair[0])
+    runs = [[number for _, number in group] for _, group in groups]
+    return ",".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)

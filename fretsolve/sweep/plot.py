@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,11 +14,8 @@ from matplotlib.lines import Line2D
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, one_line
 from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, readable
-from fretsolve.sweep.table import Table
-from fretsolve.sweep.table_files import Column
+from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import IndexArray
-
-PANEL = (5.6, 4.0)
 
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.75"},
@@ -49,11 +46,13 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     return sheet.figure
 
 
-def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = None) -> Figure:
+def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None) -> Figure:
     """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
     x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _found(table, quantity)
     known = np.isfinite(z.values)
-    _require_one_each(table, over)
+    others = [one.name for one in table.settings if one.name not in over and len(set(map(str, one.values))) > 1]
+    if others and len(set(zip(x.values.tolist(), y.values.tolist(), strict=True))) < len(table.states):
+        raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
     unit = readable(z.units, z.values)
     with _panel(ax, table, x, y) as (sheet, axes):
         columns, rows = np.unique(x.values), np.unique(y.values)
@@ -69,14 +68,14 @@ def surface(table: Table, quantity: str, over: tuple[str, str], ax: Target = Non
     return sheet.figure
 
 
-def running_condition(table: Table, over: tuple[str, str], ax: Target = None) -> Figure:
+def running_condition(table: Table, over: Sequence[str], ax: Target = None) -> Figure:
     """Draw partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
 
     Raises PictureError.
     """
     x, y = _numbers(table, over[0]), _numbers(table, over[1])
-    cases = zip(table.running_conditions, table.states, strict=True)
-    found = np.array([name or "no solution" if state.has_result else "" for name, state in cases])
+    cases = zip(table.outcomes, table.states, strict=True)
+    found = np.array([one.running_condition or "no solution" if state.has_result else "" for one, state in cases])
     if not (found != "").any():
         raise PictureError("no case has a result yet")
     with _panel(ax, table, x, y) as (sheet, axes):
@@ -95,7 +94,7 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
 
     y: a label for the axis of a quantity, which stays linear.
     """
-    with canvas(ax, 1, PANEL) as sheet:
+    with canvas(ax, 1, (5.6, 4.0)) as sheet:
         axes = sheet.axes[0]
         axes.set(xlabel=x.heading, ylabel=y if isinstance(y, str) else y.heading)
         for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
@@ -132,21 +131,11 @@ def _numbers(table: Table, name: str) -> Column:
 def _groups(table: Table, over: str) -> dict[str, IndexArray]:
     """Return the rows by the values of all varied keys except `over`."""
     others = [column for column in table.settings if column.name != over]
-    names = [
-        ", ".join(f"{column.name.rpartition('.')[2]} {_short(column, row)}" for column in others)
-        for row in range(len(table.states))
-    ]
+
+    def text(column: Column, row: int) -> str:
+        value = column.values[row]
+        shown = str(value) if column.values.dtype == object else f"{value:.6g} {column.units}".rstrip()
+        return f"{column.name.rpartition('.')[2]} {shown}"
+
+    names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]
     return {name: np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)}
-
-
-def _short(column: Column, row: int) -> str:
-    value = column.values[row]
-    return str(value) if column.values.dtype == object else f"{value:.6g} {column.units}".rstrip()
-
-
-def _require_one_each(table: Table, over: tuple[str, str]) -> None:
-    others = [column.name for column in table.settings if column.name not in over]
-    varied = [name for name in others if len(set(map(str, _column(table, name).values))) > 1]
-    places = set(zip(*(_numbers(table, name).values.tolist() for name in over), strict=True))
-    if varied and len(places) < len(table.states):
-        raise PictureError(f"{', '.join(varied)} varies as well, so a point has several values")

@@ -1,16 +1,25 @@
-"""Quantities that sweeps collect and studies compare: a column of the history at the end of a stage."""
+"""Quantities that sweeps collect and studies compare: columns of the history at the end of a stage."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
 
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, TANGENTIAL
 from fretsolve.case.problems import nearest
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, SlidingError
+from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.result import Result, open_result
 from fretsolve.result.layout import HISTORY
+from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.system.arrays import DoubleArray
 
 NAMES = tuple(
     column.name
@@ -21,13 +30,15 @@ NAMES = tuple(
 
 _UNITS = {column.name: column.units for column in HISTORY}
 
-MOST_STAGES = 999_999_999
-"""Number of stages where it is not known."""
+RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
+
+LAST_STAGE = 1_000_000_000
+"""Stands for the last stage where the number of stages is not known."""
 
 
 @dataclass(frozen=True)
 class StageQuantity:
-    """A column of the history, by name, at the end of a stage (1-based, cycles unrolled)."""
+    """A column of the history, by name, at the end of a stage (from 1, cycles unrolled; or `LAST_STAGE`)."""
 
     name: str
     stage: int
@@ -41,13 +52,13 @@ class StageQuantity:
         return f"{self.name}@{self.stage}"
 
 
-def read_quantity(text: str, stages: int = MOST_STAGES) -> StageQuantity:
-    """Read ``NAME`` or ``NAME@STAGE``; the default is the last of `stages`. Raises CaseError."""
+def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
+    """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
     if name not in NAMES:
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, NAMES)}", text)
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
-        ends = "on" if stages == MOST_STAGES else f"to {stages}"
+        ends = "on" if stages == LAST_STAGE else f"to {stages}"
         raise _refused(f"there is no stage {stage!r}; one from 1 {ends} is needed", text)
     return StageQuantity(name, int(stage) if at else stages)
 
@@ -55,16 +66,22 @@ def read_quantity(text: str, stages: int = MOST_STAGES) -> StageQuantity:
 def usual_quantities(setup: ProblemSetup) -> tuple[StageQuantity, ...]:
     """Return what the load path moves, at its end, and what the case expects, without what is imposed."""
     last = len(setup.load_path.last_steps)
-    found = {StageQuantity(name, last) for name in _moved(setup)} | {
-        StageQuantity(expected.quantity, expected.stage or last)
-        for expected in setup.case.expect
-        if expected.quantity in NAMES
-    }
+    found = [StageQuantity(name, last) for name in _moved(setup)] + list(expected_values(setup))
     imposed = setup.load_path.imposed
     return in_order([quantity for quantity in found if quantity.name not in imposed[quantity.stage - 1]])
 
 
-def in_order(quantities: Sequence[StageQuantity]) -> tuple[StageQuantity, ...]:
+def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
+    """Return what the case expects; of two values of one quantity the first."""
+    last = len(setup.load_path.last_steps)
+    return {
+        StageQuantity(one.quantity, one.stage or last): one.value
+        for one in reversed(setup.case.expect)
+        if one.quantity in NAMES
+    }
+
+
+def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
     """Return each quantity once, in the order of the history and of the stages."""
     return tuple(sorted(set(quantities), key=lambda quantity: (NAMES.index(quantity.name), quantity.stage)))
 
@@ -81,3 +98,71 @@ def _moved(setup: ProblemSetup) -> list[str]:
 
 def _refused(message: str, text: str) -> CaseError:
     return CaseError(message, (), f"--quantity {text if text.isprintable() else repr(text)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a result says. values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
+
+    increments, seconds, applications: solved, with their wall-clock time and applications of the elastic operator.
+    peaks: the largest absolute value of each quantity on the path, 0 if it is round-off; failure: why there is no
+    solution, empty if there is one; stages: of the whole path, 0 if the run failed.
+    """
+
+    values: DoubleArray
+    errors: DoubleArray
+    increments: int
+    seconds: float = 0.0
+    applications: int = 0
+    peaks: DoubleArray = field(default_factory=lambda: np.empty(0))
+    failure: str = ""
+    running_condition: RunningCondition = ""
+    stages: int = 0
+
+
+def read_outcome(path: Path, quantities: Sequence[StageQuantity], last_steps: Sequence[int] | None = None) -> Outcome:
+    """Return the outcome of the result `path`. Raises FileError.
+
+    last_steps: the increments at which stages end. Without it the stage in which a run failed counts as not ended.
+    """
+    with open_result(path) as result:
+        history, complete = result.history, result.status == "complete"
+        steps = stage_ends(history["stage"]) if last_steps is None else last_steps
+        ends = dict(enumerate(steps, start=1))
+        if complete:
+            ends[LAST_STAGE] = result.increments - 1
+        elif last_steps is None and ends:
+            ends.popitem()
+
+        def at_end(name: str, stage: int) -> float:
+            step = ends.get(stage, result.increments)
+            return float(history[name][step]) if name in history and step < result.increments else math.nan
+
+        round_off = {name for pair in PAIRS for name in pair}.difference(relevant_columns(result))
+        return Outcome(
+            np.array([at_end(one.name, one.stage) for one in quantities]),
+            np.array([at_end(one.name + ERROR_SUFFIX, one.stage) for one in quantities]),
+            result.increments,
+            float(history["wall_time"].sum()),
+            int(history["operator_applications"].sum()),
+            np.array([(one.name not in round_off) * abs(history[one.name]).max(initial=0.0) for one in quantities]),
+            str(result.attributes.get("failure", "")),
+            running_condition(result),
+            len(steps) if complete else 0,
+        )
+
+
+def running_condition(result: Result) -> RunningCondition:
+    """Return whether all of the contact slips at some time, a part of it does, or none; empty without shear.
+
+    A run that ended because a force exceeded what friction carries is one of gross slip.
+    """
+    history = result.history
+    if result.attributes.get("failure_kind") == SlidingError.kind:
+        return "gross slip"
+    if not result.increments or not history["max_shear"].any():
+        return ""
+    touching, sticking = history["contact_cells"], history["stick_cells"]
+    if ((sticking == 0) & (touching > 0) & (history["max_shear"] > 0.0)).any():
+        return "gross slip"
+    return "partial slip" if (sticking < touching).any() else "stick"

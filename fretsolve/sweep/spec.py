@@ -9,27 +9,22 @@ from pydantic import Discriminator, Field, StrictBool, StrictFloat, StrictInt, T
 from fretsolve.case.base import CaseModel, Count, refused_at
 from fretsolve.case.quantities import shown
 
-LARGEST_SWEEP = 1_000_000
-
 Number = StrictInt | StrictFloat | str
 """A number, or text of a number with its unit."""
-
-
-class Range(CaseModel):
-    """Values between two ends, both included."""
-
-    start: Number = Field(alias="from", description="first value, such as 100 N")
-    to: Number = Field(description="last value, in the same unit")
-    count: Annotated[int, Field(strict=True, ge=2)] = Field(description="how many values, such as 5")
-    spacing: Literal["linear", "log"] = Field(default="linear", description="of the values: linear or log")
 
 
 class Interval(CaseModel):
     """The interval from which a key of a Latin hypercube is drawn."""
 
-    start: Number = Field(alias="from", description="least value, such as 100 N")
-    to: Number = Field(description="largest value, in the same unit")
+    start: Number = Field(alias="from", description="first value, such as 100 N")
+    to: Number = Field(description="last value, in the same unit")
     spacing: Literal["linear", "log"] = Field(default="linear", description="of the values: linear or log")
+
+
+class Range(Interval):
+    """Values between two ends, both included."""
+
+    count: Annotated[int, Field(strict=True, ge=2)] = Field(description="how many values, such as 5")
 
 
 class LatinHypercube(CaseModel):

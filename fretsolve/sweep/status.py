@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 from fretsolve.errors import FileError
 from fretsolve.result.lock import is_locked
@@ -15,8 +16,6 @@ from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
-
-STATUSES: tuple[Status, ...] = ("complete", "no solution", "running", "stopped", "error", "waiting")
 """complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
 
 
@@ -38,17 +37,15 @@ class CaseState:
 
 def states(manifest: Manifest, reports: Iterable[Report] = ()) -> Iterator[CaseState]:
     """Yield the state of every row; reports: on results that were just written and need not be read."""
-    ended = {manifest.rows[report.index]: report for report in reports if report.wrote_result}
-    found = {row.id: _of_report(row, report) for row, report in ended.items()}
+    found: dict[str, CaseState] = {}
+    for report in reports:
+        if report.wrote_result:
+            row = manifest.rows[report.index]
+            found[row.id] = CaseState(row, "no solution" if report.code else "complete", report.code, report.reason)
     for row in manifest.rows:
         if row.id not in found:
             found[row.id] = state_of(manifest, row)
-        known = found[row.id]
-        yield CaseState(row, known.status, known.exit_code, known.reason, known.increments)
-
-
-def _of_report(row: ManifestRow, report: Report) -> CaseState:
-    return CaseState(row, "no solution" if report.code else "complete", report.code, report.reason)
+        yield replace(found[row.id], row=row)
 
 
 def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
@@ -92,7 +89,8 @@ def is_taken(manifest: Manifest, row: ManifestRow) -> bool:
     return has_ended(manifest, row) or is_locked(parts_folder(manifest.result(row)))
 
 
-def counts(found: Sequence[CaseState]) -> dict[Status, int]:
-    """Return how many cases are in each of those `STATUSES` that occur."""
-    numbers = {status: sum(one.status == status for one in found) for status in STATUSES}
-    return {status: number for status, number in numbers.items() if number}
+def counted(found: Sequence[CaseState]) -> str:
+    """Return how many cases there are, and how many in each status that occurs, as a line."""
+    numbers = Counter(one.status for one in found)
+    parts = ", ".join(f"{numbers[status]} {status}" for status in get_args(Status) if status in numbers)
+    return f"{len(found)} case{'s' if len(found) > 1 else ''}: {parts}"

@@ -1,58 +1,117 @@
-"""The results of a sweep as one table: settings, quantities at the ends of stages, and their error bars."""
+"""Tables as files: CSV, HDF5 and Parquet; and the results of a sweep as one table, with settings and error bars."""
 
 from __future__ import annotations
 
-import math
+import csv
+import io
 import os
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from fretsolve import __version__
 from fretsolve.case.quantities import QuantityError, split_quantity
-from fretsolve.errors import CaseError, FileError, SlidingError
-from fretsolve.result import Result, open_result
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.errors import CaseError, FileError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.quantity import StageQuantity
+from fretsolve.sweep.quantity import LAST_STAGE, Outcome, read_outcome, read_quantity
 from fretsolve.sweep.status import CaseState, states
-from fretsolve.sweep.table_files import Column, column, write_csv, write_hdf5, write_parquet
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system import atomic_files
+from fretsolve.system.files import writing
 
-RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Values ``(rows,)`` under a name: texts, or numbers (NaN if there is none) in `units`.
+
+    meaning: for HDF5, the name by default; attributes: more of them there.
+    """
+
+    name: str
+    units: str
+    values: NDArray[Any]
+    meaning: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def heading(self) -> str:
+        """The name with the units, as in CSV."""
+        return self.name if self.units in ("", "1") else f"{self.name} ({self.units})"
+
+
+def column(name: str, values: ArrayLike, units: str = "", meaning: str = "", **attributes: Any) -> Column:
+    """Return a column; texts become objects, as HDF5 and CSV need them."""
+    array = np.asarray(values)
+    return Column(name, units, array.astype(object) if array.dtype.kind == "U" else array, meaning, attributes)
+
+
+def write_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) -> None:
+    """Write a row per case, units in the heading; what is not known is empty. first: one more row. Raises FileError."""
+
+    def cell(value: Any) -> str:
+        if isinstance(value, float):
+            return f"{value:.10g}" if np.isfinite(value) else ""
+        return str(value)
+
+    columns = list(columns)
+    rows = zip(*(column.values.tolist() for column in columns), strict=True)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([column.heading for column in columns])
+    writer.writerows(map(cell, row) for row in ([first, *rows] if first else rows))
+    with writing(path):
+        atomic_files.write_text(path, text.getvalue())
+
+
+def write_hdf5(
+    path: Path, columns: Mapping[str, Iterable[Column]], attributes: Mapping[str, Any], links: Mapping[str, Any] = {}
+) -> None:
+    """Write each column as a dataset in its group, with units and meaning. Raises FileError.
+
+    columns: by group, empty for none; links: by their names in the file.
+    """
+    with writing(path), atomic_files.new_hdf5(path) as file:
+        file.attrs.update({"fretsolve_version": __version__, **attributes})
+        for group, members in columns.items():
+            for one in members:
+                values = one.values.astype(np.uint8) if one.values.dtype == bool else one.values
+                kind = h5py.string_dtype() if values.dtype == object else None
+                dataset = file.create_dataset(f"{group}/{one.name}" if group else one.name, data=values, dtype=kind)
+                meaning = {"units": one.units, "long_name": one.meaning or one.name, **one.attributes}
+                dataset.attrs.update(meaning)
+        for name, link in links.items():
+            file[name] = link
+
+
+def write_parquet(path: Path, columns: Iterable[Column]) -> None:
+    """Write the same as the CSV file, with types. Raises CaseError without pyarrow, FileError."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise CaseError(f"Parquet needs pyarrow, which cannot be imported ({error}): pip install pyarrow") from error
+    content = io.BytesIO()
+    arrays = {column.heading: pyarrow.array(column.values.tolist()) for column in columns}
+    pyarrow.parquet.write_table(pyarrow.table(arrays), content)
+    with writing(path), atomic_files.new_file(path) as file:
+        file.write(content.getvalue())
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """One row per case. settings, found, errors: columns of varied keys, quantities and their error bars, if any.
-
-    running_conditions: of each case, empty if it has none; increments, seconds: solved, and the time they took.
-    """
+    """One row per case. settings, found, errors: columns of varied keys, quantities and their error bars, if any."""
 
     manifest: Manifest
     states: tuple[CaseState, ...]
+    outcomes: tuple[Outcome, ...]
     settings: tuple[Column, ...]
     found: tuple[Column, ...]
     errors: tuple[Column, ...]
-    running_conditions: tuple[str, ...]
-    increments: NDArray[np.int64]
-    seconds: DoubleArray
-
-
-@dataclass(frozen=True)
-class _Reading:
-    """What one result says. stages: of the whole path, 0 if the run did not reach its end."""
-
-    values: tuple[float, ...]
-    errors: tuple[float, ...]
-    running_condition: str = ""
-    increments: int = 0
-    seconds: float = 0.0
-    stages: int = 0
 
 
 def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
@@ -60,69 +119,43 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
 
     A result that cannot be read counts as an error of its case. Raises CaseError for a stage that no case has.
     """
-    texts = tuple(dict.fromkeys(quantities or manifest.quantities))
-    wanted = [_split(text) for text in texts]
-    nothing = (math.nan,) * len(wanted)
-    known: dict[str, _Reading] = {}
+    wanted = {text: read_quantity(text) for text in quantities or manifest.quantities}
+    nothing = np.full(len(wanted), np.nan)
+    known: dict[str, Outcome] = {}
     found: list[CaseState] = []
-    readings: list[_Reading] = []
+    outcomes: list[Outcome] = []
     for state in states(manifest):
         if state.has_result and state.row.id not in known:
             try:
-                with open_result(manifest.result(state.row)) as result:
-                    known[state.row.id] = _read(result, wanted)
+                known[state.row.id] = read_outcome(manifest.result(state.row), list(wanted.values()))
             except FileError as error:
                 state = CaseState(state.row, "error", error.exit_code, str(error))
         found.append(state)
-        readings.append(known.get(state.row.id) or _Reading(nothing, nothing, increments=state.increments))
-    stages = max((reading.stages for reading in readings), default=0)
-    for text, (_, stage) in zip(texts, wanted, strict=True):
-        if stages and stage is not None and stage > stages:
-            raise CaseError(f"--quantity {text}: there is no stage {stage}; the cases have stages 1 to {stages}")
-    shape = len(found), len(texts)
-    values = np.array([reading.values for reading in readings], np.float64).reshape(shape)
-    errors = np.array([reading.errors for reading in readings], np.float64).reshape(shape)
-    heads = [(text, StageQuantity(name, 1).units) for text, (name, _) in zip(texts, wanted, strict=True)]
+        outcomes.append(known.get(state.row.id) or Outcome(nothing, nothing, state.increments))
+    stages = max((outcome.stages for outcome in outcomes), default=0)
+    for one in wanted.values():
+        if stages and stages < one.stage < LAST_STAGE:
+            raise CaseError(f"--quantity {one}: there is no stage {one.stage}; the cases have stages 1 to {stages}")
+    values, errors = (np.array(rows) for rows in zip(*((one.values, one.errors) for one in outcomes), strict=True))
+    bars = [Column(f"{text} error", one.units, errors[:, i]) for i, (text, one) in enumerate(wanted.items())]
     return Table(
         manifest,
         tuple(found),
+        tuple(outcomes),
         tuple(setting_column(key, [state.row for state in found]) for key in manifest.keys),
-        tuple(Column(text, unit, values[:, i]) for i, (text, unit) in enumerate(heads)),
-        tuple(
-            Column(f"{text} error", unit, errors[:, i])
-            for i, (text, unit) in enumerate(heads)
-            if np.isfinite(errors[:, i]).any()
-        ),
-        tuple(reading.running_condition for reading in readings),
-        np.array([reading.increments for reading in readings]),
-        np.array([reading.seconds for reading in readings]),
+        tuple(Column(text, one.units, values[:, i]) for i, (text, one) in enumerate(wanted.items())),
+        tuple(one for one in bars if np.isfinite(one.values).any()),
     )
-
-
-def running_condition(result: Result) -> RunningCondition:
-    """Return whether all of the contact slips at some time, a part of it does, or none; empty without shear.
-
-    A run that ended because a force exceeded what friction carries is one of gross slip.
-    """
-    history = result.history
-    if result.attributes.get("failure_kind") == SlidingError.kind:
-        return "gross slip"
-    if not result.increments or not history["max_shear"].any():
-        return ""
-    touching, sticking = history["contact_cells"], history["stick_cells"]
-    if ((sticking == 0) & (touching > 0) & (history["max_shear"] > 0.0)).any():
-        return "gross slip"
-    return "partial slip" if (sticking < touching).any() else "stick"
 
 
 def setting_column(key: str, rows: Sequence[ManifestRow]) -> Column:
     """Return the values of a key: numbers if all are numbers in the same unit, else texts, empty for none."""
-    texts = [next((setting.value for setting in row.settings if setting.key == key), "") for row in rows]
-    try:
+    texts = [row.settings.get(key, "") for row in rows]
+    with suppress(QuantityError):
         numbers, units = zip(*map(split_quantity, texts), strict=True)
-    except QuantityError:
-        return column(key, texts)
-    return column(key, numbers, units[0]) if len(set(units)) == 1 else column(key, texts)
+        if len(set(units)) == 1:
+            return column(key, numbers, units[0])
+    return column(key, texts)
 
 
 def writer_of(path: Path, *, fields: bool) -> Callable[[Table], None]:
@@ -157,42 +190,12 @@ def _about(table: Table) -> Iterator[Column]:
     yield column("index", [state.row.index for state in table.states])
     yield column("id", [state.row.id for state in table.states])
     yield column("status", [state.status for state in table.states])
-    yield column("running_condition", table.running_conditions)
-    yield column("increments", table.increments)
-    yield column("time", table.seconds, "s")
+    yield column("running_condition", [outcome.running_condition for outcome in table.outcomes])
+    yield column("increments", [outcome.increments for outcome in table.outcomes])
+    yield column("time", [outcome.seconds for outcome in table.outcomes], "s")
     yield column("reason", [state.reason for state in table.states])
 
 
 def _columns(table: Table) -> Iterator[Column]:
     first, second, third, *rest = _about(table)
     yield from (first, second, third, *table.settings, *table.found, *table.errors, *rest)
-
-
-def _read(result: Result, wanted: Sequence[tuple[str, int | None]]) -> _Reading:
-    return _Reading(
-        tuple(_at_end(result, name, stage) for name, stage in wanted),
-        tuple(_at_end(result, name + ERROR_SUFFIX, stage) for name, stage in wanted),
-        running_condition(result),
-        result.increments,
-        float(result.history["wall_time"].sum()),
-        int(result.history["stage"][-1]) if result.status == "complete" else 0,
-    )
-
-
-def _split(text: str) -> tuple[str, int | None]:
-    name, _, stage = (part.strip() for part in text.partition("@"))
-    return name, int(stage) if stage else None
-
-
-def _at_end(result: Result, name: str, stage: int | None) -> float:
-    """Return a column of the history at the end of a stage (None: the last); NaN if the run did not reach it."""
-    stages = result.history["stage"]
-    complete = result.status == "complete"
-    if name not in result.history or not len(stages):
-        return math.nan
-    if stage is None:
-        return float(result.history[name][-1]) if complete else math.nan
-    steps = np.flatnonzero(stages == stage)
-    if not len(steps) or (steps[-1] == len(stages) - 1 and not complete):
-        return math.nan
-    return float(result.history[name][steps[-1]])

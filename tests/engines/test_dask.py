@@ -114,7 +114,7 @@ def test_scheduler_that_goes_away(tmp_path: Path) -> None:
             scheduler.kill()
             _, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 4
-    gone = "the scheduler does not answer any more; what is done stays, and the same command goes on"
+    gone = "the scheduler has stopped answering; finished cases stay, and the same command goes on"
     assert messages.endswith(f"--on dask:{address}: {gone}\n")
     end = time.monotonic() + PATIENCE
     while workers(folder):

@@ -26,17 +26,11 @@ from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import is_taken
 from fretsolve.system.environment import how_to_install
 
-TASK_SECONDS = 1.0
-"""Estimated time of a task of small cases: the scheduler takes milliseconds for each task."""
-
 TASKS_PER_THREAD = 10
 """At least, so that all threads end at about the same time."""
 
 GLANCE = 0.5
 """Seconds between looks at whether to stop."""
-
-LONGEST_WAIT = 15
-"""Seconds for a scheduler to answer."""
 
 
 def run_on_dask(
@@ -53,7 +47,7 @@ def run_on_dask(
         raise CaseError(f"Dask cannot be imported ({error}): {how_to_install('scale')}") from error
     place = f"--on dask:{address}"
     try:
-        client = Client(address, timeout=LONGEST_WAIT)
+        client = Client(address, timeout=15)
     except (OSError, ValueError) as error:
         raise CaseError(f"no Dask scheduler answers: {error}", (), place) from None
     with client:
@@ -77,9 +71,12 @@ def run_on_dask(
 
 
 def in_tasks(manifest: Manifest, rows: Sequence[ManifestRow], threads: int) -> list[Manifest]:
-    """Return the cases `rows` as tasks, each a manifest of its own; neighbours, which may be alike, are spread."""
+    """Return the cases `rows` as tasks, each a manifest of its own; neighbours, which may be alike, are spread.
+
+    A task takes a second or more if there are many: the scheduler takes milliseconds for each.
+    """
     seconds = sum(row.seconds for row in rows)
-    count = min(len(rows), max(threads * TASKS_PER_THREAD, math.ceil(seconds / TASK_SECONDS)))
+    count = min(len(rows), max(threads * TASKS_PER_THREAD, math.ceil(seconds)))
     return [replace(manifest, rows=tuple(rows[first::count])) for first in range(count)]
 
 

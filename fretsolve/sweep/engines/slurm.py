@@ -10,7 +10,6 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from fretsolve.errors import CaseError
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list
@@ -19,13 +18,7 @@ from fretsolve.sweep.spec import SlurmSpec
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 
-FOLDER_NAME, SCRIPT_NAME = "slurm", "job.sh"
-
-MEMORY_MARGIN = 1.25
-"""Memory of a task over the estimate for its largest case, if the sweep file does not say."""
-
-PARENT_BYTES = 150e6
-"""Memory of the process that watches the one that solves."""
+FOLDER_NAME = "slurm"
 
 
 def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None) -> str:
@@ -36,7 +29,10 @@ def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None) ->
     manifest, spec = plan.manifest, plan.spec.slurm
     tasks = sorted({row.index // spec.cases_per_task for row in todo})
     _require_allowed(max(tasks), plan)
-    script = _write_script(manifest, spec)
+    script = manifest.folder / FOLDER_NAME / "job.sh"
+    with writing(script):
+        script.parent.mkdir(exist_ok=True)
+        atomic_files.write_text(script, script_text(manifest, spec))
     given = queued(manifest)
     new = sorted({row.index // spec.cases_per_task for row in todo if row.index not in given})
     if not new:
@@ -70,7 +66,8 @@ def job_name(manifest: Manifest, cases_per_task: int) -> str:
 def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
     """Return the job script: the options of a task, and one command that replaces the shell."""
     folder = manifest.folder
-    memory = spec.memory or f"{math.ceil((MEMORY_MARGIN * manifest.memory + PARENT_BYTES) / 1e6)}M"
+    # A quarter more than the estimate for the largest case, and what the process takes that watches the solving one.
+    memory = spec.memory or f"{math.ceil((1.25 * manifest.memory + 150e6) / 1e6)}M"
     options = [
         f"--job-name={job_name(manifest, spec.cases_per_task)}",
         f"--output={folder / FOLDER_NAME / '%A_%a.log'}",
@@ -85,25 +82,15 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
     ]
     command = shlex.join([sys.executable, "-m", "fretsolve", "sweep", "work", str(folder)])
     per_task = spec.cases_per_task
-    return "\n".join(
-        [
-            "#!/bin/bash",
-            f"# Runs cases of {folder}; a task that a signal stops requeues itself and goes on.",
-            *(f"#SBATCH {shlex.quote(option)}" for option in options),
-            *spec.setup,
-            f"first=$((SLURM_ARRAY_TASK_ID * {per_task}))",
-            f'exec {command} --cases "$first-$((first + {per_task - 1}))" --requeue',
-            "",
-        ]
-    )
-
-
-def _write_script(manifest: Manifest, spec: SlurmSpec) -> Path:
-    script = manifest.folder / FOLDER_NAME / SCRIPT_NAME
-    with writing(script):
-        script.parent.mkdir(exist_ok=True)
-        atomic_files.write_text(script, script_text(manifest, spec))
-    return script
+    lines = [
+        "#!/bin/bash",
+        f"# Runs cases of {folder}; a task that a signal stops requeues itself and goes on.",
+        *(f"#SBATCH {shlex.quote(option)}" for option in options),
+        *spec.setup,
+        f"first=$((SLURM_ARRAY_TASK_ID * {per_task}))",
+        f'exec {command} --cases "$first-$((first + {per_task - 1}))" --requeue',
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def _require_allowed(last: int, plan: SweepPlan) -> None:

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
@@ -33,26 +33,16 @@ from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 GLANCE = 0.1
 """Seconds between looks at whether to stop."""
 
-LONGEST_START = 10.0
-"""Seconds that `close` waits for a process to start."""
-
 ROUNDS = 3
 """How often missing cases are given out: other commands may leave some, a Dask worker that dies may lose some."""
-
-FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU)
-"""Signals that end a process through no fault of its own."""
 
 Warn = Callable[[str], None]
 """Takes a line for people."""
 
+Run = Callable[[list[ManifestRow]], Iterator[Report]]
 
-def in_rounds(
-    manifest: Manifest,
-    todo: Sequence[ManifestRow],
-    stop: Stop,
-    warn: Warn,
-    run: Callable[[list[ManifestRow]], Iterator[Report]],
-) -> Iterator[Report]:
+
+def in_rounds(manifest: Manifest, todo: Sequence[ManifestRow], stop: Stop, warn: Warn, run: Run) -> Iterator[Report]:
     """Yield the reports of `run` on the cases `todo`, which gets cases again as long as nothing was heard of them.
 
     At the end it waits for cases that other processes are running, says so by `warn`, and runs what they leave.
@@ -86,11 +76,8 @@ def free_cases(manifest: Manifest, rows: Sequence[ManifestRow], stop: Stop, warn
 
 def run_cases(manifest: Manifest, rows: Iterable[ManifestRow], jobs: int, stop: Stop) -> Iterator[Report]:
     """Run the cases `rows` with `jobs` at a time, see `WorkerPool.run`, and end the processes."""
-    pool = WorkerPool(manifest, jobs)
-    try:
+    with closing(WorkerPool(manifest, jobs)) as pool:
         yield from pool.run(rows, stop)
-    finally:
-        pool.close()
 
 
 class WorkerPool:
@@ -147,7 +134,7 @@ class WorkerPool:
         self._stop.close()
         # A process that ends while it starts would print a traceback, so wait until all have begun.
         for _ in range(self._starts):
-            if not self._begun.poll(LONGEST_START):
+            if not self._begun.poll(10.0):
                 break
             self._begun.recv_bytes()
         self._pool.close()  # type: ignore[no-untyped-call]
@@ -160,10 +147,10 @@ def _report_of_end(row: ManifestRow, code: int) -> Report:
         return Report(row.index, code)
     if code >= 0:
         return Report(row.index, EXIT_BUG, f"the process ended with exit code {code}")
-    number = signal.Signals(-code)
-    hint = "; perhaps there was not enough memory" if number == signal.SIGKILL else ""
-    code = EXIT_STOPPED if number in FROM_OUTSIDE else EXIT_BUG
-    return Report(row.index, code, f"the process was ended by {number.name}{hint}")
+    name = signal.Signals(-code).name
+    hint = "; perhaps there was not enough memory" if name == "SIGKILL" else ""
+    from_outside = name in ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP", "SIGXCPU")
+    return Report(row.index, EXIT_STOPPED if from_outside else EXIT_BUG, f"the process was ended by {name}{hint}")
 
 
 @contextmanager

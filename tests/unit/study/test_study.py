@@ -1,9 +1,10 @@
-"""``fretsolve study``: what is varied, what the truth is, what is reused, and what comes out."""
+"""``fretsolve study``: what is varied, what the reference is, what is reused, and what comes out."""
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -20,16 +21,15 @@ from small_cases import LOOP, write_case
 
 import fretsolve.commands.study as command
 from fretsolve import load_case, open_result
+from fretsolve.commands.case_messages import CaseMessages
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.assessment import Assessment, assess, front
-from fretsolve.study.plan import StudyPlan, finest, make_plan
-from fretsolve.study.reference import ReferenceKind
-from fretsolve.study.runs import Outcome, make_runs
-from fretsolve.study.variation import crossed, read_variation, read_variations, short, words
-from fretsolve.study.wording import advice, two_digits
-from fretsolve.sweep.points import Setting
-from fretsolve.sweep.quantity import StageQuantity, usual_quantities
+from fretsolve.study.plan import ReferenceKind, StudyPlan, finest, make_plan
+from fretsolve.study.report import advice, two_digits
+from fretsolve.study.variation import changes_the_problem, read_variation, short, words
+from fretsolve.sweep.case_run import run_serially
+from fretsolve.sweep.quantity import Outcome, StageQuantity, usual_quantities
 
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
 BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")
@@ -69,45 +69,74 @@ def runs_of(output: str) -> list[dict[str, str]]:
     ],
 )
 def test_values_are_split_outside_of_brackets(text: str, key: str, values: tuple[str, ...] | None) -> None:
-    variation = read_variation(text)
-    assert variation.key == key
-    assert variation.values == (values or ("{sphere: {radius: 1, center: [0, 0]}}", "{cone: {angle: 0.1}}"))
+    read_key, read_values = read_variation(text)
+    assert read_key == key
+    assert read_values == (values or ("{sphere: {radius: 1, center: [0, 0]}}", "{cone: {angle: 0.1}}"))
 
 
 @pytest.mark.parametrize(
-    ("texts", "message"),
+    ("text", "message"),
     [
-        (["grid.points"], "KEY=A,B,C is needed"),
-        (["=3"], "KEY=A,B,C is needed"),
-        (["grid..points=3"], "KEY=A,B,C is needed"),
-        (["grid.points="], "KEY=A,B,C is needed"),
-        (["grid.points=3,,4"], "a value is missing"),
-        (["grid.points=3,"], "a value is missing"),
-        (["grid.points=3,4,3"], "the value 3 is given twice"),
-        (["grid.points=3", "grid.points=4"], "grid.points is varied twice"),
-        (["bodies.*.poisson_ratio=0.3"], r"\* stands for every stage"),
-        (["load_path.*=3"], r"\* stands for every stage"),
-        (["load_path.*.*=3"], r"\* stands for every stage"),
+        ("grid.points", "KEY=A,B,C is needed"),
+        ("=3", "KEY=A,B,C is needed"),
+        ("grid..points=3", "KEY=A,B,C is needed"),
+        ("grid.points=", "KEY=A,B,C is needed"),
+        ("grid.points=3,,4", "a value is missing"),
+        ("grid.points=3,", "a value is missing"),
+        ("grid.points=3,4,3", "the value 3 is given twice"),
+        ("bodies.*.poisson_ratio=0.3", r"\* stands for every stage"),
+        ("load_path.*=3", r"\* stands for every stage"),
+        ("load_path.*.*=3", r"\* stands for every stage"),
     ],
 )
-def test_what_is_no_variation(texts: list[str], message: str) -> None:
+def test_what_is_no_variation(text: str, message: str) -> None:
     with pytest.raises(CaseError, match=message) as caught:
-        read_variations(texts)
-    assert str(caught.value).startswith(f"--vary {texts[-1]}: ")
+        read_variation(text)
+    assert str(caught.value).startswith(f"--vary {text}: ")
 
 
-def test_all_combinations() -> None:
-    combinations = crossed(read_variations(["grid.points=8,16", f"{EVERY}=1,5", "solver.tolerance=1e-2"]))
-    assert [short(settings) for settings in combinations] == ["8, 1, 1e-2", "8, 5, 1e-2", "16, 1, 1e-2", "16, 5, 1e-2"]
-    assert words(combinations[0]) == "8 x 8, 1 increment per stage, tolerance 1e-2"
-    assert words([Setting("grid.points", "[8, 16]")]) == "8 x 16"
-    assert words([Setting("load_path.1.increments", "5")]) == "5 increments in load_path.1"
+@pytest.mark.parametrize(
+    ("varied", "message"),
+    [
+        (["grid.points=8", "grid.points=10"], "--vary grid.points=10: grid.points: the key is varied twice"),
+        (
+            ["load_path.1.Qx=20 N", "stage.2.Qx=30 N"],
+            "--vary stage.2.Qx=30 N: stage.2.Qx: load_path.1.Qx and stage.2.Qx are the same key; keep one of the two",
+        ),
+        (
+            ["solver.error_bars=true", "solver.error_estimate=true"],
+            "solver.error_bars and solver.error_estimate are the same key",
+        ),
+    ],
+)
+def test_a_key_is_varied_once(varied: list[str], message: str, tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match=re.escape(message)):
+        plan_of(tmp_path, varied)
+
+
+def test_one_stage_may_differ_from_every_stage(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, [f"{EVERY}=3,7", "load_path.0.increments=1"])
+    assert [case.setup.load_path.counts for case in plan.cases] == [(1, 7, 7, 7), (1, 3, 3, 3)]
+
+
+def test_all_combinations(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8,16", f"{EVERY}=1,5", "solver.tolerance=1e-2"])
+    assert sorted(short(case.settings) for case in plan.cases) == [
+        "16, 1, 1e-2",
+        "16, 5, 1e-2",
+        "8, 1, 1e-2",
+        "8, 5, 1e-2",
+    ]
+    assert words(plan.cases[0].settings) == "16 x 16, 5 increments per stage, tolerance 1e-2"
+    assert words({EVERY: "1"}) == "1 increment per stage"
+    assert words({"grid.points": "[8, 16]"}) == "8 x 16"
+    assert words({"load_path.1.increments": "5"}) == "5 increments in load_path.1"
 
 
 def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, [f"{EVERY}=3,7"])
-    assert [stage.increments for stage in plan.finest.setup.case.stages()] == [7, 7, 7, 7]
-    assert [trial.setup.load_path.increments for trial in plan.trials] == [28, 12]
+    assert [stage.increments for stage in plan.cases[0].setup.case.stages()] == [7, 7, 7, 7]
+    assert [case.setup.load_path.increments for case in plan.cases] == [28, 12]
 
 
 @pytest.mark.parametrize(
@@ -115,7 +144,7 @@ def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
     [
         ("grid.points=8,0", "--vary grid.points=0: grid.points: 0 is too small"),
         ("grid.pints=8", "--vary grid.pints=8: grid.pints: unknown key 'pints'; did you mean 'points'?"),
-        (f"{EVERY}=1,x", f"--vary {EVERY}=x: load_path.0.increments: 'x' is not allowed"),
+        (f"{EVERY}=1,x", f"--vary {EVERY}=x: load_path.*.increments: 'x' is not allowed"),
         ("load_path.9.increments=1", "--vary load_path.9.increments=1: load_path.9.increments: the list has no entry"),
         ("grid.points=8,1000000", "--vary grid.points=1000000: grid.points: 1000000 x 1000000 cells take"),
         ("surface={cylinder: {radius: 1}}", "--vary surface={cylinder: {radius: 1}}: surface.cylinder.axis: missing"),
@@ -185,21 +214,23 @@ def test_what_is_no_quantity(quantity: str, message: str, tmp_path: Path) -> Non
 def test_finest_has_most_points_then_increments_then_terms_then_the_least_tolerance(tmp_path: Path) -> None:
     varied = ["solver.tolerance=1e-6,1e-3", f"{EVERY}=5,1", "coupling=tangential,none", "grid.points=16,8"]
     plan = plan_of(tmp_path, varied)
-    assert short(plan.finest.settings) == "1e-6, 5, tangential, 16"
-    assert short(finest(plan.trials[1:]).settings) == "1e-3, 5, tangential, 16"
+    assert short(plan.cases[0].settings) == "1e-6, 5, tangential, 16"
+    assert short(finest(plan.cases[1:]).settings) == "1e-3, 5, tangential, 16"
     told = "tolerance 1e-6, 5 increments per stage, coupling tangential, 16 x 16"
     assert plan.reference_words == f"the finest run, {told}"
-    seconds = [trial.expected.seconds for trial in plan.trials[1:]]
+    seconds = [case.expected.seconds for case in plan.cases[1:]]
     assert seconds == sorted(seconds)
 
 
 def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
-    """A study of outcomes in the order of the plan's trials."""
-    outcomes = [
-        Outcome(trial, "", np.array(row), np.abs(row), 1, cost, 1, False)
-        for trial, cost, row in zip(plan.trials, seconds, values, strict=True)
-    ]
-    return assess(plan, outcomes)
+    """A study of outcomes in the order of the plan's cases."""
+    return assess(plan, [outcome(cost, row) for cost, row in zip(seconds, values, strict=True)])
+
+
+def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
+    """What a run in one increment gave."""
+    largest = np.abs(values if peaks is None else peaks)
+    return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
 
 
 def test_front() -> None:
@@ -227,11 +258,7 @@ def test_errors_marks_and_advice(tmp_path: Path) -> None:
 
 def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x", "work_total"])
-    outcomes = [
-        Outcome(trial, "", np.array(values), np.array([2.0, 8.0]), 1, 1.0, 1, False)
-        for trial, values in zip(plan.trials, ([0.1, 4.0], [0.3, 3.0]), strict=True)
-    ]
-    study = assess(plan, outcomes)
+    study = assess(plan, [outcome(1.0, values, [2.0, 8.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
     np.testing.assert_allclose(study.scales, [2.0, 4.0])
     np.testing.assert_allclose(next(row for row in study.rows if row.compared).errors, [0.1, 0.25])
 
@@ -252,22 +279,22 @@ def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
     result = invoke("study", case, "--vary", "grid.points=8,12", "--vary", "solver.tolerance=1e-2,1e-6", *BRIEF)
     assert result.exit_code == 0, result.stderr
     lines = result.stdout.splitlines()
-    assert lines[:3] == ["loop", f"results: {tmp_path / 'case.study'}", "4 runs"]
-    assert lines[3] == "truth: the finest run, 12 x 12, tolerance 1e-6"
+    assert lines[:3] == ["loop", f"results: {tmp_path / 'case.study'}", "4 cases of grid.points, solver.tolerance"]
+    assert lines[3] == "reference: the finest run, 12 x 12, tolerance 1e-6"
     runs = runs_of(result.stdout)
     assert [run["run"] for run in runs] == ["1", "2", "3", "4"]
     assert (runs[0]["grid.points"], runs[0]["solver.tolerance"], runs[0]["increments"]) == ("12", "1e-6", "4")
     assert "coupling: none leaves out ux from qy" in result.stderr
     rows = rows_of(tmp_path / "case.study")
     assert sorted(float(row["time (s)"]) for row in rows) == [float(row["time (s)"]) for row in rows]
-    (truth,) = [row for row in rows if row["role"] == "truth"]
+    (truth,) = [row for row in rows if row["role"] == "reference"]
     assert truth["worst error (%)"] == ""
     with open_result(tmp_path / "case.study" / truth["result"]) as solved:
         assert solved.fields == ()
         assert float(truth["delta_x@2 (mm)"]) == pytest.approx(solved.history["delta_x"][1], rel=1e-9)
         assert float(truth["time (s)"]) == pytest.approx(solved.history["wall_time"].sum(), rel=1e-5)
         scale = np.abs(solved.history["delta_x"]).max()
-    other = next(row for row in rows if row["role"] != "truth")
+    other = next(row for row in rows if row["role"] != "reference")
     off = abs(float(other["delta_x@2 (mm)"]) - float(truth["delta_x@2 (mm)"])) / scale
     assert float(other["error of delta_x@2 (%)"]) == pytest.approx(100.0 * off, rel=1e-4)
     assert any(row["role"] == "best" for row in rows)
@@ -277,6 +304,9 @@ def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
         assert [name.decode() for name in file["result"]] == [row["result"] for row in rows]
         assert file["settings/solver.tolerance"][:].astype(str).tolist() == [row["solver.tolerance"] for row in rows]
         assert file["cost/time"].attrs["units"] == "s"
+        assert file["truth"] == file["reference"]  # its name before
+        assert file.attrs["truth"] == file.attrs["reference"] == "the finest run, 12 x 12, tolerance 1e-6"
+        assert file["values/delta_x@2"].attrs["truth"] == file["values/delta_x@2"].attrs["reference"]
 
 
 def percentages(rows: list[dict[str, str]], quantity: str) -> list[float]:
@@ -289,8 +319,8 @@ def test_table_has_all_quantities_and_marks(tmp_path: Path, undrawn: None) -> No
     for heading in ("worst", "delta_z", "delta_x", "contact", "stick", "max", "work"):
         assert heading in result.stdout
     rows = table[table.index(next(line for line in table if "─" in line)) + 1 :][:3]
-    truth = next(row for row in rows if "truth" in row)
-    assert truth.split()[0] == "12"
+    reference = next(row for row in rows if "reference" in row)
+    assert reference.split()[0] == "12"
     assert any(row.split()[0] == "*" for row in rows)
     assert "for 1 %" in result.stdout
 
@@ -303,11 +333,11 @@ def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
     before = rows_of(tmp_path / "case.study")
     larger = invoke("study", case, "--vary", "grid.points=8,10,12", *BRIEF)
     assert [run["reused"] for run in runs_of(larger.stdout)] == ["no", "yes", "yes"]
-    monkeypatch.setattr("fretsolve.study.runs.run", lambda *_: pytest.fail("something is run"))
+    monkeypatch.setattr("fretsolve.sweep.case_run.run", lambda *_: pytest.fail("something is run"))
     write_case(tmp_path, LOOP.replace("title: loop", "title: renamed") + EXPECT)
     second = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert (first.exit_code, second.exit_code) == (0, 0)
-    assert "2 runs, 2 of them there already" in second.stdout
+    assert "2 cases of grid.points, 2 done already" in second.stdout
     assert [run["reused"] for run in runs_of(second.stdout)] == ["yes", "yes"]
     assert rows_of(tmp_path / "case.study") == before
 
@@ -327,7 +357,7 @@ def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
     result = invoke(*words, "--truth", "closed-form", "-o", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
     truth, *rows = rows_of(tmp_path / "out")
-    assert (truth["role"], truth["status"], truth["time (s)"]) == ("truth", "the closed forms", "")
+    assert (truth["role"], truth["status"], truth["time (s)"]) == ("reference", "the closed forms", "")
     assert float(truth["delta_z@4 (mm)"]) == pytest.approx(9.066544e-3, rel=1e-6)
     assert len(rows) == 2
     assert all(float(row["error of delta_x@4 (%)"]) < 1.0 for row in rows)
@@ -386,7 +416,9 @@ def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
     assert last.startswith("the reference (10 x 10, Qx 50 N) has no solution, so no changes are known: ")
     result = invoke("study", case, *words[:2], "--set", "load_path.1.Qx=50 N", *BRIEF)
     assert result.exit_code == 3
-    assert result.stderr.splitlines()[-1].startswith("the truth (10 x 10) has no solution, so no errors are known: ")
+    assert result.stderr.splitlines()[-1].startswith(
+        "the reference (10 x 10) has no solution, so no errors are known: "
+    )
     assert all(row["worst error (%)"] == "" for row in rows_of(tmp_path / "case.study"))
 
 
@@ -400,7 +432,7 @@ def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
     assert "reference: the run with Qx 20 N, 10 x 10" in result.stdout
     table = result.stdout[result.stdout.rindex("run=4") :]
     assert all(word in table for word in ("largest", "change", "reference", "not errors, since load_path.1.Qx"))
-    assert not any(word in table for word in ("truth", "worst", "*", "for 1 %"))
+    assert not any(word in table for word in ("worst", "*", "for 1 %"))
     rows = {(row["load_path.1.Qx"], row["grid.points"]): row for row in rows_of(folder)}
     assert [row["role"] for row in rows.values()].count("reference") == 1
     assert rows["20 N", "10"]["role"] == "reference"
@@ -415,7 +447,7 @@ def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
 
 def test_spacing_of_increments_changes_no_problem() -> None:
     changing = {"load_path.0.spacing": False, EVERY: False, "load_path.0.P": True, "friction": True, "coupling": False}
-    assert {key: read_variation(f"{key}=1,2").changes_the_problem for key in changing} == changing
+    assert {key: changes_the_problem(key) for key in changing} == changing
 
 
 def test_known_values_hold_for_one_problem(tmp_path: Path) -> None:
@@ -444,7 +476,7 @@ def test_all_fail(tmp_path: Path, undrawn: None) -> None:
     words = ("--vary", "solver.max_iterations=1", "--truth", "closed-form")
     result = invoke("study", write_case(tmp_path, LOOP), *words)
     assert result.exit_code == 3
-    assert result.stderr.splitlines()[-1].startswith("none of the runs has a solution: ")
+    assert result.stderr.splitlines()[-1].startswith(f"{tmp_path / 'case.yaml'}: none of the cases has a solution: ")
 
 
 def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
@@ -464,7 +496,7 @@ def stopping(after: int) -> tuple[Any, Callable[..., None], list[int]]:
     """A request to stop that comes after so many increments, what counts them, and their steps."""
     stop, steps = SimpleNamespace(requested=False), []
 
-    def show(trial: object, summary: Any) -> None:
+    def show(case: object, summary: Any) -> None:
         steps.append(summary.step)
         stop.requested = len(steps) >= after
 
@@ -475,15 +507,15 @@ def test_stopped_run_is_resumed(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
     (tmp_path / "case.study").mkdir()
     stop, show, steps = stopping(after=6)
-    assert [outcome.increments for outcome in make_runs(plan.trials, plan.quantities, stop, show)] == [4]
+    assert [report.increments for report in run_serially(plan.cases, stop, show)] == [4]
     assert steps == [0, 1, 2, 3, 0, 1]
-    assert plan.trials[0].out.exists()
-    assert plan.trials[1].out.with_name(plan.trials[1].out.name + ".parts").is_dir()
+    assert plan.cases[0].out.exists()
+    assert plan.cases[1].out.with_name(plan.cases[1].out.name + ".parts").is_dir()
     stop, show, steps = stopping(after=100)
-    outcomes = list(make_runs(plan.trials, plan.quantities, stop, show))
-    assert [outcome.reused for outcome in outcomes] == [True, False]
+    reports = list(run_serially(plan.cases, stop, show))
+    assert [report.wrote_result for report in reports] == [False, True]
     assert steps == [2, 3]
-    assert [outcome.increments for outcome in outcomes] == [4, 4]
+    assert [len(open_result(case.out).history["step"]) for case in plan.cases] == [4, 4]
 
 
 def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
@@ -495,11 +527,12 @@ def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
             if line.startswith("run=1"):
                 process.send_signal(signal.SIGINT)
                 break
-        _, messages = process.communicate(timeout=60)
+        output, messages = process.communicate(timeout=60)
     assert process.returncode == 75
-    assert "of 4 runs done; the same command goes on" in messages
+    assert "the same command goes on with what is missing" in messages
     done = len(rows_of(tmp_path / "case.study"))
     assert 1 <= done < 4
+    assert output.splitlines()[-1].startswith(f"4 cases: {done} complete, ")
     code, output, _ = finish(*words)
     assert code == 0
     assert [run["reused"] for run in runs_of(output)].count("yes") == done
@@ -508,20 +541,19 @@ def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
 
 def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
-    plan.trials[0].out.parent.mkdir()
-    plan.trials[0].out.touch()
+    plan.cases[0].out.parent.mkdir()
+    plan.cases[0].out.touch()
     monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
-    progress = command.RunProgress(plan.trials, quiet=False)
-    assert progress.bar is not None
-    (task,) = progress.bar.tasks
-    assert task.total == pytest.approx(plan.trials[1].expected.seconds)
-    done = [Outcome(trial, "", np.zeros(1), np.zeros(1), 4, 1.0, 1, True) for trial in plan.trials]
-    progress.outcome(done[0])
+    messages = CaseMessages(plan.manifest, 2, bar=True)
+    assert messages.bar is not None
+    (task,) = messages.bar.tasks
+    assert task.total == pytest.approx(plan.cases[1].expected.seconds)
+    messages.case(plan.cases[0].id)
     assert (task.completed, task.fields["run"]) == (0.0, 2)
-    progress.increment(plan.trials[1], SimpleNamespace(step=1))  # type: ignore[arg-type]
-    assert task.completed == pytest.approx(0.5 * plan.trials[1].expected.seconds)
+    messages.increment(plan.cases[1], SimpleNamespace(step=1))  # type: ignore[arg-type]
+    assert task.completed == pytest.approx(0.5 * plan.cases[1].expected.seconds)
     assert task.fields["detail"] == "8 x 8: increment 2/4"
-    progress.outcome(done[1])
+    messages.case(plan.cases[1].id)
     assert task.finished
 
 
@@ -566,7 +598,9 @@ def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pyt
     (folder / "study.png").write_bytes(b"of another study")
     result = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert result.exit_code == 0
-    assert result.stderr.splitlines()[-1].startswith(f"{folder / 'study.png'}: not drawn: matplotlib is needed")
+    assert result.stderr.splitlines()[-1].startswith(
+        f"{folder / 'study.png'}: not drawn: pictures need matplotlib, which"
+    )
     assert result.stderr.endswith("pip install '.[plot]' in a clone of fretsolve\n")
     assert not (folder / "study.png").exists()
 

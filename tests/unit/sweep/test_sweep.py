@@ -48,7 +48,7 @@ def settings_of(folder: Path, axes: str) -> list[dict[str, str]]:
     """The points of `axes`, a YAML list."""
     text = read_case(write_sweep(folder, f"case: case.yaml\naxes:\n{axes}"))
     points = points_of(validated(SweepSpec, text.data, text.source), text.source)
-    return [{value.setting.key: value.setting.value for value in point} for point in points]
+    return [{value.name: value.text for value in point} for point in points]
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,15 @@ AXIS = f"{BASE}axes:\n  - "
         (AXIS + "bodies.*.young_modulus: [1]", r":3: axes.0.bodies.\*.young_modulus.0: \* stands"),
         (AXIS + "a=b: [1]", "sweep.yaml:3: axes.0.a=b.0: 'a=b' is not a key of a case"),
         (AXIS + "{friction: [1, 2], title: [a]}", ":3: axes.0: keys of one entry .* title has 1"),
-        (AXIS + "friction: [1]\n  - friction: [2]", ":4: axes.1: friction is varied by an earlier"),
+        (AXIS + "friction: [1]\n  - friction: [2]", ":4: axes.1.friction.0: the key is varied twice"),
+        (
+            AXIS + "load_path.0.P: [1, 2]\n  - {title: [a, b], stage.1.P: [2, 3]}",
+            r":4: axes.1.stage.1.P.0: load_path.0.P and stage.1.P are the same key; keep one of the two\n$",
+        ),
+        (
+            AXIS + "{solver.error_bars: [true], solver.error_estimate: [true]}",
+            ":3: axes.0.solver.error_estimate.0: solver.error_bars and solver.error_estimate are the same key",
+        ),
         (AXIS + "friction: {from: 1, to: 2}", "sweep.yaml:3: axes.0.friction.count: missing; needed: how many"),
         (AXIS + "load_path.0.P: {from: 1 N, to: 2 kN, count: 3}", ":3: axes.0.load_path.0.P: from is in N, to in kN"),
         (AXIS + "friction: {from: 0, to: 1, count: 3, spacing: log}", "axes.0.friction: log spacing needs two ends"),
@@ -257,7 +265,7 @@ axes: [friction: [0.1]]
     outcome = invoke("sweep", "run", write_sweep(tmp_path, sweep), "-q")
     assert (outcome.exit_code, outcome.output) == (0, "")
     table = collect(read_manifest(tmp_path / "sweep.sweep"))
-    assert table.increments.tolist() == [2]
+    assert [outcome.increments for outcome in table.outcomes] == [2]
     errors = {column.name: column.values[0] for column in table.errors}
     assert errors["delta_x error"] > 0.0
 
@@ -350,7 +358,7 @@ def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
     write_fake(manifest.result(manifest.rows[1]), "stopped", 3)
     table = collect(manifest)
     assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
-    assert table.increments.tolist() == [0, 3, 0, 0, 0, 0]
+    assert [outcome.increments for outcome in table.outcomes] == [0, 3, 0, 0, 0, 0]
     assert all(math.isnan(column.values[1]) for column in table.found)
 
 

@@ -11,10 +11,9 @@ from matplotlib.collections import QuadMesh
 from fretsolve.errors import PictureError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.plot import curve, running_condition, surface
-from fretsolve.sweep.points import Setting
+from fretsolve.sweep.quantity import Outcome, RunningCondition
 from fretsolve.sweep.status import CaseState
-from fretsolve.sweep.table import Table, setting_column
-from fretsolve.sweep.table_files import Column
+from fretsolve.sweep.table import Column, Table, setting_column
 
 LOADS, SHIFTS = ("100 N", "200 N", "400 N"), ("1 um", "2 um")
 
@@ -23,7 +22,7 @@ def table_of(missing: int = -1) -> Table:
     """Three loads crossed with two displacements; work is load times displacement."""
     points = [(load, shift) for load in LOADS for shift in SHIFTS]
     rows = tuple(
-        ManifestRow(index, f"{index:x}", (Setting("load_path.0.P", load), Setting("load_path.1.delta_x", shift)), 1.0)
+        ManifestRow(index, f"{index:x}", {"load_path.0.P": load, "load_path.1.delta_x": shift}, 1.0)
         for index, (load, shift) in enumerate(points)
     )
     manifest = Manifest(Path(), Path(), "a $title$", Path(), (), ("work_total",), 1, 1.0, rows)
@@ -31,15 +30,18 @@ def table_of(missing: int = -1) -> Table:
     work = np.array([float(load.split()[0]) * float(shift.split()[0]) * 1e-6 for load, shift in points])
     if missing >= 0:
         work[missing] = np.nan
+    conditions: list[RunningCondition] = ["gross slip" if row.index % 2 else "partial slip" for row in rows]
+    nothing = np.full(1, np.nan)
     return Table(
         manifest,
         states,
+        tuple(
+            Outcome(nothing, nothing, 1, running_condition="" if row.index == missing else condition)
+            for row, condition in zip(rows, conditions, strict=True)
+        ),
         tuple(setting_column(key, rows) for key in manifest.keys),
         (Column("work_total", "mJ", work),),
         (Column("work_total error", "mJ", 0.1 * work),),
-        tuple("" if row.index == missing else "gross slip" if row.index % 2 else "partial slip" for row in rows),
-        np.ones(len(rows), int),
-        np.ones(len(rows)),
     )
 
 
@@ -83,11 +85,11 @@ def test_what_cannot_be_drawn() -> None:
         curve(table, "delta_x", "load_path.0.P")
     with pytest.raises(PictureError, match=r"load_path.0.P varies as well"):
         surface(table, "work_total", ("load_path.1.delta_x", "load_path.1.delta_x"))
-    mixed = setting_column("title", [ManifestRow(0, "0", (Setting("title", "a"),), 1.0)])
+    mixed = setting_column("title", [ManifestRow(0, "0", {"title": "a"}, 1.0)])
     assert mixed.values.tolist() == ["a"]
 
 
 def test_settings_in_different_units_are_texts() -> None:
-    rows = [ManifestRow(index, "", (Setting("P", text),), 1.0) for index, text in enumerate(["1 N", "1 kN"])]
+    rows = [ManifestRow(index, "", {"P": text}, 1.0) for index, text in enumerate(["1 N", "1 kN"])]
     assert setting_column("P", rows).values.tolist() == ["1 N", "1 kN"]
     assert setting_column("P", rows[:1]).heading == "P (N)"
