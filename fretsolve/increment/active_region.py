@@ -66,7 +66,7 @@ def region_around(contact: BoolArray, free: int = FREE_CELLS) -> ActiveRegion:
 
 
 def _span(contact: BoolArray, axis: int, free: int) -> Span:
-    """Return a span along `axis` around `contact` with free cells, widened to the next size that its padding allows."""
+    """Return a span along `axis` around `contact` and free cells, as wide as the padding of its transform allows."""
     points, indices = contact.shape[axis], np.flatnonzero(contact.any(axis=1 - axis))
     first, last = int(indices[0]), int(indices[-1])
     size = 16

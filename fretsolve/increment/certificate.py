@@ -82,7 +82,7 @@ class Examiner:
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
         slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
         # C3: zones
-        zone = self.zones(solution, slip, contact, friction_limit)
+        zone = self.zones(solution.shear, slip, contact, friction_limit)
         # C4: gap and tension
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
         stick = across = excess = 0.0
@@ -104,20 +104,17 @@ class Examiner:
         )
         return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
 
-    def zones(
-        self, solution: Solution, slip: FloatArray, contact: BoolArray, friction_limit: FloatArray
-    ) -> NDArray[np.uint8]:
-        """Return for each cell whether it is open, sticks or slips, as `Zone`, (nx, ny).
+    def zones(self, shear: FloatArray, slip: FloatArray, contact: BoolArray, limit: FloatArray) -> NDArray[np.uint8]:
+        """Return the zone of each cell as `Zone`, (nx, ny): open, stick or slip.
 
         A cell in contact slips where its shear has reached the friction limit; if no cell has slipped, all stick.
         """
-        slipping = contact
-        if self.friction:
-            within = circle_width(self.precision)
-            slipping = contact & slips(solution.shear, friction_limit, within) if slip.any() else np.zeros_like(contact)
         zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
         zone[contact] = Zone.STICK
-        zone[slipping] = Zone.SLIP
+        if not self.friction:
+            zone[contact] = Zone.SLIP
+        elif slip.any():
+            zone[contact & slips(shear, limit, circle_width(self.precision))] = Zone.SLIP
         return zone
 
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
@@ -184,11 +181,8 @@ class Examiner:
     def _load_residual(
         self, rigid: Vector, resultants: Vector, carried: float, normal: LoadControl, tangential: LoadControl
     ) -> float:
-        """Return the largest error of an imposed load or displacement.
-
-        The scale is P or what friction can carry, `carried` (N), for loads, and the largest of the rigid displacements
-        for displacements; moments and rotations are compared by their arms.
-        """
+        """Return the largest error of an imposed load over P, or over what friction can carry (`carried`, N), or of an
+        imposed displacement over the largest rigid displacement; a moment or rotation: times its arm."""
         arms, forced = self.normal.arms, np.array([*normal.forced, *tangential.forced])
         farthest = float(np.abs(rigid * arms).max())
         error = np.abs(np.where(forced, resultants, rigid) - (*normal.values, *tangential.values))

@@ -34,10 +34,9 @@ friction an edge cell may hold a large shear under a pressure that is too small 
 class CoupledProblem:
     """An increment on one grid.
 
-    separation: undeformed (nx, ny); elastic_slip: since the increment's start, (2, nx, ny), at the tractions pressure
-    (nx, ny) and shear (2, nx, ny); before: delta_z, phi_x, phi_y at the start; friction: its coefficient; normal,
-    tangential: what is imposed, tangential displacements as increments; motion, least_slip: least lengths that slips
-    are measured against (mm), as in `tangential`.
+    separation: (nx, ny), undeformed; elastic_slip: (2, nx, ny), since the increment's start, at the tractions
+    `pressure` (nx, ny) and `shear` (2, nx, ny); before: delta_z, phi_x, phi_y at the start; friction: its coefficient;
+    normal, tangential: what is imposed, tangential displacements as increments; motion, least_slip: as in `SlipScales`.
     """
 
     separation: FloatArray
@@ -54,8 +53,8 @@ class CoupledProblem:
 
 @dataclass
 class CoupledState:
-    """The unknowns: pressure (nx, ny), shear (2, nx, ny), slip zone (nx, ny), direction of the shear in it (2, nx, ny);
-    rigid: delta_z, phi_x, phi_y, and the increments of delta_x, delta_y, phi_z."""
+    """The unknowns. pressure, slipping: (nx, ny); shear: (2, nx, ny); direction: of the shear where it slips, else 0,
+    (2, nx, ny); rigid: delta_z, phi_x, phi_y, and the increments of delta_x, delta_y, phi_z."""
 
     pressure: FloatArray
     shear: FloatArray
@@ -231,7 +230,7 @@ class CoupledNewton:
         return float(np.maximum(in_stick / motion, in_slip / largest))
 
     def _unbalance(self, problem: CoupledProblem, work: CoupledState, missing: Vector) -> float:
-        """Return the largest missing resultant over P, or over what friction can carry (moments: times their arms)."""
+        """Return the largest missing resultant over P, or over what friction can carry (a moment: times its arm)."""
         load = float(work.pressure.sum()) * self._normal.cell_area
         scale = np.maximum(np.repeat([load, problem.friction * load], 3) * self._arms, TINY)
         return float(np.max(np.abs(missing) / scale))
@@ -282,7 +281,7 @@ class CoupledNewton:
 
 
 def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:
-    """Return what is imposed after a part of the way from `loads` and `rigid`."""
+    """Return what is imposed when `part` of the change from `loads` and `rigid` is made."""
     if part == 1.0:
         return control
     before = np.where(control.forced, loads, rigid)

@@ -196,7 +196,7 @@ class NormalSolver:
         return max(elastic, ROUNDING * max(height, abs(float(rigid[0])), self.modes.tilted(rigid)))
 
     def _unbalance(self, control: LoadControl, pressure: FloatArray) -> float:
-        """Return the largest error of an imposed resultant over the load (of a moment: times its arm)."""
+        """Return the largest error of an imposed resultant over the load (a moment: times its arm)."""
         if not control.forced_index:
             return 0.0
         if not self._contact.any():
@@ -213,7 +213,7 @@ class NormalSolver:
         np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = np.eye(3)
-        if control.forced[0]:  # about the contact's middle: beside P the same set, but not nearly dependent
+        if control.forced[0]:  # with P imposed, tilts may be about the contact's middle: they are not nearly dependent
             middle_x, middle_y = self.modes.middle(self._contact)
             tilts[1:, 0] = -middle_y, -middle_x
         self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
@@ -240,10 +240,10 @@ class NormalSolver:
         self._gram = self.modes.gram(self._contact)
 
     def _loaded_sides(self, control: LoadControl, contact: BoolArray) -> Iterator[tuple[int, Vector, float, int]]:
-        """Yield each direction in which the point where the load acts lies outside of `contact`.
+        """Yield each direction in which the load acts outside of `contact`.
 
-        Yielded are the axis to sum over, the cells' places along the other axis, the point's place there, and the side
-        (-1 or 1) on which it lies.
+        Yielded are the axis to sum over, the cells' places along the other axis, the place of the load there, and the
+        side (-1 or 1) on which it lies.
         """
         load, mx, my = control.imposed_resultant
         for mode, moment, axis, places in ((1, mx, 0, self.modes.y), (2, my, 1, self.modes.x)):

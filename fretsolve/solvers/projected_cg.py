@@ -1,4 +1,4 @@
-"""Conjugate gradients for the linear equations of contact at fixed zones, with imposed resultants kept.
+"""Conjugate gradients for the linear equations of contact at fixed zones; the imposed loads are kept.
 
 The correction x of a traction (one component: pressure; two: shear) satisfies
 
@@ -24,17 +24,17 @@ Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
 
 DEPENDENT = 1e-6
-"""Eigenvalue, over the largest, at which a combination of constraints counts as none: one cell resists no rotation."""
+"""Eigenvalue, over the largest, below which a combination of constraints is ignored: one cell resists no rotation."""
 
 NOTHING_LEFT = 100.0
-"""In roundings of 1: a residual below it after the projection is the rounding of a rigid motion."""
+"""Residual after the projection, in roundings of 1, below which it is only the rounding of a rigid motion."""
 
 
 class ProjectedCG:
     """Conjugate gradients for fields of one or two components.
 
     Before `solve`, fill `residual` r (c, nx, ny), `zone` (nx, ny), `weight` W (nx, ny), and with two components
-    `stiffness` S (nx, ny) and `normal` n (2, nx, ny), which is 0 where T takes all; then call `constrain`. After it
+    `stiffness` S (nx, ny) and `normal` n (2, nx, ny), which is 0 where T is 1; then call `constrain`. After `solve`,
     `solution` holds x.
     """
 
@@ -74,11 +74,11 @@ class ProjectedCG:
 
         elastic: the operator B; inverse: its preconditioner F. Returns the number of iterations, at least one.
         """
-        # the symbols of docs/theory.md; z and w share an array
+        # symbols of docs/theory.md; z and w share an array
         x, r, d, z = self.solution, self.residual, self._direction, self._image
         n, zone, weight, c, moments = self.normal, self.zone, self.weight, self._constraints, self._moments
         w = z
-        # CG1: x = d = 0, r = T r - c m with c' W r = 0; as d = 0, the kernel of CG5 takes c m away alone
+        # CG1: x = d = 0, r = P T r in the zone, by the projection P of (T9); as d = 0, the kernel of CG5 does P alone
         x[:] = 0.0
         d[:] = 0.0
         self._restrict(r)
@@ -88,21 +88,21 @@ class ProjectedCG:
             return 1
         target, rho_before, iteration = max(reduction * first, floor), 1.0, 0
         while iteration < limit:
-            # CG2: z = M r, rho = r.z
+            # CG2: z = M r (T7), rho = r.z
             np.multiply(r, weight, out=z)
             inverse(z, z)
             rho = cg.finish_search(z, r, weight, n, c, moments)
             if not rho > 0.0:
                 break
-            # CG3: d = z - W c m + (rho / rho before) d, with c' d = 0
+            # CG3: d = P' z + (rho / rho before) d
             cg.turn(d, z, weight, c, self._amplitudes(), rho / rho_before)
             rho_before = rho
-            # CG4: w = T (B + S) d, kappa = d.w
+            # CG4: w = T (B + S) d in the zone (T6), kappa = d.w
             elastic(d, w)
             kappa = cg.finish_image(w, d, self.stiffness, n, zone, weight, c, moments)
             if not kappa > 0.0:
                 break
-            # CG5, CG6: x = x + alpha d, r = r - alpha (w - c m) with alpha = rho / kappa, until r is small enough
+            # CG5: alpha = rho / kappa, x = x + alpha d, r = r - alpha P w; CG6: stop at the target
             iteration += 1
             if cg.advance(x, r, d, w, c, self._amplitudes(), rho / kappa) <= target:
                 break
@@ -114,5 +114,5 @@ class ProjectedCG:
         cg.finish_image(field, self._direction, self.stiffness, self.normal, self.zone, self.weight, *none)
 
     def _amplitudes(self) -> DoubleArray:
-        """Return the amplitudes m of the constraints' motions from the moments found last."""
+        """Return (c' W c)^-1 times the moments found last, (T9)."""
         return self._inverse_gram @ self._moments if len(self._moments) else self._moments

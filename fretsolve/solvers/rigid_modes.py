@@ -26,7 +26,7 @@ NEARLY_SINGULAR = 1e-6
 """Eigenvalue below which the amplitude of a combination of modes means little."""
 
 WELL_APART = 1e-2
-"""Part of a mode's own weight left beside the other modes, above which they count as independent."""
+"""Pivot of the elimination, over the mode's own weight, above which modes count as independent."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ class NormalModes(_Modes):
         return float(abs(rigid[1]) * np.abs(self.y).max() + abs(rigid[2]) * np.abs(self.x).max())
 
     def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
-        """Return the sums over the contact of the same gap times each mode."""
+        """Return the sums over the contact of the gap times each mode."""
         return kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
 
     def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
-        """Add to the pressure (nx, ny) itself times a rigid displacement, but let none become negative."""
+        """Multiply the pressure (nx, ny) by 1 + a rigid displacement; negative values become 0."""
         kernels.stretch(pressure, rigid, self.x, self.y)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
@@ -152,7 +152,7 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
 
 
 def _eliminated(gram: DoubleArray, right: Vector, forced: list[int]) -> list[float] | None:
-    """Return the amplitudes of the forced modes by elimination; None where the modes are anywhere near dependent.
+    """Return the amplitudes of the forced modes by elimination; None if modes may be nearly dependent.
 
     Written out, because calls of LAPACK take longer than a pass over a small grid.
     """

@@ -39,11 +39,11 @@ STALLED = 100
 
 @dataclass(frozen=True)
 class SlipScales:
-    """Lengths (mm) that slips are measured against in the increment that a solve is a part of.
+    """Lengths (mm) of an increment that slips are measured against.
 
-    motion: largest rigid displacement increment known so far; least_slip: least value for slips; displacement: largest
-    displacement that the elastic slip is a change of; last: scale of the last result, 0 before the first;
-    last_tolerance: tightest tolerance of the later solves that reuse this elastic slip (None: that of this solve).
+    motion: largest rigid displacement increment known so far; least_slip: least length for slips; displacement: largest
+    elastic displacement at the start; last: `scale` of the increment's last solve, 0 before the first; last_tolerance:
+    tightest tolerance of later solves that reuse this elastic slip (None: that of this solve).
     """
 
     motion: float = 0.0
@@ -54,7 +54,7 @@ class SlipScales:
 
 
 class TangentialSolver:
-    """Solves the tangential problem on one grid, any number of times."""
+    """Solves the tangential problem on one grid, any number of times; slipping: the slip zone (nx, ny)."""
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
@@ -75,11 +75,11 @@ class TangentialSolver:
         max_iterations: int,
         scales: SlipScales,
     ) -> SolverResult:
-        """Solve in place for `shear` (2, nx, ny), which holds the first estimate, as `slipping` does of the slip zone.
+        """Solve for `shear` (2, nx, ny) and `slipping` (nx, ny) in place; both hold a first estimate.
 
         elastic_slip: e at the first estimate, (2, nx, ny), mm, changed in place with the shear; control: of
         (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
-        the residual. On return `slipping` holds the slip zone.
+        the residual.
         """
         iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
@@ -88,7 +88,7 @@ class TangentialSolver:
         self._start_zones(control, friction_limit, shear)
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
-            # TG2, TG3: slip (T2), with the forced rigid motion by least squares; cells that slip backwards stick
+            # TG2, TG3: slip (T2) with the forced rigid motion by least squares; cells with lam <= 0 stick; S and W
             rigid = self._update_slip_and_zones(elastic_slip, control, friction_limit)
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(rigid, scales)
@@ -176,7 +176,7 @@ class TangentialSolver:
             friction.move(
                 self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )
-            # If all cells slip the same way, the motion is determined only by those that stick then: do it again
+            # if all cells slip in one direction, N' W T s = 0 leaves the motion open until some of them stick
             released = undetermined and int(np.count_nonzero(self.slipping)) < before
         return imposed + forced
 
@@ -210,7 +210,7 @@ class TangentialSolver:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
         friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
-        # the modes with the turn about the contact's middle, as far as imposed forces allow the same set
+        # with imposed forces the turn may be taken about the contact's middle, so that it is not nearly dependent
         x, y = self.modes.middle(self._contact)
         turn = [y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0]
         motions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])

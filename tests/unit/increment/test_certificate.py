@@ -108,7 +108,7 @@ class TestSpoilt:
         rigid = solution.rigid + error * np.array([0.0, 0.0, 1e-2, 0.0, 0.0, 0.0])
         assert residuals(examiner, replace(solution, rigid=rigid))["gap"] > 0.05 * error
 
-    def test_shear_beyond_the_bound(self, solved, error):
+    def test_shear_beyond_the_friction_limit(self, solved, error):
         operator, examiner, solution = solved
         shear = solution.shear.copy()
         slipping = np.unravel_index(np.argmax(np.hypot(*shear)), shear.shape[1:])
@@ -117,7 +117,7 @@ class TestSpoilt:
         assert found["bound"] > 0.5 * error
 
     def test_shear_in_the_stick_zone(self, solved, error):
-        """It is inside of the bound, but the cell no longer sticks."""
+        """It is below the friction limit, but the cell no longer sticks."""
         operator, examiner, solution = solved
         zone = examiner.examine(solution, NORMAL, TANGENTIAL).zone
         sticking = np.argwhere(zone == Zone.STICK)[5]
@@ -128,7 +128,7 @@ class TestSpoilt:
         assert found["bound"] < 1e-6
 
     def test_direction_of_the_shear(self, solved, error):
-        """Turned on the friction circle: bound and sticking cells are content, the slip law is not."""
+        """Turned on the friction circle: friction limit and sticking cells hold, the slip law does not."""
         _, examiner, solution = solved
         zone = examiner.examine(solution, NORMAL, TANGENTIAL).zone
         cosine, sine = np.cos(error), np.sin(error)

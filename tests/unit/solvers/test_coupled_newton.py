@@ -124,10 +124,10 @@ def test_small_motions_in_single_precision(monkeypatch, motion):
 def test_tangential_problem_whose_zones_go_round():
     """Force and torque within 1e-6 of the limit load: only a step that keeps the friction limit solves it."""
     pressed = solve_last(friction=0.0, grid={"points": 32})
-    bound = 0.1 * pressed.fields.pressure
+    limit = 0.1 * pressed.fields.pressure
     loads = np.array([19.2, 14.4, 7.275])
     modes = TangentialModes(grid_of(friction=0.0, grid={"points": 32}))
-    loads *= (1.0 - 1e-6) * load_factor(bound, LoadControl((True, True, True), tuple(loads)), modes)
+    loads *= (1.0 - 1e-6) * load_factor(limit, LoadControl((True, True, True), tuple(loads)), modes)
     stage = dict(zip(("Qx", "Qy", "Mz"), map(float, loads), strict=True))
     path = [{"P": LOAD}, {name: 0.99 * load for name, load in stage.items()}, stage | {"increments": 1}]
     last = solve_last(grid={"points": 32}, load_path=path).summary

@@ -17,8 +17,8 @@ HERTZ = np.sqrt(np.maximum(1.0 - GRID.x[:, None] ** 2 - GRID.y[None, :] ** 2, 0.
 CARRIED = float(HERTZ.sum()) * GRID.cell_area
 
 
-def factor(qx=0.0, qy=0.0, mz=0.0, bound=HERTZ, modes=MODES):
-    return load_factor(bound, LoadControl((True, True, True), (qx, qy, mz)), modes)
+def factor(qx=0.0, qy=0.0, mz=0.0, limit=HERTZ, modes=MODES):
+    return load_factor(limit, LoadControl((True, True, True), (qx, qy, mz)), modes)
 
 
 def test_no_load_never_slides():
@@ -68,25 +68,25 @@ def test_tiny_loads():
 
 
 class TestSingleCell:
-    BOUND = np.zeros(GRID.shape)
-    BOUND[10, 20] = 2.0
+    LIMIT = np.zeros(GRID.shape)
+    LIMIT[10, 20] = 2.0
     FORCE = 2.0 * GRID.cell_area
 
     def test_it_carries_a_force_through_itself(self):
-        assert factor(qx=1.0, mz=-MODES.y[20], bound=self.BOUND) == pytest.approx(self.FORCE)
+        assert factor(qx=1.0, mz=-MODES.y[20], limit=self.LIMIT) == pytest.approx(self.FORCE)
 
     def test_it_carries_no_torque_about_itself(self):
-        assert factor(mz=1.0, bound=self.BOUND) == 0.0
-        assert factor(qx=1.0, bound=self.BOUND) == 0.0  # off the line of action
+        assert factor(mz=1.0, limit=self.LIMIT) == 0.0
+        assert factor(qx=1.0, limit=self.LIMIT) == 0.0  # off the line of action
 
     def test_it_resists_turning_about_the_origin(self):
         arm = math.hypot(MODES.x[10], MODES.y[20])
-        found = load_factor(self.BOUND, LoadControl((False, False, True), (0.0, 0.0, 1.0)), MODES)
+        found = load_factor(self.LIMIT, LoadControl((False, False, True), (0.0, 0.0, 1.0)), MODES)
         assert found == pytest.approx(self.FORCE * arm)
 
     def test_no_contact_carries_nothing(self):
-        assert factor(qx=1.0, bound=np.zeros(GRID.shape)) == 0.0
-        assert factor(mz=1.0, bound=np.zeros(GRID.shape)) == 0.0
+        assert factor(qx=1.0, limit=np.zeros(GRID.shape)) == 0.0
+        assert factor(mz=1.0, limit=np.zeros(GRID.shape)) == 0.0
 
 
 def test_what_counts_as_the_limit_is_the_width_of_the_friction_circle():

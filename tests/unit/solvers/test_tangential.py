@@ -14,8 +14,8 @@ from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 GRID = Grid.from_size((20, 23), (0.7, 0.72))
 MATERIAL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
 RADIUS = 0.3
-BOUND = 210.0 * np.sqrt(np.maximum(1.0 - (GRID.x[:, None] ** 2 + GRID.y[None, :] ** 2) / RADIUS**2, 0.0))
-CARRIED = float(BOUND.sum()) * GRID.cell_area
+LIMIT = 210.0 * np.sqrt(np.maximum(1.0 - (GRID.x[:, None] ** 2 + GRID.y[None, :] ** 2) / RADIUS**2, 0.0))
+CARRIED = float(LIMIT.sum()) * GRID.cell_area
 NOTHING_KNOWN = np.zeros((2, *GRID.shape))
 TOLERANCE = 1e-8
 
@@ -29,12 +29,12 @@ def forces(qx=0.0, qy=0.0, mz=0.0):
     return LoadControl((True, True, True), (qx, qy, mz))
 
 
-def solve(control, bound=BOUND, known=NOTHING_KNOWN, shear=None, most=2000, one=None, motion=0.0):
+def solve(control, limit=LIMIT, known=NOTHING_KNOWN, shear=None, most=2000, one=None, motion=0.0):
     one = one or solver()
     shear, displacement = np.zeros((2, *GRID.shape)) if shear is None else shear.copy(), np.empty((2, *GRID.shape))
     one.operator.tangential(shear, displacement)
     elastic_slip = known - displacement
-    result = one.solve(elastic_slip, control, bound, shear, TOLERANCE, most, SlipScales(motion))
+    result = one.solve(elastic_slip, control, limit, shear, TOLERANCE, most, SlipScales(motion))
     dx, dy, turn = result.rigid
     one.operator.tangential(shear, displacement)
     length = max(motion, np.abs(result.rigid).max() * GRID.size[0])
@@ -42,21 +42,21 @@ def solve(control, bound=BOUND, known=NOTHING_KNOWN, shear=None, most=2000, one=
     slip = known - displacement
     slip[0] += dx - turn * GRID.y[None, :]
     slip[1] += dy + turn * GRID.x[:, None]
-    slip *= bound > 0.0
+    slip *= limit > 0.0
     return result, shear, slip, one
 
 
-def assert_coulomb(result, shear, slip, one, bound=BOUND):
-    """|q| <= bound; no slip below it, slip along q at it."""
+def assert_coulomb(result, shear, slip, one, limit=LIMIT):
+    """|q| <= limit; no slip below it, slip along q at it."""
     assert result.converged
     length, distance = np.hypot(*shear), np.hypot(*slip)
     largest = max(distance.max(), np.abs(result.rigid[:2]).max(), 1e-3)
-    assert (length <= bound * (1.0 + 1e-9) + 1e-9).all()
-    inside = length < bound * (1.0 - 1e-6)
+    assert (length <= limit * (1.0 + 1e-9) + 1e-9).all()
+    inside = length < limit * (1.0 - 1e-6)
     assert distance[inside].max(initial=0.0) <= 2 * TOLERANCE * largest
     moving = distance > 1e-5 * largest
     dissipated = np.sum(shear * slip, axis=0)
-    assert dissipated[moving] == pytest.approx(bound[moving] * distance[moving], rel=1e-5)
+    assert dissipated[moving] == pytest.approx(limit[moving] * distance[moving], rel=1e-5)
     assert not (one.slipping & inside).any()
 
 
@@ -90,14 +90,14 @@ def test_any_start_leads_to_the_one_solution(seed):
     one.slipping[:] = np.random.default_rng(seed + 9).random(GRID.shape) < 0.5
     result, shear, slip, one = solve(control, shear=start, one=one)
     assert_coulomb(result, shear, slip, one)
-    np.testing.assert_allclose(shear, exact, atol=1e-4 * BOUND.max())
+    np.testing.assert_allclose(shear, exact, atol=1e-4 * LIMIT.max())
 
 
 def test_full_stick_is_linear():
-    """Where the bound is out of reach twice the load gives twice the shear."""
-    high = np.where(BOUND > 0.0, 1e9, 0.0)
-    _, once, slip, one = solve(forces(qx=10.0, mz=0.5), bound=high)
-    _, twice, _, _ = solve(forces(qx=20.0, mz=1.0), bound=high)
+    """Where the limit is out of reach twice the load gives twice the shear."""
+    high = np.where(LIMIT > 0.0, 1e9, 0.0)
+    _, once, slip, one = solve(forces(qx=10.0, mz=0.5), limit=high)
+    _, twice, _, _ = solve(forces(qx=20.0, mz=1.0), limit=high)
     assert not one.slipping.any()
     np.testing.assert_allclose(twice, 2.0 * once, atol=1e-5 * np.abs(twice).max())
     assert np.hypot(*slip).max() < 1e-10
@@ -107,7 +107,7 @@ def test_known_displacements_are_followed():
     """A prestrain that is a rigid motion itself is met by the rigid motion, and by no shear."""
     known = NOTHING_KNOWN + np.array([2e-4, -1e-4])[:, None, None]
     result, shear, _, _ = solve(forces(), known=known)
-    assert np.abs(shear).max() < 1e-6 * BOUND.max()
+    assert np.abs(shear).max() < 1e-6 * LIMIT.max()
     assert result.rigid[:2] == pytest.approx([-2e-4, 1e-4], rel=1e-6)
 
 
@@ -123,21 +123,21 @@ def test_prestrain_is_relaxed_by_slip():
 def test_everything_slides():
     result, shear, slip, one = solve(LoadControl((False, False, False), (0.1, 0.05, 0.0)))
     assert_coulomb(result, shear, slip, one)
-    assert np.hypot(*shear)[BOUND > 0.0] == pytest.approx(BOUND[BOUND > 0.0], rel=1e-9)
-    assert (one.slipping == (BOUND > 0.0)).all()
+    assert np.hypot(*shear)[LIMIT > 0.0] == pytest.approx(LIMIT[LIMIT > 0.0], rel=1e-9)
+    assert (one.slipping == (LIMIT > 0.0)).all()
 
 
 def test_nothing_in_contact():
-    result, shear, _, one = solve(LoadControl((False, False, False), (1e-3, 0.0, 0.0)), bound=np.zeros(GRID.shape))
+    result, shear, _, one = solve(LoadControl((False, False, False), (1e-3, 0.0, 0.0)), limit=np.zeros(GRID.shape))
     assert result.converged
     assert not shear.any()
     assert not one.slipping.any()
 
 
 def test_a_single_cell():
-    bound = np.zeros(GRID.shape)
-    bound[3, 4] = 100.0
-    result, shear, _, _ = solve(LoadControl((True, True, False), (0.5 * 100.0 * GRID.cell_area, 0.0, 0.0)), bound=bound)
+    limit = np.zeros(GRID.shape)
+    limit[3, 4] = 100.0
+    result, shear, _, _ = solve(LoadControl((True, True, False), (0.5 * 100.0 * GRID.cell_area, 0.0, 0.0)), limit=limit)
     assert result.converged
     assert shear[0, 3, 4] == pytest.approx(50.0)
     assert np.count_nonzero(shear) <= 2
@@ -151,7 +151,7 @@ def test_reversal():
     result, back, slip, one = solve(forces(qx=0.3 * CARRIED), known=known, shear=shear, one=one)
     assert_coulomb(result, back, slip, one)
     assert result.rigid[0] < 0.0
-    assert np.count_nonzero(one.slipping) < 0.8 * np.count_nonzero(BOUND)
+    assert np.count_nonzero(one.slipping) < 0.8 * np.count_nonzero(LIMIT)
 
 
 def test_without_cross_influence():
