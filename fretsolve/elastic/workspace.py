@@ -1,7 +1,7 @@
 """Arrays that the normal and the tangential solver of one grid share.
 
-The normal and the tangential solver of a grid never work at the same time, and neither keeps anything in these arrays
-between two solves. Sharing them saves 28 bytes per cell.
+The two never work at the same time, and keep nothing in these arrays between two solves. Sharing them saves 28 bytes
+per cell.
 """
 
 from __future__ import annotations
