@@ -278,8 +278,8 @@ class StaggeredIteration:
         spare = load_factor(self._friction_limit, control, self.level.tangential.modes) - 1.0
         if spare < 1e-3:
             return (
-                f"the tangential problem is not solved: the loads are within {spare:.1g} of the limit load at which all"
-                " slips, where almost nothing sticks; lower them, raise P or the friction, or impose displacements"
+                f"the tangential problem is not solved: the loads are within {spare:.1g} of gross slip, where"
+                " almost nothing sticks; lower them, raise P or the friction, or impose displacements"
             )
         advice = ADVICE if found.iterations >= self.max_iterations else EASIER  # more iterations would only cycle
         digits = TOO_FEW_DIGITS if self.level.operator.dtype is np.float32 else ""

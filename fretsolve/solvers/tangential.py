@@ -144,7 +144,7 @@ class TangentialSolver:
         np.copyto(self._cg.weight, self._contact)
 
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
-        """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where all slips."""
+        """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where cells slip."""
         row, column = np.nonzero(self._contact & ~shear.any(axis=0))
         if not 0 < row.size < np.count_nonzero(self._contact):
             return
