@@ -96,8 +96,8 @@ def stage_gradings(friction: float, imposed: Sequence[Loads]) -> Iterator[StageG
         branch = _next_branch(branch, before, after)
         key = branch, tuple(before.items()), tuple(after.items())
         if key not in known:
-            estimated = _estimated(friction, branch, before, after)
-            known[key] = estimated or StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
+            even = StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
+            known[key] = _estimated(friction, branch, before, after) or even
         yield known[key]
 
 

@@ -16,32 +16,32 @@ from fretsolve.system.arrays import Vector
 @dataclass(frozen=True)
 class LoadControl:
     """forced: whether the resultant of each mode is imposed; values: the imposed resultants (N, N mm) or else
-    displacements (mm, rad)."""
+    displacements (mm, rad); three of each."""
 
-    forced: tuple[bool, bool, bool]
-    values: tuple[float, float, float]
+    forced: tuple[bool, ...]
+    values: tuple[float, ...]
 
     def relative_to(self, rigid: Vector) -> LoadControl:
         """Return the same with imposed displacements counted from `rigid`."""
-        x, y, z = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
-        return LoadControl(self.forced, (x, y, z))
+        counted = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
+        return LoadControl(self.forced, (*counted,))
 
     def with_loads_scaled(self, factor: float) -> LoadControl:
         """Return the same with imposed resultants multiplied by `factor`."""
-        x, y, z = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
-        return LoadControl(self.forced, (x, y, z))
+        scaled = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
+        return LoadControl(self.forced, (*scaled,))
 
     @property
     def forced_index(self) -> list[int]:
         """Modes whose resultant is imposed."""
-        return [mode for mode in range(3) if self.forced[mode]]
+        return [mode for mode, forced in enumerate(self.forced) if forced]
 
     @property
     def imposed_displacement(self) -> Vector:
         """The imposed displacements, 0 where the resultant is imposed."""
-        return np.array([0.0 if f else v for f, v in zip(self.forced, self.values, strict=True)])
+        return np.where(self.forced, 0.0, self.values)
 
     @property
     def imposed_resultant(self) -> Vector:
         """The imposed resultants, 0 where the displacement is imposed."""
-        return np.array([v if f else 0.0 for f, v in zip(self.forced, self.values, strict=True)])
+        return np.where(self.forced, self.values, 0.0)

@@ -29,8 +29,6 @@ INCREMENTS_PER_EDGE_MOTION = 25
 """Automatic increments per unit of `StageGrading.edge_motion`, where the slip depends on the path. Displacements are
 then within about 0.5 % of what more increments give, the dissipated energy within 1 to 3 % (docs/verification.md)."""
 
-ROUNDING = 1e-9
-
 
 @dataclass(frozen=True)
 class Increment:
@@ -92,8 +90,8 @@ class LoadPath:
                 self.slip_width = max(self.slip_width, grading.slip_width)
             drawn, needed = DRAWN_INCREMENTS if model.has_shear and moved else 1, 1
             if path_dependent:
-                motion = grading.edge_motion * refinement
-                needed = max(DRAWN_INCREMENTS, math.ceil(INCREMENTS_PER_EDGE_MOTION * motion - ROUNDING))
+                wanted = INCREMENTS_PER_EDGE_MOTION * grading.edge_motion * refinement
+                needed = max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
             count = stage.increments or max(drawn, needed)
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             chosen = grading if spacing == "graded" else None
@@ -149,5 +147,4 @@ def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
 
 def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
     forced = tuple(force in values for force, _ in pairs)
-    imposed = tuple(values[force if force in values else motion] for force, motion in pairs)
-    return LoadControl(forced, imposed)  # type: ignore[arg-type]
+    return LoadControl(forced, tuple(values[force if force in values else motion] for force, motion in pairs))
