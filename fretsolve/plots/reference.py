@@ -15,8 +15,6 @@ from fretsolve.result import Result
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.system.arrays import DoubleArray
 
-CURVE_POINTS = 200
-
 
 @dataclass(frozen=True)
 class Curve:
@@ -41,7 +39,7 @@ def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     tilted = any(np.any(result.history[name]) for name in ("phi_x", "phi_y"))
     if forms is None or forms.largest is None or not forms.largest.is_circle or depth <= 0.0 or tilted:
         return None
-    depths = np.linspace(0.0, depth, CURVE_POINTS)
+    depths = np.linspace(0.0, depth, 200)
     found = [forms.hertz_under("delta_z", deep) for deep in depths.tolist()]
     return depths, np.array([form.load if form is not None else 0.0 for form in found])
 

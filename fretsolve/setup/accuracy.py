@@ -47,9 +47,6 @@ WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
 increments are taken, and the order with which their number rises with the inverse of the width."""
 
-TOLERANCE, TIGHTEST, LOOSEST = 1e-4, 1e-8, 1e-5
-"""Tolerance of the iteration over the accuracy, with its limits: small enough to add no error, and to resolve slip."""
-
 LEAST_MOTION = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
 
@@ -107,8 +104,8 @@ def settled(case: Case) -> Case:
     solver = case.solver
     if solver.accuracy is None:
         return case
-    tolerance = float(f"{min(max(TOLERANCE * solver.accuracy, TIGHTEST), LOOSEST):.0e}")
-    picked = {"tolerance": tolerance, "error_bars": True}
+    # Such a tolerance adds no error, and resolves the slip of small increments.
+    picked = {"tolerance": float(f"{min(max(1e-4 * solver.accuracy, 1e-8), 1e-5):.0e}"), "error_bars": True}
     missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
     return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 

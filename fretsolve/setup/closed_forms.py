@@ -60,10 +60,7 @@ def round_contact(surface: Surface, modulus: float, name: str, value: float) -> 
         return None
     if surface.kind == "cone":
         return (love_cone if name == "P" else love_cone_at)(value, surface.angle, modulus)
-    return _sphere(name, value, abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius), modulus)
-
-
-def _sphere(name: str, value: float, radius: float, modulus: float) -> HertzContact:
+    radius = abs(surface.radius_x if surface.kind == "ellipsoid" else surface.radius)
     return (hertz_sphere if name == "P" else hertz_sphere_at)(value, radius, modulus)
 
 
@@ -103,7 +100,8 @@ class ClosedForms:
         if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
             return None
         if Rx == Ry:
-            return _sphere(name, value, Rx, self._modulus)
+            contact = round_contact(surface, self._modulus, name, value)
+            return contact if isinstance(contact, HertzContact) else None
         return replace(hertz_elliptic(value, Rx, Ry, self._modulus), angle=angle)
 
     @cached_property
@@ -188,15 +186,17 @@ class ClosedForms:
         for stage, (load, hertz) in enumerate(zip(self.loads, self.hertz, strict=True)):
             if hertz is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
                 continue
+            a = hertz.contact_radius
             found = {"delta_z": hertz.delta_z, "max_pressure": hertz.max_pressure}
-            found |= _circle("contact", hertz.contact_radius)
+            found |= {"contact_radius": a, "contact_area": math.pi * a**2}
             yield from (ClosedForm(name, stage, value, "Hertz") for name, value in found.items())
             shear = self.tangential(stage)
             if shear is None or not 0.0 < shear.largest <= shear.limit:
                 continue
             under_force = shear.direction is not None
             if self.model.compliances.B == 0.0 or under_force != self.model.terms.in_plane_coupling:
-                found = shear.displacements() | _circle("stick", shear.stick_radius)
+                c = shear.stick_radius
+                found = shear.displacements() | {"stick_radius": c, "stick_area": math.pi * c**2}
                 if under_force:
                     found["work_total"] = shear.dissipated_energy()
                 yield from (ClosedForm(name, stage, value, shear.source) for name, value in found.items())
@@ -253,7 +253,3 @@ def _path(loads: Sequence[Load], force: str) -> list[float]:
         held = load.get(motion) == 0.0 and not any(path)
         path.append(load.get(force, 0.0 if held else math.inf))
     return path
-
-
-def _circle(zone: str, radius: float) -> dict[str, float]:
-    return {f"{zone}_radius": radius, f"{zone}_area": math.pi * radius**2}

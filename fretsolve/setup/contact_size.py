@@ -24,9 +24,6 @@ MARGIN = 1.2
 """Sides of the area over the frictionless contact's extent about the centre."""
 
 TRIAL_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 1e-3, 60
-MOST_SLENDER = 1e3
-"""A contact that is longer than this many times its width counts as endless."""
-
 FILLED = (0.55, 0.95)
 """A trial has the right size where the contact fills this part of it, in both directions."""
 
@@ -118,7 +115,7 @@ def _extent(
         if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
             return extent
         size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
-        if size.max() > MOST_SLENDER * size.min():
+        if size.max() > 1e3 * size.min():  # such a contact counts as endless
             break
     tried = f"tried up to {size.max():.3g} mm"
     message = f"auto finds no size that holds the contact ({tried}); give a size, or a surface that ends"

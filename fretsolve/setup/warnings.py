@@ -22,17 +22,11 @@ from fretsolve.system.arrays import DoubleArray
 FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
 """Cells across the contact below which results are off by per cents; across the stick zone for its size to count."""
 
-FREE_CELLS = 1.5
-"""Cells that should stay free between the contact and the grid's edge, as the discrete edge may reach into them."""
-
 LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
 HOLD_TO = "half-spaces and linear elasticity hold to about"
-
-LOOSEST = 1e-3
-"""Tolerance beyond which residuals show in the digits that people read."""
 
 
 def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
@@ -89,8 +83,9 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
         else:
             continue
-        key, motion = (*stage.key, name) if name in dict(stage.targets) else stage.key, dict(PAIRS)[name]
-        yield f"{dotted(key)}: {loads} that friction carries: gross slip ends the run; impose {motion} to follow it"
+        place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
+        motion = dict(PAIRS)[name]
+        yield f"{place}: {loads} that friction carries: gross slip ends the run; impose {motion} to follow it"
         return
 
 
@@ -113,7 +108,7 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
 def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a loose tolerance, and of settings in the case that fall short of those that its accuracy would pick."""
     accuracy, tolerance, path = setup.case.solver.accuracy, setup.case.solver.tolerance, setup.load_path
-    if tolerance > LOOSEST:
+    if tolerance > 1e-3:  # residuals then show in the digits that people read
         yield (
             f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {percent(tolerance)}, so no"
             " digit is reliable; 1e-6 is usual"
@@ -154,7 +149,8 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
         return
     grid, center = setup.grid, setup.case.surface[0].center
     reach = np.abs(np.subtract(center, grid.center)) + hertz.half_extent
-    if (reach > 0.5 * np.array(grid.size) - FREE_CELLS * np.array([grid.dx, grid.dy])).any():
+    # The edge of the discrete contact may reach into the next 1.5 cells.
+    if (reach > 0.5 * np.array(grid.size) - 1.5 * np.array([grid.dx, grid.dy])).any():
         advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * MARGIN * reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
 
