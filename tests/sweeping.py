@@ -26,6 +26,12 @@ axes:
 """Six cases, of which the first slides."""
 
 
+def many_cases(count: int) -> str:
+    """A sweep of so many cases, a multiple of 4."""
+    axes = f"friction: {{from: 0.1, to: 0.2, count: {count // 4}}}"
+    return f"case: case.yaml\naxes:\n  - {axes}\n  - load_path.0.P: [390 N, 400 N, 410 N, 420 N]\n"
+
+
 def write_sweep(folder: Path, sweep: str = SWEEP, case: str = SWEPT) -> Path:
     """The sweep file, beside its case."""
     (folder / "case.yaml").write_text(case, encoding="utf-8")

@@ -5,28 +5,19 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
-import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from command_line import finish, start
+from command_line import PATIENCE, finish, start, start_python, wait_for
 from small_cases import SWEPT
-from sweeping import assert_as_serial, workers, write_sweep
-
-import fretsolve
+from sweeping import assert_as_serial, many_cases, workers, write_sweep
 
 pytest.importorskip("distributed", reason="needs Dask: pip install '.[scale]'")
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
-SWEEP = f"""\
-case: case.yaml
-axes:
-  - friction: {{from: 0.1, to: 0.2, count: {CASES // 4}}}
-  - load_path.0.P: [390 N, 400 N, 410 N, 420 N]
-"""
-PATIENCE = 300.0
+SWEEP = many_cases(CASES)
 CLUSTER = """\
 import os, sys
 from distributed import Client, LocalCluster
@@ -38,30 +29,27 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list[int]]]:
-    """The address of a scheduler, and the processes of its two workers."""
-    path = tmp_path_factory.mktemp("dask") / "cluster.py"
-    path.write_text(CLUSTER)
-    package = str(Path(fretsolve.__file__).parents[1])
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
-    pipe = subprocess.PIPE
-    line = [sys.executable, str(path)]
-    with subprocess.Popen(
-        line, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True, env=environment, cwd=path.parent
-    ) as process:
+@contextmanager
+def cluster_in(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str, list[int]]]:
+    """The process of a scheduler, its address, and the processes of its two workers."""
+    script = folder / "cluster.py"
+    script.write_text(CLUSTER)
+    options = {"stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL, "cwd": folder}
+    with start_python(script, **options) as process:
         assert process.stdout is not None
         address, *pids = process.stdout.readline().split()
-        yield address, [int(pid) for pid in pids]
+        yield process, address, [int(pid) for pid in pids]
         process.communicate()
 
 
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list[int]]]:
+    with cluster_in(tmp_path_factory.mktemp("dask")) as (_, address, pids):
+        yield address, pids
+
+
 def wait_for_results(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
-    end = time.monotonic() + PATIENCE
-    while len(list((folder / "results").glob("*.h5"))) < count:
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    wait_for(lambda: len(list((folder / "results").glob("*.h5"))) >= count, process)
 
 
 def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
@@ -91,10 +79,7 @@ def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[
         wait_for_results(folder, 1, process)
         process.kill()
         process.communicate(timeout=PATIENCE)
-    end = time.monotonic() + PATIENCE
-    while workers(folder):
-        assert time.monotonic() < end
-        time.sleep(0.1)
+    wait_for(lambda: not workers(folder))
     assert len(list((folder / "results").glob("*.h5"))) < CASES
 
 
@@ -102,24 +87,17 @@ def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[
 def test_scheduler_that_goes_away(tmp_path: Path) -> None:
     case = SWEPT.replace("increments: 2", "increments: 100").replace("points: 12", "points: 48")
     path, folder = write_sweep(tmp_path, SWEEP, case), tmp_path / "sweep.sweep"
-    script = tmp_path / "cluster.py"
-    script.write_text(CLUSTER)
-    pipe = subprocess.PIPE
-    line = [sys.executable, str(script)]
-    with subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True) as scheduler:
-        assert scheduler.stdout is not None
-        address = scheduler.stdout.readline().split()[0]
-        with start("sweep", "run", path, "--on", f"dask:{address}") as process:
-            wait_for_results(folder, 1, process)
-            scheduler.kill()
-            _, messages = process.communicate(timeout=PATIENCE)
+    with (
+        cluster_in(tmp_path) as (scheduler, address, _),
+        start("sweep", "run", path, "--on", f"dask:{address}") as process,
+    ):
+        wait_for_results(folder, 1, process)
+        scheduler.kill()
+        _, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 4
     gone = "the scheduler has stopped answering; finished cases stay, and the same command goes on"
     assert messages.endswith(f"--on dask:{address}: {gone}\n")
-    end = time.monotonic() + PATIENCE
-    while workers(folder):
-        assert time.monotonic() < end
-        time.sleep(0.1)
+    wait_for(lambda: not workers(folder))
 
 
 def test_no_scheduler(tmp_path: Path) -> None:

@@ -17,12 +17,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from command_line import environment
 from one_node_slurm import running_slurm, why_not
 from pages import ROOT, blocks
 from small_cases import SWEPT
-from sweeping import assert_as_serial, rows_of, workers, write_sweep
+from sweeping import assert_as_serial, many_cases, rows_of, workers, write_sweep
 
-import fretsolve
 from fretsolve import open_result
 from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import read_manifest
@@ -30,12 +30,7 @@ from fretsolve.sweep.manifest import read_manifest
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40
 INCREMENTS = 30 if WHOLE else 300
-SWEEP = f"""\
-case: case.yaml
-axes:
-  - friction: {{from: 0.1, to: 0.2, count: {CASES // 4}}}
-  - load_path.0.P: [390 N, 400 N, 410 N, 420 N]
-"""
+SWEEP = many_cases(CASES)
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
 SHARES = (1, 3, 4)
 """Cases per task in the sweeps of these tests."""
@@ -52,15 +47,14 @@ pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 @pytest.fixture(scope="module")
 def slurm() -> Iterator[dict[str, str]]:
     """The environment in which the commands of a running Slurm are found."""
-    package = str(Path(fretsolve.__file__).parents[1])
     with ExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory(prefix="slurm-"))  # munge's user cannot enter pytest's own
         try:
-            environment = stack.enter_context(running_slurm(Path(folder)))
+            slurm = stack.enter_context(running_slurm(Path(folder)))
         except (RuntimeError, LookupError, OSError) as error:
             print(error)  # with all that its programs logged
             pytest.skip(f"Slurm does not start on this machine: {str(error).splitlines()[0]}")
-        yield environment | {"PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
+        yield slurm | {"PYTHONPATH": environment()["PYTHONPATH"]}
 
 
 @pytest.fixture

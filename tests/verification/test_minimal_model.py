@@ -21,34 +21,23 @@ GRID = {"points": [32, 34], "size": [0.8, 0.85]}
 """Not square, so that x and y share no coefficients."""
 
 SCENES = {
-    "frictionless": ({"friction": 0}, [PRESS]),
-    "pressed, equal bodies": ({}, [PRESS]),
-    "frictionless, moved": ({"friction": 0}, [PRESS, {"delta_x": 1e-3, "increments": 2}]),
-    "frictionless, unlike bodies, slip stored": ({"friction": 0, "bodies": DISSIMILAR}, [PRESS]),
-    "force, Poisson's ratio 0": ({"bodies": NO_POISSON}, [PRESS, PULL]),
-    "force, equal bodies": ({}, [PRESS, PULL]),
-    "torque, equal bodies": ({}, [PRESS, TWIST]),
-    "pressed, unlike bodies": ({"bodies": DISSIMILAR}, [PRESS]),
-    "force, unlike bodies": ({"bodies": DISSIMILAR}, [PRESS, PULL]),
+    "frictionless": ({"friction": 0}, [PRESS], "zz"),
+    "pressed, equal bodies": ({}, [PRESS], "zz"),
+    "frictionless, moved": ({"friction": 0}, [PRESS, {"delta_x": 1e-3, "increments": 2}], "zz"),
+    "frictionless, unlike bodies, slip stored": ({"friction": 0, "bodies": DISSIMILAR}, [PRESS], "zz xz yz"),
+    "force, Poisson's ratio 0": ({"bodies": NO_POISSON}, [PRESS, PULL], "zz xx"),
+    "force, equal bodies": ({}, [PRESS, PULL], "zz xx yy xy"),
+    "torque, equal bodies": ({}, [PRESS, TWIST], "zz xx yy xy"),
+    "pressed, unlike bodies": ({"bodies": DISSIMILAR}, [PRESS], "zz xx yy xy xz yz"),
+    "force, unlike bodies": ({"bodies": DISSIMILAR}, [PRESS, PULL], "zz xx yy xy xz yz"),
 }
-
-COEFFICIENTS = {
-    "frictionless": "zz",
-    "pressed, equal bodies": "zz",
-    "frictionless, moved": "zz",
-    "frictionless, unlike bodies, slip stored": "zz xz yz",
-    "force, Poisson's ratio 0": "zz xx",
-    "force, equal bodies": "zz xx yy xy",
-    "torque, equal bodies": "zz xx yy xy",
-    "pressed, unlike bodies": "zz xx yy xy xz yz",
-    "force, unlike bodies": "zz xx yy xy xz yz",
-}
-SHEARED = {name for name, names in COEFFICIENTS.items() if "xx" in names}
+"""Parts, load path, and the coefficients that they need."""
+SHEARED = {name for name, (_, _, needed) in SCENES.items() if "xx" in needed}
 SLIDING = SHEARED | {"frictionless, moved", "frictionless, unlike bodies, slip stored"}
 
 
 def states_of(name):
-    parts, path = SCENES[name]
+    parts, path, _ = SCENES[name]
     return solve(grid=GRID, load_path=path, **parts)
 
 
@@ -78,7 +67,7 @@ def calls(monkeypatch):
 def test_coefficients_and_solvers_are_those_that_the_scene_needs(name, calls):
     states_of(name)
     found = {key.split()[1] for key in calls if key.startswith("coefficients")}
-    assert found == set(COEFFICIENTS[name].split())
+    assert found == set(SCENES[name][2].split())
     assert (calls["tangential solver"] > 0) == (name in SHEARED)
     assert (calls["operator tangential"] > 0) == (name in SHEARED)
     assert (calls["operator normal_from_shear"] > 0) == ("unlike" in name and name in SHEARED)

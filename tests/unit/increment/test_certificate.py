@@ -23,6 +23,7 @@ PARTS = {
 NORMAL = LoadControl((True, False, False), (400.0, 0.0, 0.0))
 TANGENTIAL = LoadControl((True, True, True), (30.0, 4.0, 1.0))
 RESIDUALS = ("gap", "stick", "slip", "bound", "load")
+CELL = (12, 12)
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,14 @@ def displaced(operator, solution):
     return replace(solution, uz=uz, displacement=displacement)
 
 
+def pressed(operator, solution, changed):
+    """The solution with the displacements of a pressure to which `changed` adds, by cell."""
+    pressure = solution.pressure.copy()
+    for cell, value in changed.items():
+        pressure[cell] += value
+    return displaced(operator, replace(solution, pressure=pressure))
+
+
 def residuals(examiner, solution):
     certificate = examiner.examine(solution, NORMAL, TANGENTIAL).certificate
     return {name: getattr(certificate, name) for name in RESIDUALS}
@@ -72,28 +81,22 @@ def test_a_solution_is_certified(solved):
 class TestSpoilt:
     def test_pressure_of_one_cell(self, solved, error):
         operator, examiner, solution = solved
-        pressure = solution.pressure.copy()
-        pressure[12, 12] *= 1.0 + error
-        found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+        found = residuals(examiner, pressed(operator, solution, {CELL: error * solution.pressure[CELL]}))
         assert found["gap"] > 0.01 * error
         assert found["load"] > 1e-3 * error
 
     def test_pressure_moved_within_the_contact(self, solved, error):
         """The load is met, and still the gap tells."""
         operator, examiner, solution = solved
-        pressure = solution.pressure.copy()
-        moved = error * pressure[12, 12]
-        pressure[12, 12] -= moved
-        pressure[8, 12] += moved
-        found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+        moved = error * solution.pressure[CELL]
+        found = residuals(examiner, pressed(operator, solution, {CELL: -moved, (8, 12): moved}))
         assert found["gap"] > 0.01 * error
         assert found["load"] < 1e-9
 
     def test_cell_left_out_of_the_contact(self, solved, error):
         operator, examiner, solution = solved
-        pressure = solution.pressure.copy()
-        pressure[12, 12] = 0.0
-        assert residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))["gap"] > 0.01 > error / 2
+        left_out = pressed(operator, solution, {CELL: -solution.pressure[CELL]})
+        assert residuals(examiner, left_out)["gap"] > 0.01 > error / 2
 
     def test_approach(self, solved, error):
         _, examiner, solution = solved
@@ -177,9 +180,7 @@ def test_displacements_that_do_not_belong_to_the_tractions(solved):
 def test_negative_pressure_is_no_contact(solved):
     """Tension would hold the surfaces together: the cell counts as open, so that its penetration shows."""
     operator, examiner, solution = solved
-    pressure = solution.pressure.copy()
-    pressure[12, 12] = -1.0
-    found = residuals(examiner, displaced(operator, replace(solution, pressure=pressure)))
+    found = residuals(examiner, pressed(operator, solution, {CELL: -1.0 - solution.pressure[CELL]}))
     assert max(found.values()) > 1e-3
 
 
@@ -218,9 +219,8 @@ def test_tension_is_refused(solved):
     """Also where the glued surfaces have no gap and friction does not notice."""
     operator, examiner, solution = solved
     frictionless = Examiner(examiner.separation, 0.0, examiner.grid, 1e-9)
-    pressure = solution.pressure.copy()
-    pressure[0, 0] = -0.01 * pressure.max()
-    glued = replace(displaced(operator, replace(solution, pressure=pressure)), shear=0.0 * solution.shear)
+    glued = pressed(operator, solution, {(0, 0): -0.01 * solution.pressure.max()})
+    glued = replace(glued, shear=0.0 * solution.shear)
     assert frictionless.examine(glued, NORMAL, TANGENTIAL).certificate.gap >= 0.01
 
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,17 +57,6 @@ def test_two_increments(bodies):
     assert min(second.iterations_tangential, second.staggered_iterations, second.operator_applications) > 0
 
 
-def test_uncoupled_pressure_is_kept_where_the_normal_load_stays():
-    setup = setup_of()
-    solver = solver_of(setup)
-    first = solver.solve(increment(setup), nothing(setup.grid))
-    pulled = increment(setup, tangential=LoadControl((True, True, False), (25.0, 0.0, 0.0)))
-    second = solver.solve(pulled, after(first))
-    assert second.iterations_normal == 0
-    assert second.staggered_iterations == 1
-    np.testing.assert_array_equal(second.solution.pressure, first.solution.pressure)
-
-
 def test_the_start_is_left_alone():
     setup = setup_of(DISSIMILAR)
     solver = solver_of(setup)
@@ -89,21 +77,6 @@ def test_what_was_solved_before_does_not_matter():
     again, fresh = used.solve(pulled, start), solver_of(setup).solve(pulled, start)
     np.testing.assert_array_equal(again.solution.shear, fresh.solution.shear)
     np.testing.assert_array_equal(again.solution.pressure, fresh.solution.pressure)
-
-
-def test_the_whole_path_depends_on_friction():
-    """One increment of indentation is not ten: slip remembers the way (mode II)."""
-    setup = setup_of(DISSIMILAR)
-    solver = solver_of(setup)
-    at_once = solver.solve(increment(setup), nothing(setup.grid))
-    state, load = nothing(setup.grid), 0.0
-    for _ in range(5):
-        load += LOAD / 5
-        control = LoadControl((True, False, False), (load, 0.0, 0.0))
-        state = after(solver.solve(increment(setup, normal=control), state), control)
-    difference = np.abs(state.shear - at_once.solution.shear).max()
-    assert difference > 0.02 * np.abs(state.shear).max()
-    assert np.abs(state.pressure - at_once.solution.pressure).max() < 0.05 * state.pressure.max()
 
 
 class TestNoSolution:
@@ -151,20 +124,6 @@ def test_a_solver_goes_on_after_an_error():
     np.testing.assert_array_equal(
         solver.solve(pulled, start).solution.shear, solver_of(setup).solve(pulled, start).solution.shear
     )
-
-
-def test_a_tighter_tolerance_is_met():
-    setup = setup_of(DISSIMILAR)
-    solved = solver_of(setup, tolerance=1e-10).solve(increment(setup), nothing(setup.grid))
-    assert solved.evidence.certificate.worst <= 1e-10
-
-
-def test_control_by_displacement_from_the_start():
-    setup = setup_of()
-    forced = solver_of(setup).solve(increment(setup), nothing(setup.grid))
-    moved = LoadControl((False, False, False), (float(forced.solution.rigid[0]), 0.0, 0.0))
-    solved = solver_of(setup).solve(replace(increment(setup), normal=moved), nothing(setup.grid))
-    assert solved.evidence.resultants[0] == pytest.approx(LOAD, rel=1e-5)
 
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR], ids=["similar", "dissimilar"])

@@ -33,16 +33,48 @@ def test_sphere_is_its_osculating_paraboloid():
     np.testing.assert_allclose(h, (GRID.x[:, None] ** 2 + GRID.y**2) / 20.0, rtol=1e-14)
 
 
-def test_negative_radius_is_concave():
-    assert single(SphereSurface(radius=-10.0), 0.3, 0.4) == pytest.approx(-0.0125)
-
-
 def test_surfaces_add_up_each_about_its_centre():
     ball = SphereSurface(radius=10.0, center=(0.5, -0.25))
     socket = SphereSurface(radius=-12.0)
     expected = separation([ball], GRID.x, GRID.y) + separation([socket], GRID.x, GRID.y)
     np.testing.assert_allclose(separation([ball, socket], GRID.x, GRID.y), expected, rtol=1e-14)
     assert single(ball, 0.5, -0.25) == 0.0
+
+
+BUTT = CylinderSurface(radius=10.0, axis="x", length=2.0)
+ROLLER = CylinderSurface(radius=10.0, axis="y", length=4.0, end_radius=0.5)
+SHARP, ROUNDED = PunchSurface(radius=0.5), PunchSurface(radius=1.0, edge_radius=0.5)
+SQUARE = PunchSurface(half_width=1.0, edge_radius=0.5)
+
+
+@pytest.mark.parametrize(
+    ("surface", "x", "y", "height"),
+    [
+        (SphereSurface(radius=-10.0), 0.3, 0.4, -0.0125),
+        (ConeSurface(angle="2 deg", center=(0.1, 0.0)), 0.4, 0.4, 0.5 * math.tan(math.radians(2.0))),
+        (CylinderSurface(radius=10.0, axis="x", crown_radius=500.0), 2.0, 1.0, 4.0 / 1000.0 + 1.0 / 20.0),
+        (BUTT, 1.0, 0.2, 0.002),
+        (BUTT, -1.0, 0.2, 0.002),
+        (BUTT, 1.0001, 0.0, math.inf),
+        (ROLLER, 0.0, 1.5, 0.0),
+        (ROLLER, 0.2, -1.8, 0.002 + 0.5 - 0.4),
+        (ROLLER, 0.0, 2.0, 0.5),
+        (ROLLER, 0.0, 2.0001, math.inf),
+        (SHARP, 0.3, 0.4, 0.0),
+        (SHARP, 0.3, 0.4001, math.inf),
+        (ROUNDED, 0.5, 0.0, 0.0),
+        (ROUNDED, 0.0, -0.9, 0.5 - 0.3),
+        (ROUNDED, 1.0, 0.0, 0.5),
+        (ROUNDED, 1.0001, 0.0, math.inf),
+        (PunchSurface(radius=1.0, edge_radius=1.0), 1e-7, 0.0, 5e-15),
+        (SQUARE, 0.5, -0.5, 0.0),
+        (SQUARE, 0.8, 0.9, 0.5),  # 0.3 and 0.4 past the flat's corner
+        (SQUARE, 0.9, 0.0, 0.2),
+        (SQUARE, 0.95, 0.95, math.inf),
+    ],
+)
+def test_height_at_a_point(surface, x, y, height):
+    assert single(surface, x, y) == pytest.approx(height, rel=1e-12, abs=0.0)
 
 
 class TestEllipsoid:
@@ -72,57 +104,13 @@ class TestCylinder:
         assert single(CylinderSurface(radius=10.0, axis="45 deg"), 3.0, 3.0) == pytest.approx(0.0, abs=1e-15)
         assert single(CylinderSurface(radius=10.0, axis="45 deg"), 1.0, -1.0) == pytest.approx(0.1)
 
-    def test_crown(self):
-        crowned = CylinderSurface(radius=10.0, axis="x", crown_radius=500.0)
-        assert single(crowned, 2.0, 1.0) == pytest.approx(4.0 / 1000.0 + 1.0 / 20.0)
-
-    def test_sharp_ends(self):
-        roller = CylinderSurface(radius=10.0, axis="x", length=2.0)
-        assert single(roller, 1.0, 0.2) == pytest.approx(0.002)
-        assert single(roller, -1.0, 0.2) == pytest.approx(0.002)
-        assert single(roller, 1.0001, 0.0) == math.inf
-
-    def test_rounded_ends_fall_away_tangentially_within_the_length(self):
-        roller = CylinderSurface(radius=10.0, axis="y", length=4.0, end_radius=0.5)
-        assert single(roller, 0.0, 1.5) == 0.0
-        assert single(roller, 0.2, -1.8) == pytest.approx(0.002 + 0.5 - 0.4)
-        assert single(roller, 0.0, 2.0) == pytest.approx(0.5)
-        assert single(roller, 0.0, 2.0001) == math.inf
-
-
-def test_cone():
-    surface = ConeSurface(angle="2 deg", center=(0.1, 0.0))
-    assert single(surface, 0.4, 0.4) == pytest.approx(0.5 * math.tan(math.radians(2.0)))
-
 
 class TestPunch:
-    def test_sharp_round_one_is_flat_up_to_its_edge(self):
-        punch = PunchSurface(radius=0.5)
-        assert single(punch, 0.3, 0.4) == 0.0
-        assert single(punch, 0.3, 0.4001) == math.inf
-
     def test_cells_of_a_sharp_round_punch_are_those_with_the_centre_in_it(self):
         grid = Grid.from_size((40, 41), (1.2, 1.3))
         h = separation([PunchSurface(radius=0.5)], grid.x, grid.y)
         np.testing.assert_array_equal(np.isfinite(h), np.hypot(grid.x[:, None], grid.y) <= 0.5)
         assert np.all(h[np.isfinite(h)] == 0.0)
-
-    def test_rounded_edge_of_a_round_punch(self):
-        punch = PunchSurface(radius=1.0, edge_radius=0.5)
-        assert single(punch, 0.5, 0.0) == 0.0
-        assert single(punch, 0.0, -0.9) == pytest.approx(0.5 - 0.3)
-        assert single(punch, 1.0, 0.0) == pytest.approx(0.5)
-        assert single(punch, 1.0001, 0.0) == math.inf
-
-    def test_rounding_is_exact_where_it_is_slight(self):
-        assert single(PunchSurface(radius=1.0, edge_radius=1.0), 1e-7, 0.0) == pytest.approx(5e-15, rel=1e-12)
-
-    def test_square_punch(self):
-        punch = PunchSurface(half_width=1.0, edge_radius=0.5)
-        assert single(punch, 0.5, -0.5) == 0.0
-        assert single(punch, 0.8, 0.9) == pytest.approx(0.5)  # 0.3 and 0.4 past the flat's corner
-        assert single(punch, 0.9, 0.0) == pytest.approx(0.2)
-        assert single(punch, 0.95, 0.95) == math.inf
 
     @pytest.mark.parametrize("center", [(0.0, 0.0), (0.1, 1.7), (-3.3, 1e3)])
     def test_rounding_of_coordinates_does_not_decide_about_cells_on_the_edge(self, center):

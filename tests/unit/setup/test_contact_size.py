@@ -25,44 +25,31 @@ CELL = 0.06
 """Of the extent: trial grids are coarse."""
 
 
-@pytest.mark.parametrize("first", [1e-5, 0.3, 1.0, 1e4])
-def test_sphere_from_any_start(first):
-    assert size(SPHERE, first=first) == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
+MOVED = LoadControl((False, False, False), (HERTZ.delta_z, 0.0, 0.0))
+ASIDE = {"sphere": {"radius": 10.0, "center": [0.4, 0.0]}}
+SLIM = {"ellipsoid": {"radius_x": 5.0, "radius_y": 30.0}}
 
 
-def test_the_largest_load_counts():
-    assert size(SPHERE, load(50.0), load(), load(0.0)) == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
-
-
-def test_ellipsoid():
-    exact = hertz_elliptic(LOAD, 5.0, 30.0, MATERIAL.contact_modulus)
-    found = size({"ellipsoid": {"radius_x": 5.0, "radius_y": 30.0}})
-    assert found == pytest.approx(tuple(2 * MARGIN * axis for axis in exact.semi_axes), rel=CELL)
-
-
-def test_cone():
-    exact = love_cone(LOAD, 0.02, MATERIAL.contact_modulus)
-    assert size({"cone": {"angle": 0.02}}) == pytest.approx((2 * MARGIN * exact.contact_radius,) * 2, rel=CELL)
-
-
-def test_contact_off_the_centre_needs_twice_its_distance():
-    found = size({"sphere": {"radius": 10.0, "center": [0.4, 0.0]}})
-    assert found == pytest.approx((2 * MARGIN * (A + 0.4), 2 * MARGIN * A), rel=CELL)
-
-
-def test_moments_shift_the_contact():
-    found = size(SPHERE, load(my=LOAD * 0.2))
-    assert found == pytest.approx((2 * MARGIN * (A + 0.2), 2 * MARGIN * A), rel=CELL)
-
-
-def test_displacement():
-    found = size(SPHERE, LoadControl((False, False, False), (HERTZ.delta_z, 0.0, 0.0)))
-    assert found == pytest.approx((2 * MARGIN * A,) * 2, rel=CELL)
-
-
-def test_where_everything_ends_the_surface_is_the_size():
-    found = size({"punch": {"radius": 0.4}})
-    assert np.array(found) == pytest.approx(2 * MARGIN * 0.4, rel=CELL)
+@pytest.mark.parametrize(
+    ("surface", "loads", "first", "half"),
+    [
+        *((SPHERE, [load()], first, (A, A)) for first in (1e-5, 0.3, 1.0, 1e4)),
+        (SPHERE, [load(50.0), load(), load(0.0)], 1.0, (A, A)),  # the largest load counts
+        (SPHERE, [MOVED], 1.0, (A, A)),
+        (SPHERE, [load(my=LOAD * 0.2)], 1.0, (A + 0.2, A)),
+        (ASIDE, [load()], 1.0, (A + 0.4, A)),  # off the centre it needs twice its distance
+        (SLIM, [load()], 1.0, hertz_elliptic(LOAD, 5.0, 30.0, MATERIAL.contact_modulus).semi_axes),
+        (
+            {"cone": {"angle": 0.02}},
+            [load()],
+            1.0,
+            (love_cone(LOAD, 0.02, MATERIAL.contact_modulus).contact_radius,) * 2,
+        ),
+        ({"punch": {"radius": 0.4}}, [load()], 1.0, (0.4, 0.4)),  # where everything ends the surface is the size
+    ],
+)
+def test_size_holds_the_contact_with_a_margin(surface, loads, first, half):
+    assert size(surface, *loads, first=first) == pytest.approx([2 * MARGIN * extent for extent in half], rel=CELL)
 
 
 def test_nothing_pressed():

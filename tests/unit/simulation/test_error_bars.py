@@ -10,13 +10,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import assert_same_result, invoke
+from command_line import invoke
 from fake_states import fake_header, fake_states, some_errors, write_fake
 from small_cases import CASE, case_error, write_case
 from solving import DISSIMILAR, HERTZ, build
 
 from fretsolve import load_case, open_result
-from fretsolve.commands.run import run_case
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import ESTIMATED, State, SummaryErrors
@@ -25,23 +24,9 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import error_bars
 from fretsolve.simulation.coarse_runs import CoarseRun, PathPoint, coarser, common_points, fewer_increments
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
-from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""
-
-
-class StopAfter(StopRequest):
-    """Asks to stop after so many increments."""
-
-    def __init__(self, increments: int):
-        super().__init__()
-        self._left = increments + 1
-
-    @property
-    def requested(self) -> bool:
-        self._left -= 1
-        return self._left <= 0
 
 
 def with_bars(setup: ProblemSetup, **options: Any) -> list[tuple[State, SummaryErrors]]:
@@ -273,17 +258,6 @@ def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
     with open_result(tmp_path / "case.h5") as result:
         assert not [name for name in result.history if name.endswith("_error")]
     assert "error" not in invoke("show", tmp_path / "case.h5").stdout
-
-
-def test_stopped_run_resumes_to_the_same_bars(tmp_path: Path) -> None:
-    whole, halves = (tmp_path / name for name in ("whole.h5", "halves.h5"))
-    case = write_case(tmp_path, COUPLED)
-    assert invoke("run", case, "-q", "--error-bars", "-o", whole).exit_code == 0
-    assert run_case(case, halves, ("solver.error_bars=true",), StopAfter(3), quiet=True) == EXIT_STOPPED
-    with open_result(halves) as result:
-        assert (result.status, result.increments) == ("stopped", 3)
-    assert invoke("run", case, "-q", "--error-bars", "-o", halves, "--resume").exit_code == 0
-    assert_same_result(whole, halves)
 
 
 def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:

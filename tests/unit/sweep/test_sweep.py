@@ -8,9 +8,6 @@ import os
 import re
 import resource
 import signal
-import subprocess
-import time
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +15,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from command_line import finish, invoke, refused, start
+from command_line import PATIENCE, finish, invoke, refused, start, wait_for
 from fake_states import write_fake
 from small_cases import SWEPT
 from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
@@ -37,9 +34,6 @@ from fretsolve.sweep.points import points_of, text_of
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import states
 from fretsolve.sweep.table import collect
-
-PATIENCE = 300.0
-"""Seconds that a machine under load may take for what takes one."""
 
 # Points
 
@@ -466,15 +460,6 @@ def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> N
 def test_index_list() -> None:
     assert index_list([]) == ""
     assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
-
-
-def wait_for(condition: Callable[[], object], process: subprocess.Popen[str], seconds: float = PATIENCE) -> None:
-    """Until `condition` holds, while `process` runs."""
-    end = time.monotonic() + seconds
-    while not condition():
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def catches(pid: int) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from command_line import PATIENCE
 from small_cases import SWEPT
 from sweeping import manifest_of, workers
 
@@ -19,9 +20,6 @@ from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
 from fretsolve.sweep.engines.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import has_ended, is_taken, missing
-
-PATIENCE = 300.0
-"""Seconds that a machine under load may take for what takes some seconds."""
 
 
 class Stop:
