@@ -52,14 +52,8 @@ LARGE_CELLS, GROWTH = 2**20, 0.2
 """Beyond this many cells the time per cell grows with this power of their number: larger transforms leave the caches,
 and more iterations are needed."""
 
-CROSS_SHARE = 0.45
-"""Time of ux from qy and uy from qx over the time of the tangential problem."""
-
 CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
 """Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
-
-COARSE_RUNS = 0.25
-"""Cost of the coarse runs for error bars over the run's own; up to two, with a quarter of its cells each."""
 
 FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
 """Bytes per cell of the stored fields, before compression; 8 for all others."""
@@ -89,13 +83,14 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
     compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
-    coarse_runs = COARSE_RUNS if setup.case.solver.error_bars else 0.0
+    # Coarse runs for error bars add a quarter of the time. There are up to two, with a quarter of the cells each.
+    coarse_runs = 0.25 if setup.case.solver.error_bars else 0.0
     # Seconds of each part over the whole path.
     applications = _applications(setup)
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
     seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
-    seconds["ux from qy, uy from qx"] = CROSS_SHARE * seconds["tangential problem"]
+    seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
     seconds["slip and work"] = SLIP_SECONDS * increments * effort
     # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
