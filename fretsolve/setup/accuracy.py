@@ -68,9 +68,9 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
 
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
     """
-    case, accuracy, holds_contact = forms.case, forms.case.solver.accuracy, size
+    accuracy, holds_contact = forms.case.solver.accuracy, size
     assert accuracy is not None
-    if case.grid.size is not None:
+    if forms.case.grid.size is not None:
         with contextlib.suppress(CaseError):
             holds_contact = automatic_size(forms, load_path.normal_loads())
     usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)

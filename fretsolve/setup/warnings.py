@@ -70,7 +70,7 @@ def _about_friction(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     """Warn of the first stage that ends with a tangential force or a torque alone that friction cannot carry."""
-    forms, stages = setup.closed_forms, setup.case.stages()
+    forms, stages, motion = setup.closed_forms, setup.case.stages(), dict(PAIRS)
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
@@ -84,8 +84,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
-        motion = dict(PAIRS)[name]
-        yield f"{place}: {loads} that friction carries: gross slip ends the run; impose {motion} to follow it"
+        yield f"{place}: {loads} that friction carries: gross slip ends the run; impose {motion[name]} to follow it"
         return
 
 
