@@ -205,6 +205,7 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
 @repeatable_option("--field", "fields", "NAME", "A field that map and animate show.")
 @click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
 def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
+    """Draw a result. The help is given above, since it lists the kinds of pictures."""
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import plot_result
