@@ -15,7 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import finish, invoke, refused, start
+from command_line import PATIENCE, finish, invoke, refused, start
 from PIL import Image
 from small_cases import LOOP, write_case
 
@@ -520,14 +520,14 @@ def test_stopped_run_is_resumed(tmp_path: Path) -> None:
 
 def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
     case = write_case(tmp_path, LOOP)
-    words = ("study", case, "--vary", f"{EVERY}=5,6,7,8", "--quantity", "work_total@2", "--set", "grid.points=12")
+    words = ("study", case, "--vary", f"{EVERY}=20,21,22,23", "--quantity", "work_total@2", "--set", "grid.points=12")
     with start(*words) as process:
         assert process.stdout is not None
         for line in process.stdout:
             if line.startswith("run=1"):
                 process.send_signal(signal.SIGINT)
                 break
-        output, messages = process.communicate(timeout=60)
+        output, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 75
     assert "the same command goes on with what is missing" in messages
     done = len(rows_of(tmp_path / "case.study"))
