@@ -13,23 +13,31 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.study.variation import words
 from fretsolve.sweep.base_case import PreparedCase
-from fretsolve.sweep.manifest import Manifest
+from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import CaseState, counted, missing
 
 
 class CaseMessages:
     """Print warnings, and unless `quiet` all else: a line per case that ends, or a bar on a terminal if `bar`.
 
-    runs: how many cases the command runs, or finds there.
+    todo: cases without a result; runs: how many cases are reported, by default those.
     """
 
-    def __init__(self, manifest: Manifest, runs: int, *, quiet: bool = False, bar: bool = False):
-        self.manifest, self.runs, self.quiet = manifest, runs, quiet
-        self.expected = {row.id: row.seconds for row in missing(manifest)}
+    def __init__(
+        self,
+        manifest: Manifest,
+        todo: Sequence[ManifestRow],
+        runs: int | None = None,
+        *,
+        quiet: bool = False,
+        bar: bool = False,
+    ):
+        self.manifest, self.runs, self.quiet = manifest, len(todo) if runs is None else runs, quiet
+        self.expected = {row.id: row.seconds for row in todo}
         self.ended, self.before = 0, 0.0
         self.bar = None
         if bar and not quiet and sys.stdout.isatty():
-            self.bar = progress_bar(f"run {{task.fields[run]}}/{runs}", "{task.fields[detail]}")
+            self.bar = progress_bar(f"run {{task.fields[run]}}/{self.runs}", "{task.fields[detail]}")
             self.bar.add_task("", total=sum(self.expected.values()), run=1, detail="")
 
     def start(self, source: Path, folder: Path, warnings: Iterable[str], more: Iterable[str] = ()) -> None:

@@ -16,7 +16,7 @@ from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_csv, write_h
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.quantity import Outcome, read_outcome
-from fretsolve.sweep.status import states
+from fretsolve.sweep.status import missing, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -42,7 +42,7 @@ def study_case(
     folder = out or case.with_suffix(".study")
     plan = make_plan(case, overrides, varied, quantities, reference, folder)
     make_folder(folder)
-    messages = CaseMessages(plan.manifest, len(plan.cases), quiet=quiet, bar=True)
+    messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)
     messages.start(case, folder, _warnings(plan), _about_reference(plan))
     outcomes = _run(plan, stop, messages)
     complete = len(outcomes) == len(plan.cases)

@@ -34,7 +34,7 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
     stop.idle = False
     write_manifest(plan.manifest)
     todo = missing(plan.manifest)
-    messages = CaseMessages(plan.manifest, len(todo), quiet=quiet)
+    messages = CaseMessages(plan.manifest, todo, quiet=quiet)
     messages.start(sweep, folder, plan.warnings)
     if todo and engine == "slurm":
         told = submit(plan, todo, jobs)
@@ -76,7 +76,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
         raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)
     todo = missing(manifest, {row.id: row for row in rows}.values())
     before = _progress(manifest, todo)
-    reports = _shown(run_cases(manifest, todo, 1, stop), CaseMessages(manifest, len(todo)))
+    reports = _shown(run_cases(manifest, todo, 1, stop), CaseMessages(manifest, todo))
     if not stop.requested or not missing(manifest, todo):
         return _worst_code(report.code for report in reports if not report.has_result and not report.busy)
     if requeued and _progress(manifest, todo) == before:

@@ -30,6 +30,7 @@ from fretsolve.study.report import advice, two_digits
 from fretsolve.study.variation import changes_the_problem, read_variation, short, words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.quantity import Outcome, StageQuantity, usual_quantities
+from fretsolve.sweep.status import missing
 
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
 BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")
@@ -544,7 +545,7 @@ def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.Mo
     plan.cases[0].out.parent.mkdir()
     plan.cases[0].out.touch()
     monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
-    messages = CaseMessages(plan.manifest, 2, bar=True)
+    messages = CaseMessages(plan.manifest, missing(plan.manifest), 2, bar=True)
     assert messages.bar is not None
     (task,) = messages.bar.tasks
     assert task.total == pytest.approx(plan.cases[1].expected.seconds)
