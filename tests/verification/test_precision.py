@@ -105,12 +105,12 @@ def test_a_tolerance_below_what_it_certifies_is_refused(tmp_path, tolerance):
 
 
 def test_estimate_tells_what_is_saved(tmp_path):
-    cases = (
-        load_case(write_case(tmp_path, TEXT), ["grid.points=2048", f"solver.precision={p}"])
-        for p in ("double", "single")
-    )
-    double, single = (estimate(set_up(case)) for case in cases)
+    case = write_case(tmp_path, TEXT)
+    precisions = {one: ["grid.points=2048", f"solver.precision={one}"] for one in ("double", "single")}
+    double, single = (estimate(set_up(load_case(case, settings))) for settings in precisions.values())
     assert single.memory < 0.8 * double.memory
     assert single.file < 0.6 * double.file
-    assert "single precision saves" in "\n".join(single.lines())
-    assert "saves" not in "\n".join(double.lines())
+    assert (double.saved, single.memory + single.saved) == (0.0, pytest.approx(double.memory))
+    for name, settings in precisions.items():
+        told = invoke("validate", case, *(word for setting in settings for word in ("--set", setting))).stdout
+        assert ("single precision saves" in told) is (name == "single")
