@@ -72,6 +72,9 @@ class Examiner:
         self.separation, self.friction, self.may_slip = separation, friction, may_slip
         self.tolerance, self.precision = tolerance, precision
         self.normal, self.tangential, self.grid = NormalModes(grid), TangentialModes(grid), grid
+        # Arms of the residuals of moments and rotations: to the outermost cell's centre along the longer side.
+        reach = max(float(np.ptp(grid.x)), float(np.ptp(grid.y)), TINY) / 2.0
+        self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
 
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
@@ -151,7 +154,7 @@ class Examiner:
         """
         elastic = max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
-        moved = np.abs(solution.motion) * self.normal.arms
+        moved = np.abs(solution.motion) * self._arms
         motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
         return motion, max(largest, LEAST_SLIP * motion, least)
 
@@ -183,7 +186,7 @@ class Examiner:
     ) -> float:
         """Return the largest error of an imposed load over P, or over what friction can carry (`carried`, N), or of an
         imposed displacement over the largest rigid displacement; a moment or rotation: times its arm."""
-        arms, forced = self.normal.arms, np.array([*normal.forced, *tangential.forced])
+        arms, forced = self._arms, np.array([*normal.forced, *tangential.forced])
         farthest = float(np.abs(rigid * arms).max())
         error = np.abs(np.where(forced, resultants, rigid) - (*normal.values, *tangential.values))
         scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)
