@@ -26,10 +26,10 @@ from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
 from marked import data_file, parser_of, report, write_csv
 
 import fretsolve
+from fretsolve.case.dimensions import percent
 from fretsolve.case.models import Case
-from fretsolve.case.quantities import percent
 from fretsolve.result.state import State
-from fretsolve.setup.accuracy import QUANTITIES, Verdict, scales, verdict
+from fretsolve.result.verdict import QUANTITIES, Verdict, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 

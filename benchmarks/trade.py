@@ -23,7 +23,7 @@ from tempfile import gettempdir
 
 from marked import data_file, parser_of, report, write_csv
 
-from fretsolve.case.quantities import percent
+from fretsolve.case.dimensions import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front

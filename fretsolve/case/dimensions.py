@@ -43,3 +43,8 @@ NUMBER = Dimension("a number", "", "1", "0.1")
 
 DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart."""
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """Write a share in per cent, such as ``2.5 %``."""
+    return f"{100.0 * share:.{digits}g} %"

@@ -174,11 +174,6 @@ def shown(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:117]}..."
 
 
-def percent(share: float, digits: int = 2) -> str:
-    """Write a share in per cent, such as ``2.5 %``."""
-    return f"{100.0 * share:.{digits}g} %"
-
-
 @dataclass(frozen=True)
 class InUnits:
     """Annotation of a float: read by `to_internal`, then checked. above, below: exclusive bounds; nonzero: not 0."""

@@ -129,8 +129,8 @@ def check(**options: Any) -> int:
     "--quantity",
     "quantities",
     "NAME[@STAGE]",
-    "A quantity to compare, at the end of a stage (by default the last). By default: what the load path moves and what"
-    " the case expects.",
+    "A quantity to compare, at the end of a stage (by default the last). By default: the responses to the load path,"
+    " and what the case expects.",
 )
 @click.option(
     "--truth",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
+from fretsolve.case.dimensions import percent
 from fretsolve.case.history import HISTORY_DIMENSIONS
-from fretsolve.case.quantities import percent
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup

@@ -17,7 +17,7 @@ from fretsolve.commands.progress import json_line, key_value_line, progress_bar
 from fretsolve.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
-from fretsolve.setup.accuracy import Verdict, verdict
+from fretsolve.result.verdict import Verdict, verdict
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 

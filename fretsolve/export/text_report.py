@@ -15,7 +15,7 @@ from rich.table import Table
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends
 from fretsolve.result import Result
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.setup.accuracy import verdict
+from fretsolve.result.verdict import verdict
 from fretsolve.system.arrays import DoubleArray
 
 WIDTH = 120

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from fretsolve.case.dimensions import percent
 from fretsolve.case.history import TANGENTIAL
 from fretsolve.case.models import Case
-from fretsolve.case.quantities import percent
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 

@@ -1,29 +1,19 @@
-"""Pick the settings that an accuracy asks for, and judge by the error bars of a run whether it is met.
+"""Pick the settings that an accuracy asks for, by measured laws (docs/accuracy.md).
 
-The settings follow from measured laws (docs/accuracy.md); the error bars give the case's own errors. All errors are at
-the ends of stages, relative to the scale of their quantity (`scales`).
+The error bars give the case's own errors; `result.verdict` judges by them.
 """
 
 from __future__ import annotations
 
 import contextlib
-import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-
-from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.case.quantities import percent
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
-from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
-from fretsolve.system.arrays import DoubleArray, IndexArray
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
@@ -46,21 +36,6 @@ order with which it falls with their number (displacements: 1), and the least fa
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
 increments are taken, and the order with which their number rises with the inverse of the width."""
-
-LEAST_MOTION = 1e-3
-"""Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
-
-SCALES = {
-    **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
-    **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
-    **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
-    **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
-    "stick_radius": "the largest contact radius",
-}
-"""The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
-
-QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
-"""The columns of the history that an accuracy is about."""
 
 
 def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[int, int]:
@@ -124,61 +99,3 @@ def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath)
         "error bars": "error_bars" not in given,
     }
     return tuple(text for text, is_picked in texts.items() if is_picked)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The judgement of a run's error bars by its accuracy.
-
-    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is.
-    """
-
-    accuracy: float
-    worst: float
-    quantity: str
-    stage: int
-
-    @property
-    def met(self) -> bool:
-        """True if all bars are known and within the accuracy."""
-        return self.worst <= self.accuracy
-
-    def __str__(self) -> str:
-        asked = f"accuracy {percent(self.accuracy)}"
-        if math.isnan(self.worst):
-            return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
-        of = f"{self.quantity} at the end of stage {self.stage}"
-        scale = SCALES.get(self.quantity, "its largest value")
-        if self.met:
-            return f"{asked} is met: {percent(self.worst)} at most, of {of}"
-        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}"
-
-
-def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
-    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars."""
-    accuracy = solver.get("accuracy")
-    if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
-        return None
-    ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
-    known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
-    bars = np.array([history[name + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
-    which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
-    return Verdict(accuracy, float(bars[which, end]), list(known)[which], int(history["stage"][ends[end]]))
-
-
-def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
-    """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
-    largest = {name: float(np.abs(history[name][ends]).max()) for name in QUANTITIES}
-    approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
-    turn = approach / radius if radius else 0.0
-    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION * force)
-    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION * approach)
-    return {
-        **largest,
-        **dict.fromkeys(("Qx", "Qy"), tangential_force),
-        **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
-        **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
-        **dict.fromkeys(("phi_x", "phi_y"), turn),
-        "phi_z": max(largest["phi_z"], LEAST_MOTION * turn),
-        "stick_radius": radius,
-    }

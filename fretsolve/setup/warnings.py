@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS
-from fretsolve.case.quantities import percent
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed

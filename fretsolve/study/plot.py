@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from fretsolve.case.quantities import percent
+from fretsolve.case.dimensions import percent
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import MOST_COLUMNS, Target, canvas, one_line
 from fretsolve.plots.labels import line_colors

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from fretsolve.case.quantities import percent
+from fretsolve.case.dimensions import percent
 from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import words
 

@@ -102,6 +102,8 @@ class BaseCase:
 def digest(header: RunHeader) -> str:
     """Return a digest of all that the outcome of a run depends on, which title and expected values do not change."""
     case = {name: value for name, value in json.loads(header.effective_case).items() if name not in ("title", "expect")}
+    # By its former name, so that studies and sweeps that were begun with it find their runs.
+    case["solver"]["error_estimate"] = case["solver"].pop("error_bars")
     identity = json.dumps([case, header.inputs, header.version, header.format_version], sort_keys=True)
     return hashlib.sha256(identity.encode()).hexdigest()[:16]
 

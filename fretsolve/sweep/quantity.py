@@ -64,7 +64,7 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
 
 
 def usual_quantities(setup: ProblemSetup) -> tuple[StageQuantity, ...]:
-    """Return what the load path moves, at its end, and what the case expects, without what is imposed."""
+    """Return the responses to the load path at its end and what the case expects, without what is imposed."""
     last = len(setup.load_path.last_steps)
     found = [StageQuantity(name, last) for name in _moved(setup)] + list(expected_values(setup))
     imposed = setup.load_path.imposed

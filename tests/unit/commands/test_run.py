@@ -211,6 +211,11 @@ def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypa
     assert result.stderr.count("\n") == 1
 
 
+def test_quiet_run_without_warnings_prints_nothing(tmp_path: Path) -> None:
+    result = invoke("run", write_case(tmp_path, CASE.replace("points: 16", "points: 32")), "-q")
+    assert (result.exit_code, result.output) == (0, "")
+
+
 def test_quiet_run_tells_what_makes_its_result_doubtful(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     result = invoke("run", case, "-q")

@@ -167,3 +167,20 @@ def test_time_to_compile_is_no_part_of_an_increments(monkeypatch):
     monkeypatch.setattr("fretsolve.simulation.simulation.readying_seconds", lambda: ticks[-1])
     case = build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0, "increments": 2}])
     assert [state.summary.wall_time for state in run(case)] == [0.0, 0.0]
+
+
+def test_states_cannot_be_written_to():
+    """The next increment starts from the arrays that were given out."""
+    (state,) = run(build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0}]))
+    for array in (*vars(state.fields).values(), state.displacement):
+        assert not array.flags.writeable
+
+
+def test_work_is_the_sum_of_its_density():
+    path = [{"P": 400.0}, *({"Qx": force, "increments": 3} for force in (30.0, -30.0))]
+    states = list(run(build(bodies=DISSIMILAR, grid={"points": 24, "size": 0.72}, load_path=path)))
+    for before, after in pairwise(states):
+        assert after.summary.work_total == pytest.approx(after.fields.work_density.sum() * 0.03**2, rel=1e-12)
+        assert after.summary.work_total - before.summary.work_total == pytest.approx(after.summary.work, abs=1e-15)
+        assert (after.fields.work_density >= before.fields.work_density).all()
+    assert states[-1].summary.work_total > 0.0

@@ -1,0 +1,92 @@
+"""Judge by the error bars of a run whether it meets the accuracy of its case.
+
+All errors are at the ends of stages, relative to the scale of their quantity (`scales`). It loads no pydantic, so that
+results open fast.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.case.dimensions import percent
+from fretsolve.case.history import PAIRS
+from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.system.arrays import DoubleArray, IndexArray
+
+LEAST_MOTION = 1e-3
+"""Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
+
+SCALES = {
+    **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
+    **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
+    **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
+    **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
+    "stick_radius": "the largest contact radius",
+}
+"""The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
+
+QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
+"""The columns of the history that an accuracy is about."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judgement of a run's error bars by its accuracy.
+
+    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is.
+    """
+
+    accuracy: float
+    worst: float
+    quantity: str
+    stage: int
+
+    @property
+    def met(self) -> bool:
+        """True if all bars are known and within the accuracy."""
+        return self.worst <= self.accuracy
+
+    def __str__(self) -> str:
+        asked = f"accuracy {percent(self.accuracy)}"
+        if math.isnan(self.worst):
+            return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
+        of = f"{self.quantity} at the end of stage {self.stage}"
+        scale = SCALES.get(self.quantity, "its largest value")
+        if self.met:
+            return f"{asked} is met: {percent(self.worst)} at most, of {of}"
+        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}"
+
+
+def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
+    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars."""
+    accuracy = solver.get("accuracy")
+    if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
+        return None
+    ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
+    known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
+    bars = np.array([history[name + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
+    which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
+    return Verdict(accuracy, float(bars[which, end]), list(known)[which], int(history["stage"][ends[end]]))
+
+
+def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
+    """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
+    largest = {name: float(np.abs(history[name][ends]).max()) for name in QUANTITIES}
+    approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
+    turn = approach / radius if radius else 0.0
+    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION * force)
+    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION * approach)
+    return {
+        **largest,
+        **dict.fromkeys(("Qx", "Qy"), tangential_force),
+        **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
+        **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
+        **dict.fromkeys(("phi_x", "phi_y"), turn),
+        "phi_z": max(largest["phi_z"], LEAST_MOTION * turn),
+        "stick_radius": radius,
+    }

@@ -1,0 +1,45 @@
+"""The verdict on a run by its error bars."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.verdict import QUANTITIES, scales, verdict
+
+
+def history(**changes: object) -> dict[str, np.ndarray]:
+    """Of two stages with two increments each; all values 2, all bars 0.01, but those of `changes`."""
+    columns = {name: np.full(4, 2.0) for name in QUANTITIES}
+    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in QUANTITIES}
+    columns["stage"] = np.array([1, 1, 2, 2])
+    return columns | {name: np.asarray(values, float) for name, values in changes.items()}
+
+
+def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
+    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
+    found = verdict({"accuracy": 0.01}, bars)
+    assert (found.quantity, found.stage, found.worst, found.met) == ("delta_x", 2, 0.025, False)
+    assert str(found).endswith("delta_x at the end of stage 2 is known to 2.5 % of the largest tangential displacement")
+    assert verdict({"accuracy": 0.05}, bars).met
+
+
+def test_verdict_without_bars() -> None:
+    unknown = verdict({"accuracy": 0.01}, history(work_total_error=[0.0, 0.0, math.nan, math.nan]))
+    assert not unknown.met
+    assert str(unknown) == "accuracy 1 % is not proved: there are no error bars from stage 2 on"
+    columns = {name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}
+    assert verdict({"accuracy": 0.01}, columns) is None
+    assert verdict({}, history()) is None
+
+
+def test_round_off_has_no_scale_of_its_own() -> None:
+    columns = history(delta_x=np.full(4, 1e-12), delta_y=np.zeros(4), Qx=np.zeros(4), Qy=np.zeros(4), phi_z=np.zeros(4))
+    found = scales(columns, np.array([1, 3]))
+    assert found["delta_x"] == found["delta_y"] == pytest.approx(2e-3)
+    assert found["Qx"] == pytest.approx(2e-3)
+    assert found["stick_radius"] == found["contact_radius"] == 2.0
+    assert found["work_total"] == 2.0
