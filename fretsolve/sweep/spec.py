@@ -104,7 +104,7 @@ class SweepSpec(CaseModel):
     )
     quantities: tuple[str, ...] = Field(
         default=(),
-        description="what is collected: NAME or NAME@STAGE, such as delta_x@2; by default the responses to the load path",
+        description="what is collected: NAME or NAME@STAGE, such as delta_x@2; by default responses to the load path",
     )
     threads: Count = Field(default=1, description="threads of each case")
     error_bars: StrictBool = Field(default=False, description="whether each case estimates its errors")
