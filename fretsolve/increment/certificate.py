@@ -1,8 +1,8 @@
 """The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
 The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
-the iterations. `fretsolve.result.state.Certificate` lists the residuals. A cell is declared open, sticking or slipping
-here, in `Examiner.zones`, and nowhere else. The steps C2 to C6 are those of docs/theory.md.
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. `stick_and_slip` declares which
+cells stick. The steps C2 to C6 are those of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
+from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip, named_rounding
+from fretsolve.increment.stick_and_slip import zones
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
@@ -85,7 +86,7 @@ class Examiner:
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
         slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
         # C3: zones
-        zone = self.zones(solution.shear, slip, contact, friction_limit)
+        zone = zones(contact, solution.shear, slip, friction_limit, self.precision)
         # C4: gap and tension
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
         stick = across = excess = 0.0
@@ -106,19 +107,6 @@ class Examiner:
             load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
         )
         return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
-
-    def zones(self, shear: FloatArray, slip: FloatArray, contact: BoolArray, limit: FloatArray) -> NDArray[np.uint8]:
-        """Return the zone of each cell as `Zone`, (nx, ny): open, stick or slip.
-
-        A cell in contact slips where its shear has reached the friction limit; if no cell has slipped, all stick.
-        """
-        zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
-        zone[contact] = Zone.STICK
-        if not self.friction:
-            zone[contact] = Zone.SLIP
-        elif slip.any():
-            zone[contact & slips(shear, limit, circle_width(self.precision))] = Zone.SLIP
-        return zone
 
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
         """Describe the rounding that keeps gap or slip above the tolerance; return "" if it is not rounding."""
