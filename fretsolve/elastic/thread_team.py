@@ -15,7 +15,7 @@ from fretsolve.system.arrays import ComplexArray
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""
 
-Part = TypeVar("Part")
+Item = TypeVar("Item")
 
 
 class ThreadTeam:
@@ -29,11 +29,11 @@ class ThreadTeam:
         self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
         self._memory: NDArray[np.uint8] = np.empty(0, np.uint8)
 
-    def members(self, parts: Sequence[Part]) -> range:
+    def members(self, parts: Sequence[Item]) -> range:
         """Return the numbers of the threads that `parts` keep busy."""
         return range(min(self.count, len(parts)))
 
-    def share(self, work: Callable[[int, Part], None], parts: Sequence[Part]) -> None:
+    def share(self, work: Callable[[int, Item], None], parts: Sequence[Item]) -> None:
         """Call ``work(member, part)`` for all parts; each member works on one part at a time.
 
         Raises what `work` raises, once all members have ended. `work` must not call `share`: it would wait for ever.

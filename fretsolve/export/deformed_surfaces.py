@@ -36,7 +36,7 @@ class BodySurface:
     material: BoolArray
 
 
-class Surfaces:
+class DeformedSurfaces:
     """The deformed surfaces of a result's bodies; body 1 has all of the undeformed separation.
 
     Raises FlatError if the result lacks the shape of the surfaces or the tractions.

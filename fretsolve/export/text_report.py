@@ -21,7 +21,7 @@ from fretsolve.system.arrays import DoubleArray
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
-Column = tuple[str, ...]
+TextColumn = tuple[str, ...]
 """A column as printed, line by line: two lines of heading, the units, the cells."""
 
 
@@ -78,7 +78,7 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
     if not len(rows):
         return []
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
-    columns: list[Column] = []
+    columns: list[TextColumn] = []
     for name in relevant_columns(result):
         first, _, second = name.rpartition("_")
         heading = (first, second) if len(second) > 1 and first else ("", name)  # delta_x stays in one line
@@ -96,7 +96,7 @@ def _error_table(result: Result) -> list[Table]:
         return []
     values = [result.history[name][-1] for name in names]
     errors = [result.history[name + ERROR_SUFFIX][-1] for name in names]
-    columns: list[Column] = [
+    columns: list[TextColumn] = [
         ("at the", "end", "", *names),
         ("", "value", "", *(f"{value:.6g}" for value in values)),
         ("estimated", "error", "", *map(_error_text, values, errors)),
@@ -141,20 +141,20 @@ def _worst_residuals(result: Result) -> DoubleArray:
     return np.asarray(np.max([result.history[name] for name in RESIDUALS], axis=0))
 
 
-def _width(column: Column) -> int:
+def _width(column: TextColumn) -> int:
     """Return the width of a column with two blanks to the next one."""
     return 2 + max(map(len, column))
 
 
-def _split(columns: Sequence[Column], width: int) -> list[list[Column]]:
+def _split(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
     """Return the columns in as few parts as `width` allows, and of those ways the one with the most even widths."""
     narrowest = max(map(_width, columns))
     return min((_filled(columns, less) for less in range(narrowest, max(width, narrowest) + 1)), key=len)
 
 
-def _filled(columns: Sequence[Column], width: int) -> list[list[Column]]:
+def _filled(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
     """Return the columns in order, each part as wide as `width` allows."""
-    parts: list[list[Column]] = [[]]
+    parts: list[list[TextColumn]] = [[]]
     for column in columns:
         if parts[-1] and sum(map(_width, [*parts[-1], column])) > width:
             parts.append([])
@@ -162,7 +162,7 @@ def _filled(columns: Sequence[Column], width: int) -> list[list[Column]]:
     return parts
 
 
-def _table(columns: Sequence[Column]) -> Table:
+def _table(columns: Sequence[TextColumn]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
     heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
     for column in columns:

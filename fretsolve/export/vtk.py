@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.deformed_surfaces import BodySurface, FlatError, Surfaces
+from fretsolve.export.deformed_surfaces import BodySurface, DeformedSurfaces, FlatError
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
@@ -32,7 +32,7 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
     folder = path.with_name(f"{path.stem}.vtk")
     folder.mkdir(exist_ok=True)
     try:
-        surfaces, warnings = Surfaces(result), []
+        surfaces, warnings = DeformedSurfaces(result), []
     except FlatError as error:
         surfaces, warnings = None, [f"the surfaces are left flat: {error}"]
     index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{_ENDIAN}">']

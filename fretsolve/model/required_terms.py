@@ -21,7 +21,7 @@ largest pressure, both divided by m max(mu, 1/mu) with m = |Dundurs' constant|. 
 cells, 3 on 64 x 64. The change is largest at the edges, where the fields are steep, and grows slowly with the number of
 cells."""
 
-Part = Literal[
+ModelPart = Literal[
     "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
 ]
 
@@ -46,7 +46,7 @@ class Decision:
     Where a part is not kept, nothing of what it takes is allocated or computed.
     """
 
-    part: Part
+    part: ModelPart
     kept: bool
     reason: str
     takes: str

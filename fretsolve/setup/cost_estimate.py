@@ -17,7 +17,7 @@ from pathlib import Path
 from fretsolve.case.history import TANGENTIAL
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
-from fretsolve.model.required_terms import Part
+from fretsolve.model.required_terms import ModelPart
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.environment import compiler_wanted
 
@@ -25,7 +25,7 @@ PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
 """Python with its libraries; numba, where it is installed; blocks of the transforms that stay in cache, for the normal
 problem and for each term that is kept."""
 
-CELL_COSTS: dict[Part, tuple[float, float]] = {
+CELL_COSTS: dict[ModelPart, tuple[float, float]] = {
     "normal problem": (115.0, 0.033e-6),
     "tangential problem": (110.0, 0.03e-6),
     "ux from qy, uy from qx": (20.0, 0.0),
@@ -71,7 +71,7 @@ class Estimate:
     saved: bytes of memory that single precision saves, 0 in double.
     """
 
-    shares: dict[Part, tuple[float, float]]
+    shares: dict[ModelPart, tuple[float, float]]
     memory: float
     file: float
     applications: int
@@ -112,7 +112,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     )
 
 
-def _applications(setup: ProblemSetup) -> dict[Part, int]:
+def _applications(setup: ProblemSetup) -> dict[ModelPart, int]:
     """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
     model, increments = setup.model, setup.load_path.increments
     coupling = model.terms.normal_tangential_coupling

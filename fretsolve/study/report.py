@@ -98,14 +98,14 @@ def _saving(study: Assessment, row: AssessedRun) -> str:
     return f"{cost}, " + (f"{two_digits(times)} times" if times >= 1.05 else "no") + " cheaper than the finest run"
 
 
-Column = tuple[str, ...]
+TextColumn = tuple[str, ...]
 """The 3 lines of a heading, of which the last is the unit, and the cells below it."""
 
 
 def tables(study: Assessment, width: int) -> Iterator[Table]:
     """Yield tables of at most `width` characters, as many as the quantities need; a row per run, by cost."""
     fixed = list(_fixed(study))
-    part: list[Column] = []
+    part: list[TextColumn] = []
     for column in _errors(study):
         if part and sum(max(map(len, one)) + 2 for one in (*fixed, *part, column)) > width:
             yield _table(study, [*fixed, *part])
@@ -120,7 +120,7 @@ def key_names(keys: Iterable[str]) -> list[str]:
     return [name if list(last.values()).count(name) == 1 else key for key, name in last.items()]
 
 
-def _fixed(study: Assessment) -> Iterator[Column]:
+def _fixed(study: Assessment) -> Iterator[TextColumn]:
     for index, (name, key) in enumerate(zip(key_names(study.plan.variations), study.plan.variations, strict=True)):
         values = [row.case.settings[key] for row in study.rows]
         if not index:
@@ -131,7 +131,7 @@ def _fixed(study: Assessment) -> Iterator[Column]:
     yield "", "time", "s", *(two_digits(row.outcome.seconds) for row in study.rows)
 
 
-def _errors(study: Assessment) -> Iterator[Column]:
+def _errors(study: Assessment) -> Iterator[TextColumn]:
     yield study.largest, study.difference, "%", *(_cell(row, row.worst) for row in study.rows)
     for name in study.names:
         first, _, second = name.rpartition("_")
@@ -145,7 +145,7 @@ def _cell(row: AssessedRun, error: float) -> str:
     return "reference" if row.is_reference else two_digits(100.0 * error)
 
 
-def _table(study: Assessment, columns: Sequence[Column]) -> Table:
+def _table(study: Assessment, columns: Sequence[TextColumn]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
     for column in columns:
         table.add_column("\n".join(column[:3]), justify="right", no_wrap=True)

@@ -16,7 +16,7 @@ from small_cases import write_case
 from fretsolve import load_case, open_result
 from fretsolve.commands.run import run_header
 from fretsolve.export import FORMATS
-from fretsolve.export.deformed_surfaces import FlatError, Surfaces
+from fretsolve.export.deformed_surfaces import DeformedSurfaces, FlatError
 from fretsolve.result import HistoryWriter, Result
 from fretsolve.result.parts import parts_folder
 from fretsolve.setup.problem_setup import set_up
@@ -102,7 +102,7 @@ def test_chosen_increments(solved: Path, tmp_path: Path) -> None:
 
 def test_surfaces_touch_where_there_is_pressure(solved: Path) -> None:
     with open_result(solved) as result:
-        surfaces = Surfaces(result)
+        surfaces = DeformedSurfaces(result)
         for step in result.steps:
             upper, lower = surfaces.at(step)
             gap = upper.points[2] - lower.points[2]
@@ -118,7 +118,7 @@ def test_surfaces_touch_where_there_is_pressure(solved: Path) -> None:
 def test_surfaces_slip_as_much_as_the_result_says(tmp_path: Path) -> None:
     text = CASE.replace("increments: 3", "increments: 1").replace("every: 2", "every: 1")
     with open_result(solve(tmp_path, text, "complete")) as result:
-        surfaces = Surfaces(result)
+        surfaces = DeformedSurfaces(result)
         first, second = (surfaces.at(step) for step in (0, 1))
         apart = [upper.displacement[:2] - lower.displacement[:2] for upper, lower in (first, second)]
         slipped = np.array(result.field("slip", 1)) - result.field("slip", 0)
@@ -152,7 +152,7 @@ def test_paraview_reads_the_surfaces_over_time(paraview: Any, solved: Path, tmp_
             reader.set_active_time_value(step)
             bodies = reader.read()
             assert len(bodies) == 2
-            for mesh, body in zip(bodies, Surfaces(result).at(step), strict=True):
+            for mesh, body in zip(bodies, DeformedSurfaces(result).at(step), strict=True):
                 assert mesh.dimensions == (26, 24, 1)
                 points = body.points.transpose(2, 1, 0).reshape(-1, 3)
                 np.testing.assert_allclose(mesh.points, points, rtol=1e-6, atol=1e-9)
@@ -220,11 +220,11 @@ def test_surfaces_need_the_tractions_and_the_height_map(tmp_path: Path) -> None:
     out = solve(tmp_path, mapped, "complete")
     (tmp_path / "map.npy").unlink()
     with open_result(out) as result, pytest.raises(FlatError, match=r"map\.npy: the height map cannot be read"):
-        Surfaces(result)
+        DeformedSurfaces(result)
     (tmp_path / "less").mkdir()
     out = solve(tmp_path / "less", CASE.replace("[pressure, shear, slip, zone, gap]", "[pressure, zone]"), "complete")
     with open_result(out) as result, pytest.raises(FlatError, match="the result holds no shear"):
-        Surfaces(result)
+        DeformedSurfaces(result)
 
 
 WRONG = {
