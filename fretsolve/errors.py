@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+EXIT_BUG = 70
+"""Exit code of an error that no class below describes."""
+
 KeyPath = tuple[str | int, ...]
-"""Where a value stands in the case file, as in ``("load_path", 0, "P")``."""
+"""Place of a value in the case file, as in ``("load_path", 0, "P")``."""
 
 
 class FretsolveError(Exception):
     """Base of all errors reported in one line without a traceback."""
 
-    exit_code = 70
+    exit_code = EXIT_BUG
 
 
 class CaseError(FretsolveError):

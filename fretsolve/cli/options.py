@@ -15,10 +15,8 @@ from typing import Any, TypeVar
 import click
 
 from fretsolve.cli.streams import tolerant_streams
-from fretsolve.errors import CaseError, FretsolveError
+from fretsolve.errors import EXIT_BUG, CaseError, FretsolveError
 from fretsolve.system.signals import end_by
-
-EXIT_BUG = 70
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

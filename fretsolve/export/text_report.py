@@ -22,7 +22,7 @@ WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
 TextColumn = tuple[str, ...]
-"""A column as printed, line by line: two lines of heading, the units, the cells."""
+"""A column as printed, line by line: three lines of heading, of which the last is the unit, and the cells."""
 
 
 def report_console(file: IO[str] | None = None) -> Console:

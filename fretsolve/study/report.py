@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fretsolve.case.dimensions import percent
+from fretsolve.export.text_report import TextColumn
 from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import words
 
@@ -96,10 +97,6 @@ def _saving(study: Assessment, row: AssessedRun) -> str:
         return cost
     times = finest.outcome.seconds / row.outcome.seconds
     return f"{cost}, " + (f"{two_digits(times)} times" if times >= 1.05 else "no") + " cheaper than the finest run"
-
-
-TextColumn = tuple[str, ...]
-"""The 3 lines of a heading, of which the last is the unit, and the cells below it."""
 
 
 def tables(study: Assessment, width: int) -> Iterator[Table]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from fretsolve.case.loading import read_case
-from fretsolve.errors import BusyError, CaseError, FretsolveError, NoSolutionError
+from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
@@ -20,8 +20,6 @@ from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system.signals import EXIT_STOPPED
-
-EXIT_BUG = FretsolveError.exit_code
 
 Show = Callable[[PreparedCase, Summary], None]
 
