@@ -9,9 +9,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from ..errors import KeyPath
-from .dimensions import LENGTH
-from .quantities import InUnits, refused, shown
+from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.quantities import InUnits, refused, shown
+from fretsolve.errors import KeyPath
 
 
 class CaseModel(BaseModel):

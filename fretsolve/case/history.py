@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from .dimensions import ANGLE, AREA, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
+from fretsolve.case.dimensions import ANGLE, AREA, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
 
 PAIRS = (("P", "delta_z"), ("Mx", "phi_x"), ("My", "phi_y"), ("Qx", "delta_x"), ("Qy", "delta_y"), ("Mz", "phi_z"))
 """The load components: force or moment of each rigid mode, normal modes first, and the displacement or rotation that it

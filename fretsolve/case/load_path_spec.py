@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from ..errors import KeyPath
-from .base import CaseModel, Count, Length, auto, refused_at
-from .dimensions import ANGLE, FORCE, MOMENT
-from .history import PAIRS
-from .quantities import InUnits, refused, shown
+from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
+from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT
+from fretsolve.case.history import PAIRS
+from fretsolve.case.quantities import InUnits, refused, shown
+from fretsolve.errors import KeyPath
 
 LARGEST_STAGE_COUNT = 100_000
 

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import CaseError, KeyPath
-from .load_path_spec import stage_key
-from .models import Case
-from .problems import CaseErrors, translated
-from .quantities import shown
-from .schema import model_schema
-from .source import CaseSource, Override, parse, read_text
+from fretsolve.case.load_path_spec import stage_key
+from fretsolve.case.models import Case
+from fretsolve.case.problems import CaseErrors, translated
+from fretsolve.case.quantities import shown
+from fretsolve.case.schema import model_schema
+from fretsolve.case.source import CaseSource, Override, parse, read_text
+from fretsolve.errors import CaseError, KeyPath
 
 File = TypeVar("File", bound=BaseModel)
 

@@ -9,9 +9,9 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from ..errors import CaseError, KeyPath
-from .quantities import UNIT_NOTE, shown
-from .source import CaseSource
+from fretsolve.case.quantities import UNIT_NOTE, shown
+from fretsolve.case.source import CaseSource
+from fretsolve.errors import CaseError, KeyPath
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a plural

@@ -18,7 +18,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from .dimensions import ANGLE, DIMENSIONS, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, Dimension
+from fretsolve.case.dimensions import ANGLE, DIMENSIONS, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, Dimension
 
 _DEFINITIONS = """
 nano- = 1e-9 = n-

@@ -9,8 +9,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core.core_schema import ModelFieldsSchema, ModelSchema, NullableSchema, WithDefaultSchema
 
-from .models import Case
-from .quantities import UNIT_NOTE
+from fretsolve.case.models import Case
+from fretsolve.case.quantities import UNIT_NOTE
 
 
 def case_schema() -> dict[str, Any]:

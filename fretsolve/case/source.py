@@ -14,8 +14,8 @@ from typing import Any
 
 import yaml
 
-from ..errors import CaseError, FileError, KeyPath
-from .quantities import shown
+from fretsolve.case.quantities import shown
+from fretsolve.errors import CaseError, FileError, KeyPath
 
 _LARGEST_FILE = 4 * 1024 * 1024
 _DEEPEST_NESTING = 50

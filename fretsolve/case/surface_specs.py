@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, GetPydanticSchema, StrictBool, ValidationInfo, field_validator, model_validator
 from pydantic_core import core_schema
 
-from .base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, require_either
-from .dimensions import ANGLE, LENGTH
-from .quantities import InUnits, refused, shown
+from fretsolve.case.base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, require_either
+from fretsolve.case.dimensions import ANGLE, LENGTH
+from fretsolve.case.quantities import InUnits, refused, shown
 
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 
