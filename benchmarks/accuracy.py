@@ -29,7 +29,7 @@ import fretsolve
 from fretsolve.case.dimensions import percent
 from fretsolve.case.models import Case
 from fretsolve.result.state import State
-from fretsolve.result.verdict import QUANTITIES, Verdict, scales, verdict
+from fretsolve.result.verdict import JUDGED_QUANTITIES, Verdict, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 
@@ -118,7 +118,9 @@ def true_ends(case: CalibrationCase) -> Ends:
         counts = [FINER_INCREMENTS * count if count > 1 else 1 for count in fine.load_path.counts]
         fine = replace(fine, load_path=fine.load_path.with_counts(counts))
     rows = [state.summary for state in fretsolve.run(fine)]
-    return [{name: float(getattr(rows[step], name)) for name in QUANTITIES} for step in fine.load_path.last_steps]
+    return [
+        {name: float(getattr(rows[step], name)) for name in JUDGED_QUANTITIES} for step in fine.load_path.last_steps
+    ]
 
 
 def measured(case: CalibrationCase, level: str, truth: Ends) -> Row:

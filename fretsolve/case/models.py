@@ -23,16 +23,26 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from .base import CaseModel, Count, Named, Position, PositiveLength, Repeated, auto, refused_at, require_either
-from .dimensions import NUMBER, PRESSURE
-from .history import HISTORY_DIMENSIONS
-from .load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
-from .problems import nearest
-from .quantities import TEXT_PATTERN, InUnits, refused, shown
-from .source import CaseSource, Place
-from .surface_specs import Surfaces
+from fretsolve.case.base import (
+    CaseModel,
+    Count,
+    Named,
+    Position,
+    PositiveLength,
+    Repeated,
+    auto,
+    refused_at,
+    require_either,
+)
+from fretsolve.case.dimensions import NUMBER, PRESSURE
+from fretsolve.case.history import HISTORY_DIMENSIONS
+from fretsolve.case.load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
+from fretsolve.case.problems import nearest
+from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
+from fretsolve.case.source import CaseSource, Place
+from fretsolve.case.surface_specs import Surfaces
 
-FEWEST_POINTS = 16
+FEWEST_ERROR_BAR_POINTS = 16
 """Fewest points per side with error bars, since the coarse runs have half of them."""
 
 SINGLE_TOLERANCE = 1e-4
@@ -279,9 +289,9 @@ class Case(CaseModel):
                 raise ValidationError.from_exception_data("case", [{"type": "missing", "loc": lacking, "input": None}])
             return self
         implied = self.solver.accuracy is not None and "error_bars" not in self.solver.model_fields_set
-        if (self.solver.error_bars or implied) and min(self.grid.points) < FEWEST_POINTS:
+        if (self.solver.error_bars or implied) and min(self.grid.points) < FEWEST_ERROR_BAR_POINTS:
             nx, ny = self.grid.points
-            message = f"{nx} x {ny} are too few for error bars; {FEWEST_POINTS} or more per side are needed"
+            message = f"{nx} x {ny} are too few for error bars; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])
         return self
 

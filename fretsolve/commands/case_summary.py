@@ -11,7 +11,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup
 
-MOST_STAGES_SHOWN = 40
+MOST_STAGES_LISTED = 40
 
 
 def model_lines(model: Model) -> list[str]:
@@ -56,13 +56,13 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
 def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield one line per stage: its targets and its number of increments."""
     stages, path = setup.case.stages(), setup.load_path
-    for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_SHOWN]:
+    for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_LISTED]:
         targets = ", ".join(f"{name} -> {value:g} {HISTORY_DIMENSIONS[name].unit}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
         chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
-    if len(stages) > MOST_STAGES_SHOWN:
-        yield f"... and {len(stages) - MOST_STAGES_SHOWN} more stages, up to stage {len(stages)}"
+    if len(stages) > MOST_STAGES_LISTED:
+        yield f"... and {len(stages) - MOST_STAGES_LISTED} more stages, up to stage {len(stages)}"
 
 
 def warn(setup: ProblemSetup, *texts: str) -> None:

@@ -21,7 +21,7 @@ from fretsolve.result.verdict import Verdict, verdict
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 
-MOST_STAGES_SHOWN = 30
+MOST_STAGES_IN_TABLE = 30
 """A run with more stages prints no table; `fretsolve show` does."""
 
 
@@ -144,7 +144,7 @@ class TextMessages(QuietMessages):
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
-        if result.increments and result.history["stage"][-1] <= MOST_STAGES_SHOWN:
+        if result.increments and result.history["stage"][-1] <= MOST_STAGES_IN_TABLE:
             print_report(result, heading=False)
         super()._report(result, reached)
         if compiling := kernels.compile_seconds():

@@ -12,7 +12,7 @@ import numpy as np
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, FloatArray
 
-FEWEST_POINTS = 24
+FEWEST_COARSE_POINTS = 24
 """Sides with fewer points are not halved."""
 
 
@@ -21,7 +21,7 @@ class GridTransfer:
 
     def __init__(self, grid: Grid):
         self.fine = grid
-        self.factors = tuple(2 if count >= 2 * FEWEST_POINTS else 1 for count in grid.shape)
+        self.factors = tuple(2 if count >= 2 * FEWEST_COARSE_POINTS else 1 for count in grid.shape)
         self.coarse: Grid | None = None
         if 2 in self.factors:  # cells that cover those of `fine`, from the same corner on
             fx, fy = self.factors

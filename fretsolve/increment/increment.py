@@ -21,7 +21,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.system.arrays import BoolArray, FloatArray
 
-MARGIN = 0.3
+SOLVER_TOLERANCE_SHARE = 0.3
 """Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
 
 
@@ -69,7 +69,7 @@ class IncrementSolver:
 
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
-        before, target, free = self.applications, MARGIN * self.tolerance, FREE_CELLS
+        before, target, free = self.applications, SOLVER_TOLERANCE_SHARE * self.tolerance, FREE_CELLS
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start)
         expected = work.pressure > 0.0
@@ -97,7 +97,7 @@ class IncrementSolver:
                 break
             expected |= evidence.gap < 0.0
             if region.holds(expected):
-                target *= MARGIN
+                target *= SOLVER_TOLERANCE_SHARE
         raise NotConvergedError(self._why_not_certified(evidence.certificate, rounding))
 
     @property

@@ -27,7 +27,7 @@ from fretsolve.system.arrays import FloatArray
 ENOUGH_ITERATIONS = 30
 """Iterations after which pressure and shear are solved together (`fretsolve.solvers.coupled_newton`) ..."""
 
-MOST_ITERATIONS = 200
+MOST_STAGGERED_ITERATIONS = 200
 """... and, if that fails as well, after which the increment is given up (ST8)."""
 
 EASIER = "loosen solver.tolerance, or take more increments"
@@ -121,7 +121,7 @@ class StaggeredIteration:
             # else solve both together, or give up
             if work.staggered_iterations == ENOUGH_ITERATIONS and solved_together():
                 return
-            if work.staggered_iterations >= MOST_ITERATIONS:
+            if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
 
     def _begin(self, work: WorkingState, target: float) -> None:

@@ -44,7 +44,7 @@ _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (
 _MARKERS = "osD^vPX"
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}
 _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
-_UNITS = {
+_SMALLER_UNITS = {
     "mm": ("mm", "µm", "nm"),
     "mJ": ("mJ", "µJ", "nJ"),
     "mJ/mm^2": ("mJ/mm²", "µJ/mm²", "nJ/mm²"),
@@ -104,12 +104,12 @@ class Unit(NamedTuple):
 
 def readable(unit: str, values: ArrayLike) -> Unit:
     """Return the unit in which the largest of `values`, given in `unit`, has few zeros."""
-    if unit not in _UNITS:
+    if unit not in _SMALLER_UNITS:
         return Unit(unit.replace("N mm", "N·mm").replace("^2", "²"), 1.0)
     sizes = np.abs(np.asarray(values, dtype=float))
     largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
     chosen = next((k for k in range(3) if largest * 1e3**k >= LEAST), 2 if largest else 0)
-    return Unit(_UNITS[unit][chosen], 1e3**chosen)
+    return Unit(_SMALLER_UNITS[unit][chosen], 1e3**chosen)
 
 
 def unit_of(result: Result, name: str, largest: float | None = None) -> Unit:

@@ -21,7 +21,7 @@ from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_st
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
-FIELDS = ("pressure", "shear", "slip")
+PROFILE_FIELDS = ("pressure", "shear", "slip")
 CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form}
 
 COMPONENTS: dict[str, dict[str, Any]] = {
@@ -70,7 +70,7 @@ def profiles(
     chosen_step(result, None)
     chosen = [chosen_step(result, step) for step in steps] if steps else chosen_stage_ends(result)
     snapshots = [Snapshot(result, step) for step in chosen]
-    names = chosen_fields(snapshots, FIELDS)
+    names = chosen_fields(snapshots, PROFILE_FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
     with canvas(ax, 2 * len(names), (4.6, 2.5), columns=2) as drawn:
         panels = zip(drawn.axes, itertools.product(names, lines), strict=False)

@@ -31,7 +31,7 @@ from fretsolve.result import Result
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
-FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
+MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
 
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
@@ -59,7 +59,7 @@ def contact_map(
     PictureError.
     """
     snapshot = Snapshot(result, chosen_step(result, step))
-    names = chosen_fields([snapshot], FIELDS, fields)
+    names = chosen_fields([snapshot], MAP_FIELDS, fields)
     box = view_box(result, snapshot.contact)
     with map_canvas(ax, snapshot, len(names), box) as drawn:
         for axes, name in zip(drawn.axes, names, strict=False):
@@ -77,7 +77,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     steps = result.steps
     if len(steps) > 60:
         steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, 60).round().astype(int))
-    names = chosen_fields([Snapshot(result, step) for step in steps], FIELDS[:2], fields)
+    names = chosen_fields([Snapshot(result, step) for step in steps], MAP_FIELDS[:2], fields)
     # Find the limits. The fields of one increment are held at a time.
     largest = [0.0] * len(names)
     contact = np.zeros((len(result.x), len(result.y)), bool)

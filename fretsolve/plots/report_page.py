@@ -12,7 +12,7 @@ from fretsolve.plots.canvas import title_of
 from fretsolve.plots.kinds import KINDS
 from fretsolve.result import Result
 
-STYLE = (
+PAGE_STYLE = (
     "body{font-family:sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img{max-width:100%;height:auto}figure{margin:2rem 0}figcaption{color:#555}"
     "pre{overflow-x:auto;background:#f6f6f6;padding:1rem;font-size:.8rem;line-height:1.25}"
@@ -30,7 +30,7 @@ def html_page(result: Result, pictures: Mapping[str, bytes], left_out: Mapping[s
     reasons = [f"<li>{escape(name)}: {escape(reason)}</li>" for name, reason in left_out.items()]
     parts = [
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
-        f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
+        f"<style>{PAGE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         f"<pre>{escape(table.getvalue())}</pre>",
         *(_figure(name, content) for name, content in pictures.items()),
         *(["<h2>Left out</h2>\n<ul>", *reasons, "</ul>"] if reasons else []),

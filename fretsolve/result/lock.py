@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 LOCK_NAME, HOLDER_NAME = "lock", "holder"
-ATTEMPTS = 3
+LOCK_ATTEMPTS = 3
 WAIT, POLL = 0.2, 0.02
 """Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
 
@@ -38,7 +38,7 @@ class RunLock:
         from filelock import FileLock, Timeout
 
         lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
-        for _ in range(ATTEMPTS):
+        for _ in range(LOCK_ATTEMPTS):
             atomic_files.add_folder(folder)
             try:
                 lock.acquire(poll_interval=POLL)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from fretsolve.case.models import Case
 
-ATTEMPTS = 20
+READ_ATTEMPTS = 20
 """How often to look again if a run merges or finishes its parts at the same moment."""
 
 
@@ -123,7 +123,7 @@ class Result(AbstractContextManager["Result"]):
         if wanted not in self.steps:
             stored = ", ".join(map(str, self.steps)) or "none"
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
-        for _ in range(ATTEMPTS):
+        for _ in range(READ_ATTEMPTS):
             try:
                 return self._piece(wanted).read(name, wanted)
             except FileNotFoundError:
@@ -188,7 +188,7 @@ def open_result(path: str | Path) -> Result:
     out = Path(path)
     if out.is_dir() and out.name.endswith(".parts"):
         out = out.with_name(out.name.removesuffix(".parts"))
-    for _ in range(ATTEMPTS):
+    for _ in range(READ_ATTEMPTS):
         try:
             if out.exists():
                 return _open_file(out)

@@ -18,7 +18,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.result.state import ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
-LEAST_MOTION = 1e-3
+LEAST_MOTION_SCALE = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
 
 SCALES = {
@@ -30,7 +30,7 @@ SCALES = {
 }
 """The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
 
-QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
+JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
 """The columns of the history that an accuracy is about."""
 
 
@@ -76,17 +76,17 @@ def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) ->
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
     """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
-    largest = {name: float(np.abs(history[name][ends]).max()) for name in QUANTITIES}
+    largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES}
     approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
     turn = approach / radius if radius else 0.0
-    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION * force)
-    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION * approach)
+    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION_SCALE * force)
+    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION_SCALE * approach)
     return {
         **largest,
         **dict.fromkeys(("Qx", "Qy"), tangential_force),
         **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
         **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
         **dict.fromkeys(("phi_x", "phi_y"), turn),
-        "phi_z": max(largest["phi_z"], LEAST_MOTION * turn),
+        "phi_z": max(largest["phi_z"], LEAST_MOTION_SCALE * turn),
         "stick_radius": radius,
     }

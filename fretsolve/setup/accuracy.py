@@ -13,7 +13,7 @@ from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
-from fretsolve.setup.contact_size import MARGIN, Size, automatic_size
+from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
@@ -26,7 +26,7 @@ cells of the annulus: for similar bodies under shear, and for dissimilar bodies 
 MOST_FOR_SLIP = 4.0
 """Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
 
-FEWEST_POINTS, ROUND_POINTS = 32, 4
+FEWEST_PICKED_POINTS, ROUND_POINTS = 32, 4
 """Least number of points per side, and its divisor, so that the coarse runs have half of them."""
 
 INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.06, 1.35, 0.5
@@ -54,8 +54,8 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
         if width > 0.0:
             across_slip = (error / accuracy) ** (1.0 / order)
             cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
-    extents = (side / MARGIN for side in holds_contact)
-    wanted = (max(FEWEST_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
+    extents = (side / AREA_MARGIN for side in holds_contact)
+    wanted = (max(FEWEST_PICKED_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
     nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in wanted)
     return nx, ny
 

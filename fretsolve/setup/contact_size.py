@@ -20,7 +20,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
 
-MARGIN = 1.2
+AREA_MARGIN = 1.2
 """Sides of the area over the frictionless contact's extent about the centre."""
 
 TRIAL_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 1e-3, 60
@@ -37,7 +37,7 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     if (concave := concave_sphere(case)) is not None:
         raise concave
     if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
-        side = 2.0 * MARGIN * hertz.contact_radius
+        side = 2.0 * AREA_MARGIN * hertz.contact_radius
         return side, side
     try:
         first = min(
@@ -77,7 +77,7 @@ def contact_size(
         message = "auto finds no contact anywhere on the load path; give the size of the potential contact area"
         raise CaseError(message, ("grid", "size"))
     extent[extent == 0.0] = extent.max()
-    return MARGIN * float(extent[0]), MARGIN * float(extent[1])
+    return AREA_MARGIN * float(extent[0]), AREA_MARGIN * float(extent[1])
 
 
 def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], key: KeyPath) -> float:
@@ -88,7 +88,7 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
     contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)
-    return 2.0 * MARGIN * max((contact.contact_radius for contact in contacts if contact), default=0.0) or 1.0
+    return 2.0 * AREA_MARGIN * max((contact.contact_radius for contact in contacts if contact), default=0.0) or 1.0
 
 
 def _extent(
@@ -114,7 +114,7 @@ def _extent(
         filled = extent / size
         if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
             return extent
-        size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(MARGIN * extent, 0.1 * size))
+        size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(AREA_MARGIN * extent, 0.1 * size))
         if size.max() > 1e3 * size.min():  # such a contact counts as endless
             break
     tried = f"tried up to {size.max():.3g} mm"

@@ -14,7 +14,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
-from fretsolve.setup.contact_size import MARGIN, concave_sphere
+from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
 from fretsolve.setup.cost_estimate import disk_problem, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
@@ -150,7 +150,7 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     reach = np.abs(np.subtract(center, grid.center)) + hertz.half_extent
     # The edge of the discrete contact may reach into the next 1.5 cells.
     if (reach > 0.5 * np.array(grid.size) - 1.5 * np.array([grid.dx, grid.dy])).any():
-        advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * MARGIN * reach)
+        advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * AREA_MARGIN * reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
 
 
@@ -159,7 +159,7 @@ def cells_across(setup: ProblemSetup) -> float | None:
     grid, surface = setup.grid, setup.case.surface[0]
     width = setup.closed_forms.contact_width(max(grid.size))
     if width is None:
-        return min(grid.shape) / MARGIN if setup.case.grid.size is None else None
+        return min(grid.shape) / AREA_MARGIN if setup.case.grid.size is None else None
     if surface.kind == "cylinder":
         return width / math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
     return width / max(grid.dx, grid.dy)

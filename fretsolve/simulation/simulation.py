@@ -19,7 +19,7 @@ from fretsolve.kernels import readying_seconds
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone, nothing
-from fretsolve.setup.contact_size import MARGIN, contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import contact_area, stick_area
@@ -199,7 +199,7 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
         size = contact_size(surfaces, materials, loads, setup.grid.center, max(setup.grid.size))
     except CaseError:
         return "; no size would hold it"
-    contact = tuple(side / MARGIN for side in size)
+    contact = tuple(side / AREA_MARGIN for side in size)
     if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
         return "; no size would do, since the height map ends too soon: a larger map is needed"
     if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):

@@ -63,7 +63,7 @@ farther out. For spheres pressed on a dissimilar body, for which Spence's theory
 average, and within 0.03 of that from place to place. In increments smaller than a cell, the slip shows only which cell
 the front has reached."""
 
-MARGIN = 4
+MARGIN_CELLS = 4
 """Cells kept around a zone, to which a link's share may refer."""
 
 
@@ -134,8 +134,8 @@ class _CellPart:
     def around(cls, zone: BoolArray, grid: Grid) -> _CellPart:
         """Return the part that holds all of `zone` (nx, ny; not empty) and a margin, beyond the grid if needed."""
         spans = [np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1)]
-        low = [int(span[0]) - MARGIN for span in spans]
-        high = [int(span[-1]) + MARGIN + 1 for span in spans]
+        low = [int(span[0]) - MARGIN_CELLS for span in spans]
+        high = [int(span[-1]) + MARGIN_CELLS + 1 for span in spans]
         slices = slice(max(low[0], 0), high[0]), slice(max(low[1], 0), high[1])
         missing = [(max(-low[axis], 0), max(high[axis] - zone.shape[axis], 0)) for axis in (0, 1)]
         inside = np.pad(zone[slices], missing)

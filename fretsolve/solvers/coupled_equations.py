@@ -17,9 +17,9 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.solvers.gmres import gmres
 from fretsolve.system.arrays import BoolArray, FloatArray
 
-MOST_ITERATIONS = 100
+MOST_GMRES_ITERATIONS = 100
 
-DEPENDENT = 1e-10
+DEPENDENT_MOTIONS = 1e-10
 """Singular value, over the largest, below which a combination of the rigid motions counts as none."""
 
 
@@ -50,7 +50,7 @@ class CoupledEquations:
             self._keep_across(motion)
         self._answers = np.array([self._invert(motion) for motion in self._motions]).reshape(motions.shape)
         resultants = np.array([self._resultants(answer) for answer in self._answers])
-        self._schur = np.linalg.pinv(resultants.T, rcond=DEPENDENT) if resultants.size else resultants
+        self._schur = np.linalg.pinv(resultants.T, rcond=DEPENDENT_MOTIONS) if resultants.size else resultants
 
     def solve(
         self, right: FloatArray, missing: FloatArray, reduction: float, most: int
@@ -68,7 +68,7 @@ class CoupledEquations:
             return self.apply(*self._precondition(vector, nothing))
 
         # GMRES reduces the residual without a change of the resultants
-        combined, iterations = gmres(apply, residual, target, min(MOST_ITERATIONS, most))
+        combined, iterations = gmres(apply, residual, target, min(MOST_GMRES_ITERATIONS, most))
         correction, rest = self._precondition(combined, nothing)
         first += correction
         return self.changes(first), amplitudes + rest, iterations

@@ -23,7 +23,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
 
-DEPENDENT = 1e-6
+DEPENDENT_CONSTRAINTS = 1e-6
 """Eigenvalue, over the largest, below which a combination of constraints is ignored: one cell resists no rotation."""
 
 NOTHING_LEFT = 100.0
@@ -67,7 +67,7 @@ class ProjectedCG:
         if len(modes) == 1:
             self._inverse_gram = np.divide(1.0, gram, out=np.zeros_like(gram), where=gram > 0.0)
         elif modes:
-            self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
+            self._inverse_gram = np.linalg.pinv(gram, rcond=DEPENDENT_CONSTRAINTS, hermitian=True)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
         """Reduce the largest length of the residual by `reduction`, or to `floor`, in at most `limit` iterations.

@@ -28,7 +28,7 @@ NAMES = tuple(
 )
 """Columns that can be collected; the dissipated energy of one increment depends on how many there are."""
 
-_UNITS = {column.name: column.units for column in HISTORY}
+_COLUMN_UNITS = {column.name: column.units for column in HISTORY}
 
 RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
 
@@ -46,7 +46,7 @@ class StageQuantity:
     @property
     def units(self) -> str:
         """The unit of its values."""
-        return _UNITS[self.name]
+        return _COLUMN_UNITS[self.name]
 
     def __str__(self) -> str:
         return f"{self.name}@{self.stage}"

@@ -29,7 +29,7 @@ from fretsolve.system.environment import how_to_install
 TASKS_PER_THREAD = 10
 """At least, so that all threads end at about the same time."""
 
-GLANCE = 0.5
+DASK_GLANCE = 0.5
 """Seconds between looks at whether to stop."""
 
 
@@ -107,7 +107,7 @@ class _TaskRunner:
 
     @property
     def requested(self) -> bool:
-        if not self._found and time.monotonic() - self._looked > GLANCE:
+        if not self._found and time.monotonic() - self._looked > DASK_GLANCE:
             self._looked = time.monotonic()
             task = self._worker.state.tasks.get(self._worker.get_current_task())
             self._found = task is None or task.state == "cancelled"
@@ -133,7 +133,7 @@ def _reports(futures: Sequence[Any], halt: Any, stop: Stop) -> Iterator[Report]:
             halt.set()  # running tasks stop, and waiting ones end at once
             halted = True
         with suppress(queue.Empty):
-            future = ended.get(timeout=GLANCE)
+            future = ended.get(timeout=DASK_GLANCE)
             left -= 1
             if future.status == "finished":
                 yield from future.result()

@@ -23,14 +23,14 @@ from types import FrameType
 
 from pebble import ProcessExpired, ProcessPool
 
-from fretsolve.errors import FretsolveError
+from fretsolve.errors import EXIT_BUG, FretsolveError
 from fretsolve.simulation.run_to_file import Stop
-from fretsolve.sweep.case_run import EXIT_BUG, CaseRunner, Report, leave_note
+from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import has_ended, is_taken
 from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 
-GLANCE = 0.1
+POOL_GLANCE = 0.1
 """Seconds between looks at whether to stop."""
 
 ROUNDS = 3
@@ -71,7 +71,7 @@ def free_cases(manifest: Manifest, rows: Sequence[ManifestRow], stop: Stop, warn
         if not warned:
             warn(f"cases that other processes are running: {len(left)}; waiting for them")
             warned = True
-        time.sleep(GLANCE)
+        time.sleep(POOL_GLANCE)
 
 
 def run_cases(manifest: Manifest, rows: Iterable[ManifestRow], jobs: int, stop: Stop) -> Iterator[Report]:
@@ -111,7 +111,7 @@ class WorkerPool:
                     return
                 if stop.requested:
                     self._stop.close()
-                done, _ = wait(running, GLANCE, FIRST_COMPLETED)
+                done, _ = wait(running, POOL_GLANCE, FIRST_COMPLETED)
                 reports = [self._report(future, running.pop(future)) for future in done]
         finally:
             if running:  # nobody wants the reports any more

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.increment.grid_transfer import FEWEST_POINTS, GridTransfer
+from fretsolve.increment.grid_transfer import FEWEST_COARSE_POINTS, GridTransfer
 from fretsolve.model.grid import Grid
 
 SHAPES = [(64, 64), (65, 48), (51, 30), (20, 90)]
@@ -18,13 +18,13 @@ def test_coarse_cells_cover_the_fine_ones(shape):
     transfer = transfer_of(shape)
     fine, coarse = transfer.fine, transfer.coarse
     for count, halved in zip(shape, coarse.shape, strict=True):
-        assert halved == (-(-count // 2) if count >= 2 * FEWEST_POINTS else count)
+        assert halved == (-(-count // 2) if count >= 2 * FEWEST_COARSE_POINTS else count)
     assert coarse.x[0] - coarse.dx / 2 == pytest.approx(fine.x[0] - fine.dx / 2, abs=1e-15)
     assert coarse.y[0] - coarse.dy / 2 == pytest.approx(fine.y[0] - fine.dy / 2, abs=1e-15)
 
 
 def test_small_grids_are_not_halved():
-    assert transfer_of((2 * FEWEST_POINTS - 1, 30)).coarse is None
+    assert transfer_of((2 * FEWEST_COARSE_POINTS - 1, 30)).coarse is None
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.result.verdict import QUANTITIES, scales, verdict
+from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict
 
 
 def history(**changes: object) -> dict[str, np.ndarray]:
     """Of two stages with two increments each; all values 2, all bars 0.01, but those of `changes`."""
-    columns = {name: np.full(4, 2.0) for name in QUANTITIES}
-    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in QUANTITIES}
+    columns = {name: np.full(4, 2.0) for name in JUDGED_QUANTITIES}
+    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in JUDGED_QUANTITIES}
     columns["stage"] = np.array([1, 1, 2, 2])
     return columns | {name: np.asarray(values, float) for name, values in changes.items()}
 

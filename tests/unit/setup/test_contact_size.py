@@ -7,7 +7,7 @@ from solving import HERTZ, LOAD, MATERIAL, A, build
 from fretsolve.errors import CaseError
 from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.setup.contact_size import MARGIN, contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import set_up
 
 
@@ -49,7 +49,7 @@ SLIM = {"ellipsoid": {"radius_x": 5.0, "radius_y": 30.0}}
     ],
 )
 def test_size_holds_the_contact_with_a_margin(surface, loads, first, half):
-    assert size(surface, *loads, first=first) == pytest.approx([2 * MARGIN * extent for extent in half], rel=CELL)
+    assert size(surface, *loads, first=first) == pytest.approx([2 * AREA_MARGIN * extent for extent in half], rel=CELL)
 
 
 def test_nothing_pressed():
@@ -61,7 +61,7 @@ def test_nothing_pressed():
 
 def test_a_sphere_has_its_closed_form():
     grid = set_up(build(grid={"points": [12, 24]}, load_path=[{"P": 100.0}, {"P": LOAD}, {"P": 50.0}])).grid
-    assert grid.size == pytest.approx((2 * MARGIN * A,) * 2, rel=1e-12)
+    assert grid.size == pytest.approx((2 * AREA_MARGIN * A,) * 2, rel=1e-12)
     assert (grid.nx, grid.ny) == (12, 24)
 
 

@@ -40,7 +40,7 @@ def test_strong_friction_and_coupling():
 
 def test_what_does_not_converge_is_said(monkeypatch):
     """With fewer iterations than it needs, since no case is known that needs more than there are."""
-    monkeypatch.setattr("fretsolve.increment.staggered_iteration.MOST_ITERATIONS", 3)
+    monkeypatch.setattr("fretsolve.increment.staggered_iteration.MOST_STAGGERED_ITERATIONS", 3)
     path = [{"P": 400, "increments": 5}]
     with pytest.raises(NotConvergedError, match="still change each other after 3 staggered iterations"):
         list(run(build(bodies=RIGID, friction=1e6, grid={"points": 32}, load_path=path)))
