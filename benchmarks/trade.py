@@ -27,7 +27,7 @@ from fretsolve.case.dimensions import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
-from fretsolve.study.plan import make_plan
+from fretsolve.study.plan import make_study_plan
 from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.quantity import read_outcome
@@ -96,7 +96,7 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
         fixed += [f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in stages]
     folder = asked.runs / mode
     folder.mkdir(parents=True, exist_ok=True)
-    plan = make_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
+    plan = make_study_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
     for _ in run_serially(plan.cases, StopRequest()):
         pass
     return assess(

@@ -14,7 +14,7 @@ from small_cases import SWEPT
 from fretsolve import load_case, open_result, run
 from fretsolve.errors import NoSolutionError
 from fretsolve.sweep.manifest import Manifest, write_manifest
-from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.plan import make_sweep_plan
 
 SWEEP = """\
 title: friction and load
@@ -42,7 +42,7 @@ def write_sweep(folder: Path, sweep: str = SWEEP, case: str = SWEPT) -> Path:
 
 def manifest_of(folder: Path, case: str = SWEPT) -> Manifest:
     """Return the manifest of the sweep of `case`, written to its folder."""
-    found = make_plan(write_sweep(folder, case=case), folder / "sweep.sweep").manifest
+    found = make_sweep_plan(write_sweep(folder, case=case), folder / "sweep.sweep").manifest
     write_manifest(found)
     return found
 

@@ -43,7 +43,7 @@ class CaseMessages:
     def start(self, source: Path, folder: Path, warnings: Iterable[str], more: Iterable[str] = ()) -> None:
         """Print the warnings about the file `source`, what is about to be run, and the lines `more`."""
         for text in warnings:
-            warn(f"{source}: warning: {text}")
+            print_error_line(f"{source}: warning: {text}")
         if self.quiet:
             return
         count, unique, left = len(self.manifest.rows), len(self.manifest.unique), len(self.expected)
@@ -78,10 +78,10 @@ class CaseMessages:
         if not self.quiet:
             print(counted(states), flush=True)
             if missing(self.manifest):
-                warn("the same command goes on with what is missing")
+                print_error_line("the same command goes on with what is missing")
 
 
-def warn(line: str) -> None:
+def print_error_line(line: str) -> None:
     """Print a line to standard error, at once."""
     print(line, file=sys.stderr, flush=True)
 

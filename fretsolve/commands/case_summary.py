@@ -65,7 +65,7 @@ def stage_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"... and {len(stages) - MOST_STAGES_LISTED} more stages, up to stage {len(stages)}"
 
 
-def warn(setup: ProblemSetup, *texts: str) -> None:
+def print_warnings(setup: ProblemSetup, *texts: str) -> None:
     """Print warnings of the case to standard error, one line each."""
     for text in texts:
         print(f"{setup.case.source.path}: warning: {text}", file=sys.stderr)

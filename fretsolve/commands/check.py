@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Expectation
-from fretsolve.commands.case_summary import warn
+from fretsolve.commands.case_summary import print_warnings
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.setup.cost_estimate import require_memory
@@ -109,7 +109,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         setup = set_up(case)
         require_memory(setup)
         expectations, ends = case.expect, setup.load_path.last_steps
-        warn(setup, *case_warnings(setup))
+        print_warnings(setup, *case_warnings(setup))
         for state in run(setup):
             summaries.append(state.summary)
     except FretsolveError as error:

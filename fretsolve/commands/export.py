@@ -54,10 +54,10 @@ def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) ->
 
         write_xdmf(result, steps, out)
     else:
-        from fretsolve.export.tables import write_csv, write_npz
+        from fretsolve.export.tables import write_history_csv, write_npz
 
         if file_format == "csv":
-            write_csv(result, out)
+            write_history_csv(result, out)
         else:
             write_npz(result, steps, out)
     return ()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve import __version__, kernels
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines, warn
+from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, print_warnings, stage_lines
 from fretsolve.commands.progress import json_line, key_value_line, progress_bar
 from fretsolve.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
@@ -57,7 +57,7 @@ class QuietMessages:
 
     def warn(self, text: str) -> None:
         """Print a warning."""
-        warn(self.setup, text)
+        print_warnings(self.setup, text)
 
     def already_complete(self, increments: int) -> None:
         """Print that nothing is left to solve."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved, warn
+from fretsolve.commands.case_messages import CaseMessages, none_solved, print_error_line
 from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.export.text_report import report_console
 from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.plan import ReferenceKind, StudyPlan, make_plan
+from fretsolve.study.plan import ReferenceKind, StudyPlan, make_study_plan
 from fretsolve.study.report import advice, notes, tables
-from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_csv, write_hdf5
+from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_study_csv, write_study_hdf5
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.quantity import Outcome, read_outcome
@@ -40,7 +40,7 @@ def study_case(
     out: a folder, None for the case's name with .study; the rest as the options of `fretsolve study`.
     """
     folder = out or case.with_suffix(".study")
-    plan = make_plan(case, overrides, varied, quantities, reference, folder)
+    plan = make_study_plan(case, overrides, varied, quantities, reference, folder)
     make_folder(folder)
     messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)
     messages.start(case, folder, _warnings(plan), _about_reference(plan))
@@ -98,8 +98,8 @@ def _write(folder: Path, study: Assessment, title: str | None) -> None:
 
     title: of the picture, None for no picture.
     """
-    write_csv(folder / CSV_NAME, study)
-    write_hdf5(folder / HDF5_NAME, study, list(advice(study)))
+    write_study_csv(folder / CSV_NAME, study)
+    write_study_hdf5(folder / HDF5_NAME, study, list(advice(study)))
     path = folder / PICTURE_NAME
     with writing(path):
         atomic_files.remove(path)
@@ -112,7 +112,7 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
     try:
         require_matplotlib()
     except CaseError as error:
-        warn(f"{path}: not drawn: {error}")
+        print_error_line(f"{path}: not drawn: {error}")
         return
     from fretsolve.plots.canvas import rendered
     from fretsolve.study.plot import trade

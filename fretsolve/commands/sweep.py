@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved, warn
+from fretsolve.commands.case_messages import CaseMessages, none_solved, print_error_line
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
-from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
 from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect, writer_of
@@ -30,7 +30,7 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
     """
     folder = out or sweep.with_suffix(".sweep")
     require_own(folder, sweep)
-    plan = make_plan(sweep, folder)
+    plan = make_sweep_plan(sweep, folder)
     stop.idle = False
     write_manifest(plan.manifest)
     todo = missing(plan.manifest)
@@ -53,13 +53,13 @@ def _run(
     if engine.startswith("dask:"):
         from fretsolve.sweep.engines.dask import run_on_dask
 
-        return run_on_dask(manifest, todo, engine.removeprefix("dask:"), stop, warn)
+        return run_on_dask(manifest, todo, engine.removeprefix("dask:"), stop, print_error_line)
     at_once = jobs or max(1, processors() // manifest.threads)
 
     def run(left: list[ManifestRow]) -> Iterator[Report]:
         return run_cases(manifest, (row for row in left if not is_taken(manifest, row)), at_once, stop)
 
-    return in_rounds(manifest, todo, stop, warn, run)
+    return in_rounds(manifest, todo, stop, print_error_line, run)
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
@@ -80,7 +80,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     if not stop.requested or not missing(manifest, todo):
         return _worst_code(report.code for report in reports if not report.has_result and not report.busy)
     if requeued and _progress(manifest, todo) == before:
-        warn("no increment was saved before the signal: not requeued; more time is needed")
+        print_error_line("no increment was saved before the signal: not requeued; more time is needed")
     elif requeued:
         requeue()
     return EXIT_STOPPED
@@ -120,7 +120,7 @@ def _shown(reports: Iterable[Report], messages: CaseMessages) -> list[Report]:
         values = {"case": report.index, "exit_code": report.code, "increments": report.increments}
         messages.case(row.id, **values, wall_time=f"{report.seconds:.3g}")
         if report.reason and not report.has_result:
-            warn(f"case {report.index}: {row.words}: {report.reason}")
+            print_error_line(f"case {report.index}: {row.words}: {report.reason}")
         found.append(report)
     return found
 
@@ -134,7 +134,7 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
     found = list(states(manifest, reports))
     for one in found:
         if one.status == "error" and manifest.result(one.row).exists():
-            warn(f"case {one.row.index}: {one.reason}; remove it to run the case again")
+            print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
     messages.end(found)
     code = _worst_code(one.exit_code or EXIT_STOPPED for one in found if not one.has_result)
     if code:
@@ -184,7 +184,7 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
         if len(chosen) == 1:
             figure = plot.curve(table, name, *chosen)
         else:
-            figure = plot.running_condition(table, chosen) if of_condition else plot.surface(table, name, chosen)
+            figure = plot.running_condition_map(table, chosen) if of_condition else plot.surface(table, name, chosen)
     except PictureError as error:
         raise CaseError(f"{kind}: {error}", (), folder) from error
     write_picture(target, rendered(figure, file_format))

@@ -17,7 +17,7 @@ from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
 
-def write_csv(result: Result, path: Path) -> None:
+def write_history_csv(result: Result, path: Path) -> None:
     """Write the history: a row per increment, units in the header, every digit of every number. Raises OSError."""
     units = {name: result.units(name) for name in result.history}
     text = io.StringIO(newline="")

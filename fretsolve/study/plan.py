@@ -55,7 +55,7 @@ class StudyPlan:
         return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.cases[0].settings)}"
 
 
-def make_plan(
+def make_study_plan(
     case: Path,
     overrides: Sequence[str],
     varied: Sequence[str],

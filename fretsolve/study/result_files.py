@@ -10,13 +10,12 @@ import h5py
 import numpy as np
 
 from fretsolve.study.assessment import Assessment
-from fretsolve.sweep import table
-from fretsolve.sweep.table import Column, column
+from fretsolve.sweep.table import Column, column, write_table_csv, write_table_hdf5
 
 CSV_NAME, HDF5_NAME = "study.csv", "study.h5"
 
 
-def write_csv(path: Path, study: Assessment) -> None:
+def write_study_csv(path: Path, study: Assessment) -> None:
     """Write one row per run, by cost; a reference that is not a run is the first row. Raises FileError."""
     rows = study.rows
     per_cent = [100.0 * np.array([row.errors[index] for row in rows]) for index in range(len(study.quantities))]
@@ -39,10 +38,10 @@ def write_csv(path: Path, study: Assessment) -> None:
     ]
     blank = [""] * (len(about) - 3)
     first = ["", study.plan.reference_words, "reference", *blank, *study.reference.tolist()]
-    table.write_csv(path, columns, () if study.plan.known is None else first)
+    write_table_csv(path, columns, () if study.plan.known is None else first)
 
 
-def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
+def write_study_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
     """Write the same as HDF5, errors as numbers instead of per cent. Raises FileError."""
     rows, difference = study.rows, study.difference
     attributes = {
@@ -66,7 +65,7 @@ def write_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
     ]
     groups = {"": about, "settings": _settings(study), "cost": [points, *_costs(study)], "values": values}
     links = {"truth": h5py.SoftLink("/reference")}
-    table.write_hdf5(path, groups | {f"{difference}s": errors}, attributes, links)
+    write_table_hdf5(path, groups | {f"{difference}s": errors}, attributes, links)
 
 
 def _reference(value: str | float) -> dict[str, str | float]:

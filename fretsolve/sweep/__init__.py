@@ -3,7 +3,7 @@
 In: a sweep file (`spec`, `points`) and the case it names. Out: a folder with the manifest, one result per case, and a
 table of all of them. The engines share nothing but these files::
 
-    plan = make_plan(Path("map.yaml"), Path("map.sweep"))
+    plan = make_sweep_plan(Path("map.yaml"), Path("map.sweep"))
     write_manifest(plan.manifest)
     reports = list(run_cases(plan.manifest, plan.manifest.unique, jobs=2, stop=stop))
     table = collect(plan.manifest)

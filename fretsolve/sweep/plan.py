@@ -28,7 +28,7 @@ class SweepPlan:
     warnings: tuple[str, ...]
 
 
-def make_plan(path: Path, folder: Path) -> SweepPlan:
+def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
     text = read_case(path)
     text.require_mapping(("case", "axes"))

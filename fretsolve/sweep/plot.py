@@ -68,7 +68,7 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
     return sheet.figure
 
 
-def running_condition(table: Table, over: Sequence[str], ax: Target = None) -> Figure:
+def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) -> Figure:
     """Draw partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
 
     Raises PictureError.

@@ -147,12 +147,12 @@ def read_outcome(path: Path, quantities: Sequence[StageQuantity], last_steps: Se
             int(history["operator_applications"].sum()),
             np.array([(one.name not in round_off) * abs(history[one.name]).max(initial=0.0) for one in quantities]),
             str(result.attributes.get("failure", "")),
-            running_condition(result),
+            running_condition_of(result),
             len(steps) if complete else 0,
         )
 
 
-def running_condition(result: Result) -> RunningCondition:
+def running_condition_of(result: Result) -> RunningCondition:
     """Return whether all of the contact slips at some time, a part of it does, or none; empty without shear.
 
     A run that ended because a force exceeded what friction carries is one of gross slip.

@@ -50,7 +50,7 @@ def column(name: str, values: ArrayLike, units: str = "", meaning: str = "", **a
     return Column(name, units, array.astype(object) if array.dtype.kind == "U" else array, meaning, attributes)
 
 
-def write_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) -> None:
+def write_table_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) -> None:
     """Write a row per case, units in the heading; what is not known is empty. first: one more row. Raises FileError."""
 
     def cell(value: Any) -> str:
@@ -68,7 +68,7 @@ def write_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) 
         atomic_files.write_text(path, text.getvalue())
 
 
-def write_hdf5(
+def write_table_hdf5(
     path: Path, columns: Mapping[str, Iterable[Column]], attributes: Mapping[str, Any], links: Mapping[str, Any] = {}
 ) -> None:
     """Write each column as a dataset in its group, with units and meaning. Raises FileError.
@@ -88,7 +88,7 @@ def write_hdf5(
             file[name] = link
 
 
-def write_parquet(path: Path, columns: Iterable[Column]) -> None:
+def write_table_parquet(path: Path, columns: Iterable[Column]) -> None:
     """Write the same as the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
         import pyarrow
@@ -165,24 +165,24 @@ def writer_of(path: Path, *, fields: bool) -> Callable[[Table], None]:
     """
     ending = path.suffix.lower()
     if ending in (".h5", ".hdf5"):
-        return lambda table: _write_hdf5(path, table, fields=fields)
+        return lambda table: _write_sweep_hdf5(path, table, fields=fields)
     if fields:
         raise CaseError("--fields links results, which only HDF5 can; a name ending in .h5 is needed", (), path)
     if ending == ".csv":
-        return lambda table: write_csv(path, _columns(table))
+        return lambda table: write_table_csv(path, _columns(table))
     if ending == ".parquet":
-        return lambda table: write_parquet(path, _columns(table))
+        return lambda table: write_table_parquet(path, _columns(table))
     raise CaseError("the format is not known; a name ending in .csv, .h5 or .parquet is needed", (), path)
 
 
-def _write_hdf5(path: Path, table: Table, *, fields: bool) -> None:
+def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool) -> None:
     manifest, links = table.manifest, {"case/regime": h5py.SoftLink("/case/running_condition")}  # its name before
     for row in manifest.unique if fields else ():
         if manifest.result(row).exists():
             target = os.path.relpath(manifest.result(row), path.absolute().parent)
             links[f"results/{row.id}"] = h5py.ExternalLink(target, "/")
     groups = {"case": _about(table), "settings": table.settings, "values": table.found, "errors": table.errors}
-    write_hdf5(path, groups, {"title": manifest.title, "case": str(manifest.case)}, links)
+    write_table_hdf5(path, groups, {"title": manifest.title, "case": str(manifest.case)}, links)
 
 
 def _about(table: Table) -> Iterator[Column]:

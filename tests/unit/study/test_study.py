@@ -25,7 +25,7 @@ from fretsolve.commands.case_messages import CaseMessages
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.assessment import Assessment, assess, front
-from fretsolve.study.plan import ReferenceKind, StudyPlan, finest, make_plan
+from fretsolve.study.plan import ReferenceKind, StudyPlan, finest, make_study_plan
 from fretsolve.study.report import advice, two_digits
 from fretsolve.study.variation import changes_the_problem, read_variation, short, words
 from fretsolve.sweep.case_run import run_serially
@@ -173,7 +173,7 @@ def plan_of(
     kind: ReferenceKind = "finest",
 ) -> StudyPlan:
     case = write_case(folder, text)
-    return make_plan(case, (), varied, quantities, kind, folder / "case.study")
+    return make_study_plan(case, (), varied, quantities, kind, folder / "case.study")
 
 
 def setup_of(folder: Path, text: str = LOOP, *overrides: str) -> Any:

@@ -29,7 +29,7 @@ from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines import slurm, worker_pool
 from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
-from fretsolve.sweep.plan import make_plan
+from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.points import points_of, text_of
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import states
@@ -307,7 +307,7 @@ def missing_of(folder: Path) -> list[int]:
 
 def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
-    write_manifest(make_plan(path, folder).manifest)
+    write_manifest(make_sweep_plan(path, folder).manifest)
     outcome = invoke("sweep", "work", folder, "--cases", "4-5,1,99")
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert missing_of(folder) == [0, 2, 3]
@@ -319,7 +319,7 @@ def test_work_runs_the_cases_named(tmp_path: Path) -> None:
 
 def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
     first, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
-    write_manifest(make_plan(first, folder).manifest)
+    write_manifest(make_sweep_plan(first, folder).manifest)
     before = (folder / "manifest.json").read_text()
     second = tmp_path / "second.yaml"
     second.write_text("case: case.yaml\naxes: [grid.points: [8]]\n")
@@ -333,7 +333,7 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
 
 
 def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
-    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
     reports = [Report(0, 3, "slides", increments=1), Report(1, 0, increments=3), Report(2, 0), Report(3, 4, "no room")]
     found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
@@ -347,7 +347,7 @@ def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str)
 
 
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
-    manifest = make_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
+    manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
     write_fake(manifest.result(manifest.rows[1]), "stopped", 3)
     table = collect(manifest)
@@ -358,9 +358,9 @@ def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
 
 def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
-    assert make_plan(path, folder).warnings == ()
+    assert make_sweep_plan(path, folder).warnings == ()
     monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
-    (warning,) = make_plan(path, folder).warnings
+    (warning,) = make_sweep_plan(path, folder).warnings
     assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
 
 
@@ -369,7 +369,7 @@ def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     folder.mkdir()
     theirs = folder / "manifest.json.01ab23cd.tmp"
     theirs.touch()
-    write_manifest(make_plan(path, folder).manifest)
+    write_manifest(make_sweep_plan(path, folder).manifest)
     assert theirs.exists()
 
 
@@ -392,7 +392,7 @@ def test_a_signal_during_the_check_ends_at_once(tmp_path: Path) -> None:
 
 def test_tasks_in_the_queue_count_by_the_cases_that_they_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, folder = write_sweep(tmp_path, SWEEP + "slurm: {cases_per_task: 2}\n"), tmp_path / "sweep.sweep"
-    plan = make_plan(path, folder)
+    plan = make_sweep_plan(path, folder)
     write_manifest(plan.manifest)
     in_queue = [f"{job_name(plan.manifest, 3)} 0", "another 1", f"{job_name(plan.manifest, 1)} N/A"]
     asked: list[list[str]] = []
@@ -420,7 +420,7 @@ def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_quiet_sweep_tells_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, folder = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n"), tmp_path / "sweep.sweep"
-    manifest = make_plan(path, folder).manifest
+    manifest = make_sweep_plan(path, folder).manifest
     write_manifest(manifest)
     result = manifest.result(manifest.rows[0])
     lock = RunLock.acquire(parts_folder(result))

@@ -10,7 +10,7 @@ from matplotlib.collections import QuadMesh
 
 from fretsolve.errors import PictureError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.plot import curve, running_condition, surface
+from fretsolve.sweep.plot import curve, running_condition_map, surface
 from fretsolve.sweep.quantity import Outcome, RunningCondition
 from fretsolve.sweep.status import CaseState
 from fretsolve.sweep.table import Column, Table, setting_column
@@ -69,7 +69,7 @@ def test_map_puts_each_case_at_its_place() -> None:
 
 
 def test_running_condition_marks_each_case() -> None:
-    figure = running_condition(table_of(missing=0), ("load_path.1.delta_x", "load_path.0.P"))
+    figure = running_condition_map(table_of(missing=0), ("load_path.1.delta_x", "load_path.0.P"))
     partial, gross = figure.axes[0].lines
     assert sorted(partial.get_ydata().tolist()) == [200.0, 400.0]
     assert gross.get_xdata().tolist() == [2.0] * 3
