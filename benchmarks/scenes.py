@@ -129,7 +129,7 @@ KEPT = {
     "tangential problem": "q",
     "ux from qy, uy from qx": "in-plane",
     "between pressure and shear": "coupling",
-    "slip and work": "slip",
+    "slip and dissipated energy": "slip",
 }
 """Short names of the parts."""
 

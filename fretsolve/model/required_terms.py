@@ -22,7 +22,11 @@ cells, 3 on 64 x 64. The change is largest at the edges, where the fields are st
 cells."""
 
 ModelPart = Literal[
-    "normal problem", "tangential problem", "ux from qy, uy from qx", "between pressure and shear", "slip and work"
+    "normal problem",
+    "tangential problem",
+    "ux from qy, uy from qx",
+    "between pressure and shear",
+    "slip and dissipated energy",
 ]
 
 
@@ -108,7 +112,7 @@ def derive_model(case: Case) -> Model:
             Decision(
                 "between pressure and shear", coupled, both, "ux, uy from p, uz from qx, qy; both problems in turn"
             ),
-            Decision("slip and work", may_slip, slip, "slip, slip path, dissipated energy"),
+            Decision("slip and dissipated energy", may_slip, slip, "slip, slip path, dissipated energy"),
         ),
         tuple(_warnings(asked, moved, friction, material, needed)),
     )

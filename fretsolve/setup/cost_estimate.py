@@ -30,7 +30,7 @@ CELL_COSTS: dict[ModelPart, tuple[float, float]] = {
     "tangential problem": (110.0, 0.03e-6),
     "ux from qy, uy from qx": (20.0, 0.0),
     "between pressure and shear": (110.0, 0.033e-6),
-    "slip and work": (75.0, 0.0),
+    "slip and dissipated energy": (75.0, 0.0),
 }
 """Of each part of the model, bytes per cell: influence coefficients, padded spectra, work arrays of the solvers, states
 before and after an increment, buffers of the result file; and seconds per cell and application of the operator."""
@@ -91,7 +91,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
-    seconds["slip and work"] = SLIP_SECONDS * increments * effort
+    seconds["slip and dissipated energy"] = SLIP_SECONDS * increments * effort
     # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
     kept = [decision.part for decision in setup.model.decisions if decision.kept]

@@ -36,7 +36,7 @@ def test_introduces_the_case_first(solved: tuple[Path, str, str]) -> None:
     assert re.match(r"normal problem +on +the bodies", lines[2])
     assert re.match(r"tangential problem +on +the load path moves Qx", lines[3])
     assert re.match(r"between pressure and shear +off +Dundurs' constant is 0", lines[5])
-    assert re.match(r"slip and work +on +shear may cause slip", lines[6])
+    assert re.match(r"slip and dissipated energy +on +shear may cause slip", lines[6])
     assert lines[7] == "grid: 16 x 16 cells of 0.04517 x 0.04517 mm on 0.7227 x 0.7227 mm (auto)"
     assert lines[8] == "5 increments"
     assert messages.count("\n") == 1
@@ -256,7 +256,7 @@ def test_result_tells_the_model_and_why(solved: tuple[Path, str, str]) -> None:
         ("tangential problem", True),
         ("ux from qy, uy from qx", True),
         ("between pressure and shear", False),
-        ("slip and work", True),
+        ("slip and dissipated energy", True),
     ]
     assert model[1]["reason"] == "the load path moves Qx"
 

@@ -80,7 +80,7 @@ def test_slip_is_kept_where_something_may_slip(parts, stages, may_slip):
     found = model(*stages, **parts)
     assert found.may_slip == may_slip
     kept = {decision.part: decision.kept for decision in found.decisions}
-    assert kept["slip and work"] == may_slip
+    assert kept["slip and dissipated energy"] == may_slip
 
 
 class TestNegligibleCoupling:
