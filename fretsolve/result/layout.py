@@ -21,6 +21,11 @@ FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compre
 CHUNK_BYTES = 2**20
 
 
+def described(units: str, long_name: str) -> dict[str, Any]:
+    """Return the attributes that every dataset has; units in UDUNITS spelling."""
+    return {"units": units, "long_name": long_name}
+
+
 @dataclass(frozen=True)
 class Quantity:
     """One dataset: `name`, `units` (UDUNITS spelling), `long_name` and numpy `dtype`."""
@@ -33,7 +38,7 @@ class Quantity:
     @property
     def attributes(self) -> dict[str, Any]:
         """The attributes of the dataset."""
-        meaning = {"units": self.units, "long_name": self.long_name}
+        meaning = described(self.units, self.long_name)
         return meaning | ZONE_ATTRIBUTES if self.name == "zone" else meaning
 
 

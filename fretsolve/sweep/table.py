@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from fretsolve import __version__
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import CaseError, FileError
+from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.quantity import LAST_STAGE, Outcome, read_outcome, read_quantity
 from fretsolve.sweep.status import CaseState, states
@@ -82,8 +83,7 @@ def write_table_hdf5(
                 values = one.values.astype(np.uint8) if one.values.dtype == bool else one.values
                 kind = h5py.string_dtype() if values.dtype == object else None
                 dataset = file.create_dataset(f"{group}/{one.name}" if group else one.name, data=values, dtype=kind)
-                meaning = {"units": one.units, "long_name": one.meaning or one.name, **one.attributes}
-                dataset.attrs.update(meaning)
+                dataset.attrs.update({**described(one.units, one.meaning or one.name), **one.attributes})
         for name, link in links.items():
             file[name] = link
 
