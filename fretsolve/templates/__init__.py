@@ -1,4 +1,7 @@
-"""Cases to start from, as `fretsolve new` writes them."""
+"""Cases to start from. In comes a name of `TEMPLATES`, out comes the text of a case file; `fretsolve new` writes it.
+
+text = files("fretsolve.templates").joinpath("hertz.yaml").read_text()
+"""
 
 from __future__ import annotations
 
