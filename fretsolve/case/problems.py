@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
@@ -35,8 +36,6 @@ def nearest(name: str, allowed: Collection[str]) -> str:
 
 
 def _meant(name: str, allowed: Iterable[str]) -> str | None:
-    import difflib
-
     by_lower = {candidate.lower(): candidate for candidate in allowed}
     return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
 

@@ -6,7 +6,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # rich takes 0.1 s to load, and output that is not a terminal has no bar
     from rich.progress import Progress
 
 REFRESHES_PER_SECOND = 4.0

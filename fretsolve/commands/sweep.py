@@ -48,6 +48,7 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
 def _run(
     manifest: Manifest, todo: Sequence[ManifestRow], jobs: int | None, engine: str, stop: StopRequest
 ) -> Iterator[Report]:
+    # The engines load pebble or Dask, which planning, Slurm, collecting and drawing do without.
     from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
 
     if engine.startswith("dask:"):
@@ -67,7 +68,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
 
     requeued: have Slurm run this task again if a signal stops it, unless it has saved nothing.
     """
-    from fretsolve.sweep.engines.worker_pool import run_cases
+    from fretsolve.sweep.engines.worker_pool import run_cases  # on demand, as in `_run`
 
     manifest = read_manifest(folder)
     rows = [manifest.rows[index] for index in indices if index < len(manifest.rows)]
@@ -162,7 +163,7 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
 def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
     """Draw a quantity over one or two columns of the collected sweep, or the running condition over two."""
     require_matplotlib()
-    from fretsolve.plots.canvas import rendered
+    from fretsolve.plots.canvas import rendered  # matplotlib is optional
     from fretsolve.sweep import plot
 
     manifest = read_manifest(folder)

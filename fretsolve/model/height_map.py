@@ -18,6 +18,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,8 +100,6 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     Raises FileError if the file is missing or cannot be read, and CaseError (at `key` or below) if it does not hold a
     map: wrong dimensions, no such dataset, no spacing, no finite value.
     """
-    from zipfile import BadZipFile
-
     file, suffix = source.file, source.file.suffix.lower()
     try:
         file.open("rb").close()

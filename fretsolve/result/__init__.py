@@ -16,7 +16,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # imported on demand, see above
     from fretsolve.result.header import RunHeader
     from fretsolve.result.reader import Result, open_result
     from fretsolve.result.writer import HistoryWriter

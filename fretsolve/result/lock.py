@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from fretsolve.errors import BusyError
 from fretsolve.system import atomic_files
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
     from filelock import BaseFileLock
 
 LOCK_NAME, HOLDER_NAME = "lock", "holder"
@@ -35,7 +35,7 @@ class RunLock:
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
         """Lock `folder`, and create it if needed. Raises BusyError if another run holds the lock, and OSError."""
-        from filelock import FileLock, Timeout
+        from filelock import FileLock, Timeout  # on demand, as above
 
         lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
         for _ in range(LOCK_ATTEMPTS):

@@ -24,7 +24,7 @@ from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, d
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, takes long to load
     import xarray
 
     from fretsolve.case.models import Case
