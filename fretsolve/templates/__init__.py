@@ -1,6 +1,8 @@
-"""Cases to start from. In comes a name of `TEMPLATES`, out comes the text of a case file; `fretsolve new` writes it.
+"""Cases to start from. In comes a name of `TEMPLATES`, out comes the text of a case file. For example::
 
-text = files("fretsolve.templates").joinpath("hertz.yaml").read_text()
+    files("fretsolve.templates").joinpath("hertz.yaml").read_text()
+
+`fretsolve new` writes them.
 """
 
 from __future__ import annotations
