@@ -10,7 +10,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_case_models import FULL
+from test_models import FULL
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case

@@ -10,8 +10,8 @@ import pytest
 import yaml
 from command_line import invoke, refused
 from small_cases import write_case
-from test_case_errors import CASE
-from test_case_models import FULL, MINIMAL, ROUND_TRIPS
+from test_models import FULL, MINIMAL, ROUND_TRIPS
+from test_problems import CASE
 
 import fretsolve
 from fretsolve.case.dimensions import DIMENSIONS
