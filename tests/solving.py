@@ -5,7 +5,11 @@ A sphere of 10 mm on a flat, P = 400 N, friction 0.1 (mm, N, MPa, rad throughout
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
 
 from fretsolve import run
 from fretsolve.case.models import Case
@@ -50,3 +54,13 @@ MATERIAL = compliances(*build(grid={"points": 2}).bodies)  # type: ignore[arg-ty
 """Of the similar bodies."""
 HERTZ = hertz_sphere(LOAD, RADIUS, MATERIAL.contact_modulus)
 A = HERTZ.contact_radius
+
+
+def integral_over_disc(profile: Any, radius: float, *breaks: float) -> float:
+    """Return the integral of a radial profile over the disc, by substituting r = radius sin(t) (edge singularities)."""
+    points = [math.asin(b / radius) for b in breaks]
+
+    def integrand(t: float) -> float:
+        return math.pi * radius**2 * math.sin(2 * t) * float(profile(np.array(radius * math.sin(t))))
+
+    return quad(integrand, 0.0, math.pi / 2, points=points or None, epsabs=0.0, epsrel=1e-10, limit=200)[0]
