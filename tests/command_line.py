@@ -82,7 +82,7 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[str] | N
 
 
 def saved_steps(output: str) -> list[int]:
-    """The increments that the lines of progress in `output` tell of."""
+    """Return the increments that the lines of progress in `output` name."""
     words = [line.split() for line in output.splitlines() if line.startswith("step=")]
     return [int(word[0].removeprefix("step=")) for word in words]
 

@@ -35,7 +35,7 @@ LENGTHS = frozenset({"delta_z", "delta_x", "delta_y", "radius", "radius_x", "rad
 
 
 TALLIES: list[dict[str, int]] = []
-"""How the cases of each test so far have ended, and their increments."""
+"""Ends of the cases of each test so far, and their increments."""
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,7 @@ from fretsolve.result import Result, open_result
 
 @pytest.fixture(scope="session")
 def result_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the results of `DRAWN` are."""
+    """The folder with the results of `DRAWN`."""
     place = tmp_path_factory.mktemp("plots")
     for name, text in DRAWN.items():
         done = invoke("run", write_case(place, text, f"{name}.yaml"), "-q")

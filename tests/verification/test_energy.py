@@ -55,7 +55,7 @@ def test_the_second_cycle_of_dissimilar_bodies_loses_what_its_loop_encloses():
 
 
 def test_pressing_and_parting_dissipate_what_the_load_does_not_get_back():
-    """Where edges pass over cells within increments; a path without friction has the trapezoids' own error."""
+    """Edges pass over cells within increments. The path without coupling has only the error of the trapezoidal rule."""
     misses = []
     for count in (10, 20):
         path = [{"P": LOAD, "increments": count}, {"P": LOAD / count, "increments": count - 1}]

@@ -42,7 +42,7 @@ def test_order_of_the_work(converged):
 
 
 def test_shear_has_no_waves_under_strong_friction():
-    """What an edge of the contact leaves behind in the stick zone; ten equal steps make waves of a quarter of it."""
+    """Edges of the contact leave waves in the stick zone, of a quarter of the largest shear with ten equal steps."""
 
     def shear(**stage):
         return pressed(0.25, 40, **stage)[-1].fields.shear[0]

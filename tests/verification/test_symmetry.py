@@ -1,4 +1,4 @@
-"""What must not depend on how a case is laid on the grid, in which units it is put, or which body is called the first.
+"""Solutions are the same however a case lies on the grid, in any units, and with either body called the first.
 
 Solutions are compared to what the solver's tolerance leaves open, TOLERANCE times a margin for how residuals
 (of gap and slip) turn into tractions, which is largest in the slip zone's outermost cells.

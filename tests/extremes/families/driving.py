@@ -87,7 +87,7 @@ SINGLE_TOLERANCE = 1e-5
 """The least that single precision certifies."""
 
 SINGLE_NAMED = "precision: single|in single precision|slightly less"
-"""What an error says where double precision would have solved the case; the last next to sliding."""
+"""Words of an error if double precision would have solved the case; the last ones appear near gross slip."""
 
 
 def in_single(probe: Probe) -> Probe:
@@ -121,7 +121,7 @@ class Family:
 
 @dataclass
 class Findings:
-    """What was seen of a run's increments: how many, their worst residual, and what no increment may have."""
+    """Findings on a run's increments: their number, their worst residual, and faults that no increment may have."""
 
     increments: int = 0
     residual: float = 0.0
@@ -147,7 +147,7 @@ class Findings:
 
 @dataclass
 class Verdict:
-    """How a probe ended. problem: what is wrong with it, empty if nothing is; message: of an error."""
+    """End of a probe. problem: what is wrong with it, empty if nothing is; message: of an error."""
 
     probe: Probe
     problem: str = ""

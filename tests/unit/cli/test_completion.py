@@ -1,4 +1,4 @@
-"""What the shell completes."""
+"""Completion of commands in the shell."""
 
 from __future__ import annotations
 

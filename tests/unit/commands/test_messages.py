@@ -1,4 +1,4 @@
-"""What a run tells programs and the curious: JSON lines, all of the history, colours only where they are seen."""
+"""Messages of a run: JSON lines, the whole history on request, colours only on a terminal."""
 
 from __future__ import annotations
 

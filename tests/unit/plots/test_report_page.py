@@ -15,7 +15,7 @@ from fretsolve.result import HistoryWriter, open_result
 
 
 class _Pictures(HTMLParser):
-    """What a page shows."""
+    """The contents of a page."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What is read from a result by fretsolve, h5py and xarray, and what is said of files that cannot be read."""
+"""Results as fretsolve, h5py and xarray read them, and the messages on files that cannot be read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the writer refuses, what it resumes, and that files of identical runs are identical."""
+"""The writer refuses foreign files, resumes its own, and makes identical files of identical runs."""
 
 from __future__ import annotations
 

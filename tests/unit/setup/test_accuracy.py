@@ -1,4 +1,4 @@
-"""What an accuracy picks, what it leaves alone, and what a run says of it."""
+"""The settings that an accuracy picks, those that it leaves alone, and the messages of a run on it."""
 
 from __future__ import annotations
 

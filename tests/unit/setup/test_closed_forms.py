@@ -1,4 +1,4 @@
-"""Which closed forms hold for a case, their values at the ends of stages, and what they forecast."""
+"""The closed forms that hold for a case, their values at the ends of stages, and what they forecast."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def test_any_start_leads_to_the_one_solution(seed):
 
 
 def test_full_stick_is_linear():
-    """Where the limit is out of reach twice the load gives twice the shear."""
+    """If the limit is out of reach, twice the load gives twice the shear."""
     high = np.where(LIMIT > 0.0, 1e9, 0.0)
     _, once, slip, one = solve(forces(qx=10.0, mz=0.5), limit=high)
     _, twice, _, _ = solve(forces(qx=20.0, mz=1.0), limit=high)

@@ -229,7 +229,7 @@ def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence
 
 
 def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
-    """What a run in one increment gave."""
+    """The outcome of a run in one increment."""
     largest = np.abs(values if peaks is None else peaks)
     return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
 

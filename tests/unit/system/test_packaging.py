@@ -1,4 +1,4 @@
-"""What is said in several places about the package agrees, and its oldest dependencies are those that are tested."""
+"""All places that describe the package agree, and its oldest dependencies are those that are tested."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How cases are put into tasks for Dask."""
+"""Cases are put into tasks for Dask."""
 
 from __future__ import annotations
 
