@@ -123,7 +123,7 @@ class SolverSpec(CaseModel):
     ) = Field(
         default=None,
         description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
-        " points, automatic increments and tolerance unless they are given, and error bars, which tell if it is met",
+        " points, automatic increments and tolerance unless they are given, and error bars, which show if it is met",
         examples=["1 %"],
     )
 
@@ -157,7 +157,7 @@ class SolverSpec(CaseModel):
 
 
 class OutputSpec(CaseModel):
-    """Which fields the result keeps; `shear` and `slip` stand for both of their components."""
+    """The fields that the result keeps; `shear` and `slip` stand for both of their components."""
 
     fields: tuple[FieldName, ...] = Field(default=("pressure", "shear", "slip", "zone"), description="fields to store")
     every: Count = Field(default=1, description="fields are stored at every n-th increment")

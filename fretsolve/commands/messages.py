@@ -148,7 +148,7 @@ class TextMessages(QuietMessages):
             print_report(result, heading=False)
         super()._report(result, reached)
         if compiling := kernels.compile_seconds():
-            print(f"{compiling:.3g} s besides to compile the kernels, which are kept for later runs")
+            print(f"compiling the kernels took {compiling:.3g} s more; they are kept for later runs")
         print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
 
 

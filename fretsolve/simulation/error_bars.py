@@ -38,7 +38,7 @@ the contact radius a. That of the dissipated energy is relative to its own value
 FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
 """The least error of radii, in units of h."""
 
-NEARLY_SLIDING = 0.15
+NEAR_GROSS_SLIP = 0.15
 """Stick radius over contact radius below which increments count also if pressure and shear are not coupled: the shear
 traction turns as the last of the stick zone slips, since Poisson's ratio links the directions."""
 
@@ -93,7 +93,7 @@ class ErrorBars:
 
     @property
     def failure(self) -> str | None:
-        """Why a coarse run stopped, in one line; None if none did."""
+        """Reason why a coarse run stopped, in one line; None if none did."""
         for coarse in self._coarse_runs():
             if coarse.failure is not None:
                 nx, ny = coarse.setup.grid.shape
@@ -116,8 +116,8 @@ class ErrorBars:
         return CoarseRun(coarser(self._setup, fewer_increments(self._setup.load_path.counts)), self._threads)
 
     def _add(self, summary: Summary) -> None:
-        nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
-        if self._fewer is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
+        near_gross_slip = summary.stick_radius < NEAR_GROSS_SLIP * summary.contact_radius
+        if self._fewer is None and self._setup.model.terms.in_plane_coupling and near_gross_slip:
             self._fewer = self._with_fewer()
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))

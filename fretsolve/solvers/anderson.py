@@ -1,4 +1,4 @@
-"""Anderson acceleration of fixed-point iterations that alone converge slowly or not at all.
+"""Anderson acceleration of fixed-point iterations, which without it converge slowly or not at all.
 
 Sources: Anderson, J. ACM 12 (1965); Walker & Ni, SIAM J. Numer. Anal. 49 (2011).
 """

@@ -1,6 +1,6 @@
 """The normal contact problem: find pressure and normal rigid displacements at a given shear.
 
-    gap = separation + A p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
+    gap = separation + A_zz p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
 
 with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` is that of the undeformed surfaces plus the normal
 displacement that the shear causes; +inf where there is no material. The method is a primal-dual active set with

@@ -58,7 +58,7 @@ class ProjectedCG:
         self._constraints = self._motions[: len(modes)]
         self._moments = np.zeros(len(modes))
         self._direction[:] = 0.0
-        gram: DoubleArray = np.zeros((len(modes), len(modes)))  # it is symmetric, so its lower half will do
+        gram: DoubleArray = np.zeros((len(modes), len(modes)))  # symmetric, so its lower half is enough
         for row, (mode, constraint) in enumerate(zip(modes, self._constraints, strict=True)):
             motion(mode, constraint)
             constraint /= float(np.abs(constraint).max()) or 1.0
