@@ -79,4 +79,4 @@ class Summary:
 HISTORY_DIMENSIONS: dict[str, Dimension] = {
     column.name: column.metadata["dimension"] for column in fields(Summary) if column.name not in ("step", "stage")
 }
-"""What a case can expect, in the order of the result file."""
+"""Quantities that a case can expect, in the order of the result file."""

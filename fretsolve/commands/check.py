@@ -45,7 +45,7 @@ class Comparison:
 
     @property
     def ok(self) -> bool:
-        """Whether the value was found within the tolerance."""
+        """True if the value was found within the tolerance."""
         return self.found is not None and abs(self.found - self.expected.value) <= self.allowed
 
     def cells(self) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ ModelPart = Literal[
 
 @dataclass(frozen=True)
 class Terms:
-    """Which influence coefficients of the elastic operator are kept.
+    """The influence coefficients of the elastic operator that are kept.
 
     tangential: ux from qx and uy from qy; in_plane_coupling: ux from qy and uy from qx as well;
     normal_tangential_coupling: ux, uy from p and, if there is shear, uz from qx, qy.
@@ -78,7 +78,7 @@ class Model:
 
     @property
     def coupled(self) -> bool:
-        """Whether pressure and shear change each other. A case may ask for the coupling between equal bodies too."""
+        """True if pressure and shear change each other. A case may ask for the coupling between equal bodies too."""
         return self.terms.normal_tangential_coupling and abs(self.compliances.dundurs_constant) > UNCOUPLED_BELOW
 
 

@@ -20,7 +20,7 @@ from fretsolve.errors import PictureError
 from fretsolve.result import Result
 
 Target = Axes | Sequence[Axes] | None
-"""Where to draw: on the user's own axes, or (None) on a new figure."""
+"""Place to draw: the user's own axes, or (None) a new figure."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,

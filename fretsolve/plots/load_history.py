@@ -13,7 +13,7 @@ from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 
 FIRST_ENDS, LAST_ENDS = 2, 4
-"""How many ends of stages are drawn of a long path: pressed, first loaded, and the last cycle."""
+"""Number of stage ends that are drawn of a long path: pressed, first loaded, and the last cycle."""
 
 
 @dataclass(frozen=True)

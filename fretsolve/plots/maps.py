@@ -40,7 +40,7 @@ ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 
 @dataclass(frozen=True)
 class FieldScale:
-    """How a field is coloured. factor: from the result's unit to that of `label`."""
+    """Colours of a field. factor: from the result's unit to that of `label`."""
 
     name: str
     label: str

@@ -92,7 +92,7 @@ DISPLACEMENT = (
     FieldQuantity("displacement_x", "mm", "elastic displacement u2 - u1 along x", array="displacement", component=0),
     FieldQuantity("displacement_y", "mm", "elastic displacement u2 - u1 along y", array="displacement", component=1),
 )
-"""What a restart needs besides `FIELDS`."""
+"""Datasets that a restart needs besides `FIELDS`."""
 
 RESTART = FIELDS + DISPLACEMENT
 

@@ -47,7 +47,7 @@ _REASONS = {
     "filter returned failure": "{} is damaged: the checksum does not match",
     "checksum": "{} is damaged: the checksum does not match",
 }
-"""What parts of HDF5's messages mean."""
+"""The meaning of parts of HDF5's messages."""
 
 SUMMARY_LENGTH = 1 + len(HISTORY)
 """Values of a record of the history before its error bars."""

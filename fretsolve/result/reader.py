@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     from fretsolve.case.models import Case
 
 READ_ATTEMPTS = 20
-"""How often to look again if a run merges or finishes its parts at the same moment."""
+"""Number of looks before giving up if a run merges or finishes its parts at the same moment."""
 
 
 class Columns(dict[str, NDArray[Any]]):
@@ -94,7 +94,7 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def why_empty(self) -> str:
-        """Why there is no increment, if there is none, for a message."""
+        """Reason, for a message, why a result without increments has none."""
         if "failure" in self.attributes:
             return f"the run failed before its first increment: {self.attributes['failure']}"
         return "the result has no increment yet"

@@ -37,7 +37,7 @@ class AssessedRun:
 
     @property
     def compared(self) -> bool:
-        """Whether it has errors."""
+        """True if it has errors."""
         return self.errors.size > 0 and bool(np.isfinite(self.errors).all())
 
 
@@ -57,12 +57,12 @@ class Assessment:
 
     @property
     def difference(self) -> str:
-        """What users read for the difference of a run from the reference."""
+        """The word for the difference of a run from the reference."""
         return "change" if self.plan.problem_keys else "error"
 
     @property
     def largest(self) -> str:
-        """What users read for the largest of them."""
+        """The word for the largest of them."""
         return "largest" if self.plan.problem_keys else "worst"
 
     @property

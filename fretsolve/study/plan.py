@@ -49,7 +49,7 @@ class StudyPlan:
 
     @property
     def reference_words(self) -> str:
-        """What the runs are compared with."""
+        """The reference in words."""
         if self.known is not None:
             return f"the {NOUNS[self.kind]}s"
         return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.cases[0].settings)}"

@@ -36,7 +36,7 @@ class PreparedCase:
 
 @dataclass(frozen=True)
 class BaseCase:
-    """What all cases share: the case file, read once, with the common overrides. stages: the keys of its stages.
+    """The base of all cases: the case file, read once, with the common overrides. stages: the keys of its stages.
 
     overrides: as `--set` takes them; last: overrides that come after the settings of a case.
     """

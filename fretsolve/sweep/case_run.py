@@ -26,7 +26,7 @@ Show = Callable[[PreparedCase, Summary], None]
 
 @dataclass(frozen=True)
 class Report:
-    """How the run of a case ended.
+    """End of the run of a case.
 
     code: that of `fretsolve run`, 0 or 3 if there is a result; busy: another run is writing it. reason: one line, empty
     if there is nothing to say. increments: in the result; seconds: of this run.
@@ -41,17 +41,17 @@ class Report:
 
     @property
     def has_result(self) -> bool:
-        """Whether the case has a result, even if that is that there is no solution."""
+        """True if the case has a result, even one that says that there is no solution."""
         return self.code in (0, NoSolutionError.exit_code)
 
     @property
     def wrote_result(self) -> bool:
-        """Whether this run wrote the result; a result that was there before adds no increments."""
+        """True if this run wrote the result; a result that was there before adds no increments."""
         return self.code == NoSolutionError.exit_code or (self.code == 0 and self.increments > 0)
 
     @property
     def of_another(self) -> bool:
-        """Whether another process has or had the case and reports it."""
+        """True if another process has or had the case and reports it."""
         return self.busy or (self.has_result and not self.wrote_result)
 
 

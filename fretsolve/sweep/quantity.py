@@ -102,8 +102,9 @@ def _refused(message: str, text: str) -> CaseError:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a result says. values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
+    """The part of a result that a sweep or study collects.
 
+    values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
     increments, seconds, applications: solved, with their wall-clock time and applications of the elastic operator.
     peaks: the largest absolute value of each quantity on the path, 0 if it is round-off; failure: why there is no
     solution, empty if there is one; stages: of the whole path, 0 if the run failed.

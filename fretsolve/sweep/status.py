@@ -1,4 +1,4 @@
-"""How far a sweep is, from its files and from reports on results that were just written."""
+"""Tell how far a sweep is, from its files and from reports on results that were just written."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Status = Literal["complete", "no solution", "running", "stopped", "error", "wait
 
 @dataclass(frozen=True)
 class CaseState:
-    """How far a case is. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
+    """Status of a case. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
 
     row: ManifestRow
     status: Status
@@ -31,7 +31,7 @@ class CaseState:
 
     @property
     def has_result(self) -> bool:
-        """Whether nothing is left to run."""
+        """True if nothing is left to run."""
         return self.status in ("complete", "no solution")
 
 

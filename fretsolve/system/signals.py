@@ -48,7 +48,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
 
     @property
     def requested(self) -> bool:
-        """Whether a signal has come."""
+        """True if a signal has come."""
         return self._first is not None
 
     def __enter__(self) -> StopRequest:

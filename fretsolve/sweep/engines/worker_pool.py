@@ -34,7 +34,7 @@ POOL_GLANCE = 0.1
 """Seconds between looks at whether to stop."""
 
 ROUNDS = 3
-"""How often missing cases are given out: other commands may leave some, a Dask worker that dies may lose some."""
+"""Most times that missing cases are given out: other commands may leave some, a dying Dask worker may lose some."""
 
 Warn = Callable[[str], None]
 """Takes a line for people."""
@@ -173,7 +173,7 @@ class _Process:
 
     @property
     def requested(self) -> bool:
-        """Whether to stop: the end of the pipe is all that can come by it."""
+        """True if the case is to stop. The command sends nothing through the pipe; it only closes it."""
         return self.signalled or self.pipe.poll()
 
     def note(self, number: int, frame: FrameType | None) -> None:
