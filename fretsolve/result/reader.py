@@ -94,7 +94,7 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def why_empty(self) -> str:
-        """Reason, for a message, why a result without increments has none."""
+        """Reason why the result has no increment, if it has none; for a message."""
         if "failure" in self.attributes:
             return f"the run failed before its first increment: {self.attributes['failure']}"
         return "the result has no increment yet"
