@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
@@ -192,7 +192,8 @@ def _begin(manifest: Manifest, pipe: Connection, begun: Connection) -> None:
     for number in SIGNALS:
         signal.signal(number, _processes[0].note)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-    begun.send_bytes(b"begun")
+    with suppress(BrokenPipeError):  # the command is gone
+        begun.send_bytes(b"begun")
 
 
 def _solve(row: ManifestRow) -> Report:

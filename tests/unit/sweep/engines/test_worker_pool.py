@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import time
@@ -17,6 +18,7 @@ from sweeping import manifest_of, workers
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
+from fretsolve.sweep.engines import worker_pool
 from fretsolve.sweep.engines.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import has_ended, is_taken, missing
@@ -130,6 +132,18 @@ def test_a_case_that_was_killed_is_noted_one_that_was_stopped_is_not(manifest: M
     assert has_ended(manifest, row)
     leave_note(manifest, row, Report(row.index, 75))
     assert not has_ended(manifest, row)
+
+
+def test_a_worker_whose_command_is_gone_begins_without_a_traceback(manifest: Manifest) -> None:
+    context = multiprocessing.get_context("spawn")
+    heard, stop = context.Pipe(duplex=False)
+    reading, begun = context.Pipe(duplex=False)
+    reading.close()
+    process = context.Process(target=worker_pool._begin, args=(manifest, heard, begun))
+    process.start()
+    process.join(PATIENCE)
+    stop.close()
+    assert process.exitcode == 0
 
 
 # Rounds
