@@ -35,6 +35,8 @@ def end_by(number: signal.Signals) -> None:
 class StopRequest(AbstractContextManager["StopRequest"]):
     """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
 
+    After a signal all three are ignored from the end of the block on, so that they do not change the exit code of the
+    process, which is about to end.
     requested: whether a signal has come, so that the run is to stop after its increment. notice: the line written to
     standard error at the first signal, empty for none; at_once: at the second. idle: a signal ends the process at once,
     since there is nothing to save yet.
@@ -57,7 +59,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._previous.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if self.requested else handler)
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,15 +17,45 @@ from fretsolve.system import signals as interrupt
 from fretsolve.system.signals import SIGNALS, StopRequest
 
 
+@pytest.fixture(autouse=True)
+def _handlers() -> Iterator[None]:
+    """Restore the handlers of signals after each test, since a stop leaves signals ignored."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_first_signal_is_noted_and_announced_once(number: signal.Signals, capfd: pytest.CaptureFixture) -> None:
-    before = signal.getsignal(number)
     with StopRequest() as stop:
         assert not stop.requested
         signal.raise_signal(number)
         assert stop.requested
-    assert signal.getsignal(number) is before
     assert capfd.readouterr().err == f"fretsolve: {number.name}: {interrupt.NOTICE}\n"
+
+
+def test_without_a_signal_the_handlers_are_restored() -> None:
+    before = list(map(signal.getsignal, SIGNALS))
+    with StopRequest():
+        pass
+    assert list(map(signal.getsignal, SIGNALS)) == before
+
+
+def test_after_a_stop_no_signal_changes_how_the_process_ends() -> None:
+    """Signals come after the block, and while the interpreter ends."""
+    code = """\
+import atexit, signal
+from fretsolve.system.signals import EXIT_STOPPED, SIGNALS, StopRequest
+atexit.register(lambda: [signal.raise_signal(number) for number in SIGNALS])
+with StopRequest(notice="") as stop:
+    signal.raise_signal(signal.SIGTERM)
+for number in SIGNALS:
+    signal.raise_signal(number)
+raise SystemExit(EXIT_STOPPED)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=Path(fretsolve.__file__).parents[1], capture_output=True)
+    assert (done.returncode, done.stderr) == (75, b"")
 
 
 def test_second_signal_exits_at_once_with_75(
