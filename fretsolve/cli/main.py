@@ -146,6 +146,9 @@ def study(**options: Any) -> int:
 
     All combinations of the values of --vary are run. The runs are kept in OUT, where later studies reuse them. After an
     interrupt (exit code 75) the same command continues.
+
+    Cases without a solution are reported as failed. The exit code is 0 as long as the reference and one of the cases
+    have a result, else 3.
     """
     with StopRequest() as stop:
         from fretsolve.commands.study import study_case

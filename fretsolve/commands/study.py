@@ -11,7 +11,7 @@ from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.export.text_report import report_console
 from fretsolve.study.assessment import Assessment, assess
 from fretsolve.study.plan import ReferenceKind, StudyPlan, make_study_plan
-from fretsolve.study.report import advice, notes, tables
+from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_study_csv, write_study_hdf5
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
@@ -53,7 +53,10 @@ def study_case(
     if not complete:
         messages.end(list(states(plan.manifest)))
         return EXIT_STOPPED
-    if not quiet:
+    if quiet:
+        for line in failures(study):
+            warn(line)
+    else:
         _print(folder, study)
     _require_comparison(case, study)
     return 0

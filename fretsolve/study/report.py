@@ -27,7 +27,7 @@ def two_digits(value: float) -> str:
 
 def notes(study: Assessment) -> Iterator[str]:
     """Yield lines on how to read the table."""
-    plan, failed = study.plan, [row for row in study.rows if row.outcome.failure]
+    plan, failed = study.plan, list(failures(study))
     if any(row.compared for row in study.rows):
         if plan.problem_keys:
             keys = " and ".join(plan.problem_keys)
@@ -38,8 +38,14 @@ def notes(study: Assessment) -> Iterator[str]:
                 yield "that run has an unknown error of its own; errors smaller than that mean nothing"
     if study.left_out and len(failed) < len(study.rows):
         yield f"left out, since 0: {', '.join(map(str, study.left_out))}"
-    for row in failed:
-        yield f"failed: {words(row.case.settings)}: {row.outcome.failure}"
+    yield from failed
+
+
+def failures(study: Assessment) -> Iterator[str]:
+    """Yield a line on each case without a solution."""
+    for row in study.rows:
+        if row.outcome.failure:
+            yield f"failed: {words(row.case.settings)}: {row.outcome.failure}"
 
 
 def advice(study: Assessment) -> Iterator[str]:

@@ -406,6 +406,12 @@ def test_failures_are_rows_with_their_reason(tmp_path: Path, undrawn: None) -> N
     assert all(row["worst error (%)"] == "" for row in failed)
     assert "failed: 8 x 8, max iterations 1: " in result.stdout
     assert [run["reused"] for run in runs_of(invoke(*words).stdout)] == ["yes"] * 4
+    quiet = invoke(*words, "-q")
+    assert (quiet.exit_code, quiet.stdout) == (0, "")
+    told, told_quietly = (
+        [line for line in text.splitlines() if line.startswith("failed: ")] for text in (result.stdout, quiet.stderr)
+    )
+    assert (told_quietly, len(told)) == (told, 2)
 
 
 def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
