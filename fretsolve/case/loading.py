@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from fretsolve.case.load_path_spec import stage_key
 from fretsolve.case.models import Case
-from fretsolve.case.problems import CaseErrors, translated
+from fretsolve.case.problems import CaseErrors, nearest, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, parse, read_text
@@ -130,7 +130,9 @@ def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSour
     try:
         return replaced(data, key, parsed.value), source
     except LookupError as error:
-        raise source.problem(str(error.args[0]), key) from None
+        known = (*Case.model_fields, "stage")
+        unknown = f"unknown key {shown(key[0])}; {nearest(str(key[0]), known)}"
+        raise source.problem(str(error.args[0]) if key[0] in known else unknown, key) from None
 
 
 def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:

@@ -101,6 +101,7 @@ def test_the_rest_of_the_file_stays(path: Path) -> None:
         ("grid.size=3 N", "grid.size: '3 N' is a force; a length such as '10 mm' is needed"),
         ("bodies.0={young_modulus: 1}", "bodies.0.poisson_ratio: missing; needed: Poisson's ratio, such as 0.3"),
         ("load_path.2.P=1", "load_path.2.P: the list has no entry 2; its entries are 0 to 1"),
+        ("stages.1.Qx=3N", "stages.1.Qx: unknown key 'stages'; did you mean 'stage'?"),
         ("load_path.P=1", "load_path.P: the list has no entry 'P'; its entries are 0 to 1"),
         (
             "grid.points.0=1",
