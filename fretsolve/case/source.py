@@ -246,8 +246,11 @@ class _Builder:
         lines: dict[str, int] = {}
         for key_node, value_node in node.value:
             line, name = _line(key_node), key_node.value
-            if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _TAG + "str":
-                name = name if isinstance(key_node, yaml.ScalarNode) else "of several parts"
+            name = name if isinstance(key_node, yaml.ScalarNode) else "of several parts"
+            if name[:1].isdigit() and value_node.tag == _TAG + "null":  # as in {P: 400,5 N}
+                needed = "the decimal separator is a point, and thousands have none"
+                self._refused(key, line, f"the key {shown(name)} is not a name; {needed}")
+            elif not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _TAG + "str":
                 self._refused(key, line, f"the key {shown(name)} is not a name; keys are text")
             elif name in items:
                 message = f"duplicate key {shown(name)}, given first on line {lines[name]}; keep one of the two"
