@@ -71,10 +71,10 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     from fretsolve.sweep.engines.worker_pool import run_cases  # on demand, as in `_run`
 
     manifest = read_manifest(folder)
-    rows = [manifest.rows[index] for index in indices if index < len(manifest.rows)]
-    if not rows:
-        last = len(manifest.rows) - 1
+    last = len(manifest.rows) - 1
+    if max(indices) > last:
         raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)
+    rows = [manifest.rows[index] for index in indices]
     todo = missing(manifest, {row.id: row for row in rows}.values())
     before = _progress(manifest, todo)
     reports = _shown(run_cases(manifest, todo, 1, stop), CaseMessages(manifest, todo))

@@ -81,14 +81,14 @@ def script_text(manifest: Manifest, spec: SlurmSpec) -> str:
         *spec.options,
     ]
     command = shlex.join([sys.executable, "-m", "fretsolve", "sweep", "work", str(folder)])
-    per_task = spec.cases_per_task
+    per_task, last = spec.cases_per_task, len(manifest.rows) - 1
     lines = [
         "#!/bin/bash",
         f"# Runs cases of {folder}; a task that a signal stops requeues itself and goes on.",
         *(f"#SBATCH {shlex.quote(option)}" for option in options),
         *spec.setup,
-        f"first=$((SLURM_ARRAY_TASK_ID * {per_task}))",
-        f'exec {command} --cases "$first-$((first + {per_task - 1}))" --requeue',
+        f"first=$((SLURM_ARRAY_TASK_ID * {per_task})) last=$((first + {per_task - 1}))",
+        f'exec {command} --cases "$first-$((last < {last} ? last : {last}))" --requeue',
     ]
     return "\n".join(lines) + "\n"
 

@@ -8,6 +8,7 @@ import os
 import re
 import resource
 import signal
+import subprocess
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +19,7 @@ import pytest
 from command_line import PATIENCE, finish, invoke, refused, start, wait_for
 from fake_states import write_fake
 from small_cases import SWEPT
-from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
+from sweeping import SWEEP, assert_as_serial, manifest_of, rows_of, workers, write_sweep
 
 from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import parse
@@ -31,7 +32,7 @@ from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.points import points_of, text_of
-from fretsolve.sweep.spec import SweepSpec
+from fretsolve.sweep.spec import SlurmSpec, SweepSpec
 from fretsolve.sweep.status import states
 from fretsolve.sweep.table import collect
 
@@ -206,8 +207,9 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "a name ending in .csv, .h5 or .parquet is needed" in told
     told = refused(2, "sweep", "collect", folder, "--quantity", "P@x")
     assert "there is no stage 'x'; one from 1 on is needed" in told
-    told = refused(2, "sweep", "work", folder, "--cases", "6-7")
-    assert told == f"{folder}: --cases 6-7: there are the cases 0 to 5\n"
+    for cases in ("6-7", "3,99", "3-99"):
+        told = refused(2, "sweep", "work", folder, "--cases", cases)
+        assert told == f"{folder}: --cases {cases}: there are the cases 0 to 5\n"
     for command in ("collect", "plot"):
         told = refused(2, "sweep", command, folder, "--quantity", "P@9")
         assert told == "--quantity P@9: there is no stage 9; the cases have stages 1 to 2\n"
@@ -308,7 +310,7 @@ def missing_of(folder: Path) -> list[int]:
 def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
     write_manifest(make_sweep_plan(path, folder).manifest)
-    outcome = invoke("sweep", "work", folder, "--cases", "4-5,1,99")
+    outcome = invoke("sweep", "work", folder, "--cases", "4-5,1")
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert missing_of(folder) == [0, 2, 3]
     (tmp_path / "case.yaml").write_text(SWEPT.replace("36 N", "20 N"))
@@ -455,6 +457,14 @@ def test_what_is_no_sweep(tmp_path: Path) -> None:
 )
 def test_mistakes_on_the_command_line(words: tuple[str, ...], message: str) -> None:
     assert message in refused(4 if "none.yaml" in words else 2, "sweep", *words)
+
+
+@pytest.mark.parametrize(("task", "cases"), [(0, "0-3"), (1, "4-5")])
+def test_tasks_of_slurm_name_cases_that_exist(task: int, cases: str, tmp_path: Path) -> None:
+    script = slurm.script_text(manifest_of(tmp_path), SlurmSpec(cases_per_task=4)).replace("exec ", "echo ")
+    environment = {"SLURM_ARRAY_TASK_ID": str(task)}
+    told = subprocess.run(["bash", "-c", script], env=environment, capture_output=True, text=True, check=True).stdout
+    assert told.endswith(f" --cases {cases} --requeue\n")
 
 
 def test_index_list() -> None:
