@@ -167,9 +167,12 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
     from fretsolve.sweep import plot
 
     manifest = read_manifest(folder)
+    of_condition = kind == "running-condition"
+    if quantity is not None and of_condition:
+        raise CaseError(f"--quantity has no effect on {kind}; leave it out", (), folder)
     if quantity is not None:
         read_quantity(quantity)
-    name, of_condition = quantity or manifest.quantities[0], kind == "running-condition"
+    name = quantity or manifest.quantities[0]
     target = out or folder / f"{kind if of_condition else name}.png"
     file_format = picture_format(target)
     as_quantities = [text for text in over if text not in manifest.keys]

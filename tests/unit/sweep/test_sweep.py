@@ -203,6 +203,8 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
 
     told = refused(2, "sweep", "plot", folder, "--over", "title")
     assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in told
+    told = refused(2, "sweep", "plot", folder, "running-condition", "--quantity", "delta_x")
+    assert told == f"{folder}: --quantity has no effect on running-condition; leave it out\n"
     told = refused(2, "sweep", "collect", folder, "-o", folder / "table.xls")
     assert "a name ending in .csv, .h5 or .parquet is needed" in told
     told = refused(2, "sweep", "collect", folder, "--quantity", "P@x")
