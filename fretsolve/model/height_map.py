@@ -189,13 +189,16 @@ def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
 
 def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read the array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
-    with file.open("rb") as stream:
-        stored = np.load(stream, allow_pickle=False)
-        if isinstance(stored, np.ndarray):
-            if dataset is not None:
-                raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
-            return _Content(stored)
-        return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
+    try:
+        with file.open("rb") as stream:
+            stored = np.load(stream, allow_pickle=False)
+            if isinstance(stored, np.ndarray):
+                if dataset is not None:
+                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
+                return _Content(stored)
+            return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
+    except ValueError as error:  # its text gives advice on pickle
+        raise ValueError("it is not a NumPy file of numbers, or it is cut short") from error
 
 
 def _read_text(file: Path, unit: float) -> _Content:
