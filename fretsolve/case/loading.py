@@ -61,6 +61,8 @@ class CaseText:
     def case(self, overrides: Sequence[str] = ()) -> Case:
         """Return the case with `overrides` (see `load_case`). Raises `CaseError`."""
         self.require_mapping([key for key, field in Case.model_fields.items() if field.is_required() or key == "grid"])
+        if isinstance(self.data, dict) and {"case", "axes"} <= self.data.keys():
+            raise self.source.problem("this is a sweep file; `fretsolve sweep run` takes it")
         text = self.overridden(overrides)
         case = validated(Case, text.data, text.source, text.problems)
         case._source = text.source

@@ -32,6 +32,8 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
     text = read_case(path)
     text.require_mapping(("case", "axes"))
+    if isinstance(text.data, dict) and {"bodies", "load_path"} <= text.data.keys():
+        raise text.source.problem("this is a case file; `fretsolve run` takes it, a sweep file names it as `case`")
     spec = validated(SweepSpec, text.data, text.source, text.problems)
     common, points = common_values(spec, text.source), points_of(spec, text.source)
     case = path.parent / spec.case

@@ -155,6 +155,16 @@ def test_mistakes_are_told_with_their_place(sweep: str, message: str, tmp_path: 
     assert not (tmp_path / "sweep.sweep").exists()
 
 
+def test_case_and_sweep_are_told_apart(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    told = f"{path}:1: this is a sweep file; `fretsolve sweep run` takes it\n"
+    for words in (("run",), ("validate",), ("check",), ("study", "--vary", "grid.points=8")):
+        assert refused(2, *words, path) == told
+    case = tmp_path / "case.yaml"
+    told = f"{case}:1: this is a case file; `fretsolve run` takes it, a sweep file names it as `case`\n"
+    assert refused(2, "sweep", "run", case) == told
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
