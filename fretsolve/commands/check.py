@@ -78,9 +78,14 @@ class CheckedCase:
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check and print each case, and return the worst exit code. Raises CaseError for a wrong ending of `junit`."""
+    """Check and print each case, and return the worst exit code.
+
+    Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist.
+    """
     if junit is not None:
         require_ending(junit, "a JUnit file", ".xml")
+        if not junit.parent.is_dir():
+            raise FileError(f"cannot be written: there is no folder {junit.parent}", junit)
     outcomes = []
     for path in cases:
         outcome = check_case(path, overrides)

@@ -126,7 +126,11 @@ def test_junit_file_is_no_case(tmp_path: Path) -> None:
 
 
 def test_junit_file_that_cannot_be_written(tmp_path: Path) -> None:
-    file = tmp_path / "missing" / "report.xml"
-    result = invoke("check", write_case(tmp_path), "--junit", file)
+    case, file = write_case(tmp_path), tmp_path / "missing" / "report.xml"
+    result = invoke("check", case, "--junit", file)
+    told = f"{file}: cannot be written: there is no folder {file.parent}\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (4, "", told)
+    file.mkdir(parents=True)
+    result = invoke("check", case, "--junit", file)
     assert result.exit_code == 4
-    assert result.stderr.splitlines()[-1] == f"{file}: cannot be written: No such file or directory"
+    assert result.stderr.splitlines()[-1] == f"{file}: cannot be written: Is a directory"
