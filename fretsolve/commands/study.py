@@ -15,6 +15,7 @@ from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_study_csv, write_study_hdf5
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
+from fretsolve.sweep.manifest import MANIFEST_NAME
 from fretsolve.sweep.quantity import Outcome, read_outcome
 from fretsolve.sweep.status import missing, states
 from fretsolve.system import atomic_files
@@ -40,6 +41,8 @@ def study_case(
     out: a folder, None for the case's name with .study; the rest as the options of `fretsolve study`.
     """
     folder = out or case.with_suffix(".study")
+    if (folder / MANIFEST_NAME).exists():
+        raise CaseError("holds a sweep; give another folder with -o", (), folder)
     plan = make_study_plan(case, overrides, varied, quantities, reference, folder)
     make_folder(folder)
     messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from fretsolve.commands.case_messages import CaseMessages, none_solved, print_error_line
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError
+from fretsolve.study.result_files import HDF5_NAME
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
@@ -30,6 +31,8 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
     """
     folder = out or sweep.with_suffix(".sweep")
     require_own(folder, sweep)
+    if (folder / HDF5_NAME).exists():
+        raise CaseError("holds a study; give another folder with -o", (), folder)
     plan = make_sweep_plan(sweep, folder)
     stop.idle = False
     write_manifest(plan.manifest)

@@ -346,6 +346,17 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
     assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
 
 
+def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
+    path, folder, study = write_sweep(tmp_path), tmp_path / "sweep.sweep", tmp_path / "case.study"
+    write_manifest(make_plan(path, folder).manifest)
+    varied = ("study", tmp_path / "case.yaml", "--vary", "grid.points=8", "-q")
+    assert refused(2, *varied, "-o", folder) == f"{folder}: holds a sweep; give another folder with -o\n"
+    invoke(*varied)
+    before = sorted(study.iterdir())
+    assert refused(2, "sweep", "run", path, "-o", study) == f"{study}: holds a study; give another folder with -o\n"
+    assert sorted(study.iterdir()) == before
+
+
 def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
     manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
