@@ -46,9 +46,7 @@ def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], sou
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
     misspelt = {(*key[:-1], _meant(str(key[-1]), reader.keys(key[:-1]))) for key in unknown}  # None: no key is near
-    faulty = {
-        key[:depth] for key, details in problems if details["type"] != "too_short" for depth in range(len(key) + 1)
-    }
+    faulty = {key[:depth] for key, details in problems for depth in range(len(key) + (details["type"] != "too_short"))}
 
     def is_consequence(key: KeyPath, kind: str) -> bool:
         if kind == "missing":  # under its right name
