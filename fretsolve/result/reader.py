@@ -101,6 +101,8 @@ class Result(AbstractContextManager["Result"]):
 
     def units(self, name: str) -> str:
         """Return the units of a column of the history, of a field or of an axis. Raises KeyError."""
+        if name not in QUANTITIES:
+            raise KeyError(f"no column, field or axis {name!r} in a result, which has {', '.join(QUANTITIES)}")
         return QUANTITIES[name].units
 
     def field_type(self, name: str) -> np.dtype[Any]:
@@ -121,7 +123,8 @@ class Result(AbstractContextManager["Result"]):
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step
         if wanted not in self.steps:
-            stored = ", ".join(map(str, self.steps)) or "none"
+            few = self.steps if len(self.steps) < 10 else (*self.steps[:2], "...", self.steps[-1])
+            stored = ", ".join(map(str, few)) or "none"
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
         for _ in range(READ_ATTEMPTS):
             try:

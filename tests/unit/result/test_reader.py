@@ -58,6 +58,13 @@ def test_what_is_not_stored_is_a_key_error(tmp_path: Path) -> None:
             result.field("pressure")
         with pytest.raises(KeyError, match="no fields of increment 0"):
             result.field("zone", 0)
+        with pytest.raises(KeyError, match="no column, field or axis 'foo' in a result, which has step, stage, "):
+            result.units("foo")
+        result.steps = tuple(range(1, 80, 2))
+        with pytest.raises(
+            KeyError, match=r"no fields of increment 999 in the result, which has those of 1, 3, \.\.\., 79'"
+        ):
+            result.field("zone", 999)
 
 
 def test_h5py_sees_the_documented_attributes(tmp_path: Path) -> None:
