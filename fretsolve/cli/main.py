@@ -13,6 +13,7 @@ import click
 from fretsolve import __version__
 from fretsolve.cli.options import (
     CommandLine,
+    WholeNumber,
     output_option,
     overrides_option,
     overwrite_option,
@@ -56,7 +57,8 @@ main.add_command(sweep)
 @overwrite_option("an existing result")
 @click.option(
     "--threads",
-    type=click.IntRange(1),
+    type=WholeNumber(1),
+    metavar="N",
     default=1,
     show_default=True,
     envvar="SLURM_CPUS_PER_TASK",

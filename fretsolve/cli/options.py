@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from fretsolve.cli.streams import tolerant_streams
 from fretsolve.errors import EXIT_BUG, CaseError, FretsolveError
@@ -40,7 +41,7 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         message, code = error.format_message(), error.exit_code
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "fretsolve"
-        what = " ".join(error.format_message().split())
+        what = " ".join(_usage_message(error).split())
         message, code = f"{place}: {what} (see {place} --help)", error.exit_code
     except click.Abort:
         end_by(signal.SIGINT)
@@ -59,6 +60,32 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         return code
     print(message, file=sys.stderr)
     return code
+
+
+def _usage_message(error: click.UsageError) -> str:
+    """Return what is wrong with the command line; a value's message begins with where it was given."""
+    parameter = error.param if type(error) is click.BadParameter else None
+    if error.ctx is None or parameter is None:
+        return error.format_message()
+    if error.ctx.get_parameter_source(parameter.name or "") is ParameterSource.ENVIRONMENT:
+        place = str(parameter.envvar)
+    elif isinstance(parameter, click.Option):
+        place = parameter.opts[-1]
+    else:
+        place = (parameter.metavar or parameter.name or "").strip("[].").upper()
+    return f"{place}: {error.message}"
+
+
+class WholeNumber(click.IntRange):
+    """A whole number between bounds; `IntRange` with a message in plain words."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number, or refuse the value."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            bounds = f"from {self.min} on" if self.max is None else f"from {self.min} to {self.max}"
+            self.fail(f"{value!r} is not a whole number {bounds}", param, ctx)
 
 
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:

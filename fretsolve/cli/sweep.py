@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from fretsolve.cli.options import output_option, overwrite_option, quiet_option, repeatable_option
+from fretsolve.cli.options import WholeNumber, output_option, overwrite_option, quiet_option, repeatable_option
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
@@ -49,7 +49,7 @@ _FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR
 @click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
-    "-j", "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
+    "-j", "--jobs", type=WholeNumber(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
 )
 @click.option(
     "--on",

@@ -15,7 +15,10 @@ USAGE = {
     ("run",): "fretsolve run: Missing argument 'CASE'. (see fretsolve run --help)",
     ("run", "case.yaml", "--ovewrite"): "--overwrite",
     ("run", "case.yaml", "--resume", "--overwrite"): "--resume and --overwrite exclude each other.",
-    ("run", "case.yaml", "--threads", "0"): "0 is not in the range",
+    ("run", "case.yaml", "--threads", "0"): "fretsolve run: --threads: '0' is not a whole number from 1 on (see ",
+    ("sweep", "run", "x.yaml", "-j", "two"): "sweep run: --jobs: 'two' is not a whole number from 1 to 1024 (see ",
+    ("plot", "x.h5", "loo"): "fretsolve plot: KIND: 'loo' is not one of 'loop', 'profiles', ",
+    ("new", "mod1"): "fretsolve new: KIND: 'mod1' is not one of 'hertz', ",
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
     ("run", "case.yaml", "--set"): "requires an argument",
     ("check",): "Missing argument",
@@ -27,6 +30,11 @@ USAGE = {
 @pytest.mark.parametrize("words", USAGE, ids=" ".join)
 def test_usage_error(words: tuple[str, ...]) -> None:
     assert USAGE[words] in refused(2, *words)
+
+
+def test_usage_error_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "many")
+    assert "SLURM_CPUS_PER_TASK: 'many' is not a whole number from 1 on" in refused(2, "run", "case.yaml")
 
 
 BAD = {
