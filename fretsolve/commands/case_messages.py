@@ -8,13 +8,13 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from fretsolve.commands.progress import key_value_line, progress_bar
 from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.study.variation import words
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import CaseState, counted, missing
+from fretsolve.system.progress import key_value_line, progress_bar
 
 
 class CaseMessages:

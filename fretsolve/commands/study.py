@@ -58,7 +58,7 @@ def study_case(
         return EXIT_STOPPED
     if quiet:
         for line in failures(study):
-            warn(line)
+            print_error_line(line)
     else:
         _print(folder, study)
     _require_comparison(case, study)

@@ -348,7 +348,7 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
 
 def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
     path, folder, study = write_sweep(tmp_path), tmp_path / "sweep.sweep", tmp_path / "case.study"
-    write_manifest(make_plan(path, folder).manifest)
+    write_manifest(make_sweep_plan(path, folder).manifest)
     varied = ("study", tmp_path / "case.yaml", "--vary", "grid.points=8", "-q")
     assert refused(2, *varied, "-o", folder) == f"{folder}: holds a sweep; give another folder with -o\n"
     invoke(*varied)
