@@ -1,8 +1,8 @@
 """The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
 The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
-the iterations. `fretsolve.result.state.Certificate` lists the residuals. `stick_and_slip` declares which
-cells stick. The steps C2 to C6 are those of docs/theory.md.
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. `stick_and_slip` declares which cells stick.
+The steps C2 to C6 are those of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Examiner:
         errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
         slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
         # C3: zones
-        zone = zones(contact, solution.shear, slip, friction_limit, self.precision)
+        zone = zones(contact, solution.shear, slip, friction_limit, self.friction, self.precision)
         # C4: gap and tension
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
         stick = across = excess = 0.0
