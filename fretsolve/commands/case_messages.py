@@ -14,7 +14,7 @@ from fretsolve.study.variation import words
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.status import CaseState, counted, missing
-from fretsolve.system.progress import key_value_line, progress_bar
+from fretsolve.system.progress import key_value_line, print_error_line, print_warnings, progress_bar
 
 
 class CaseMessages:
@@ -42,8 +42,7 @@ class CaseMessages:
 
     def start(self, source: Path, folder: Path, warnings: Iterable[str], more: Iterable[str] = ()) -> None:
         """Print the warnings about the file `source`, what is about to be run, and the lines `more`."""
-        for text in warnings:
-            print_error_line(f"{source}: warning: {text}")
+        print_warnings(source, *warnings)
         if self.quiet:
             return
         count, unique, left = len(self.manifest.rows), len(self.manifest.unique), len(self.expected)
@@ -79,11 +78,6 @@ class CaseMessages:
             print(counted(states), flush=True)
             if missing(self.manifest):
                 print_error_line("the same command goes on with what is missing")
-
-
-def print_error_line(line: str) -> None:
-    """Print a line to standard error, at once."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def none_solved(source: Path, reason: str) -> NoSolutionError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 
 from fretsolve.case.dimensions import percent
@@ -63,9 +62,3 @@ def stage_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
     if len(stages) > MOST_STAGES_LISTED:
         yield f"... and {len(stages) - MOST_STAGES_LISTED} more stages, up to stage {len(stages)}"
-
-
-def print_warnings(setup: ProblemSetup, *texts: str) -> None:
-    """Print warnings of the case to standard error, one line each."""
-    for text in texts:
-        print(f"{setup.case.source.path}: warning: {text}", file=sys.stderr)

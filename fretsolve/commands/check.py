@@ -11,7 +11,6 @@ from xml.etree import ElementTree
 from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Expectation
-from fretsolve.commands.case_summary import print_warnings
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.result.state import Summary
 from fretsolve.setup.cost_estimate import require_memory
@@ -19,6 +18,7 @@ from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import require_ending, writing
+from fretsolve.system.progress import print_warnings
 
 EXIT_MISSED = 1
 
@@ -114,7 +114,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         setup = set_up(case)
         require_memory(setup)
         expectations, ends = case.expect, setup.load_path.last_steps
-        print_warnings(setup, *case_warnings(setup))
+        print_warnings(path, *case_warnings(setup))
         for state in run(setup):
             summaries.append(state.summary)
     except FretsolveError as error:

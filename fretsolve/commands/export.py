@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from fretsolve.export.selection import stored_step
 from fretsolve.export.xdmf import points_file
 from fretsolve.result import Result, open_result
 from fretsolve.system.files import require_ending, require_free, require_other, writing
+from fretsolve.system.progress import print_warnings
 
 
 def export_result(out: Path, file_format: str, target: Path | None, steps: Sequence[int], overwrite: bool) -> int:
@@ -37,8 +37,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
         with writing(target):
             warnings = _write(result, file_format, exported, target)
-    for warning in warnings:
-        print(f"{result.path}: warning: {warning}", file=sys.stderr)
+    print_warnings(result.path, *warnings)
     print(target, flush=True)
     return 0
 

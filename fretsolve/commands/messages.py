@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve import __version__, kernels
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, print_warnings, stage_lines
+from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
 from fretsolve.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
-from fretsolve.system.progress import json_line, key_value_line, progress_bar
+from fretsolve.system.progress import json_line, key_value_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30
 """A run with more stages prints no table; `fretsolve show` does."""
@@ -57,7 +57,7 @@ class QuietMessages:
 
     def warn(self, text: str) -> None:
         """Print a warning."""
-        print_warnings(self.setup, text)
+        print_warnings(self.source.path, text)
 
     def already_complete(self, increments: int) -> None:
         """Print that nothing is left to solve."""

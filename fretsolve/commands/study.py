@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved, print_error_line
+from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.export.text_report import report_console
@@ -20,6 +20,7 @@ from fretsolve.sweep.quantity import Outcome, read_outcome
 from fretsolve.sweep.status import missing, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
+from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PICTURE_NAME = "study.png"

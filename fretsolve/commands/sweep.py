@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved, print_error_line
+from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.study.result_files import HDF5_NAME
@@ -18,6 +18,7 @@ from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect, writer_of
 from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
+from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 MOST_REASONS = 20

@@ -11,11 +11,12 @@ import yaml
 
 from fretsolve.case.loading import load_case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, print_warnings, stage_lines
+from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
+from fretsolve.system.progress import print_warnings
 
 
 def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
@@ -27,7 +28,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
             print(*report(setup), "", sep="\n", flush=True)
-            print_warnings(setup, *case_warnings(setup, path.with_suffix(".h5")))
+            print_warnings(path, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
             code = max(code, error.exit_code)

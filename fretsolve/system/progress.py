@@ -1,9 +1,11 @@
-"""Show progress: by a bar on a terminal, lines of ``key=value``, or lines of JSON."""
+"""Show progress by a bar on a terminal, lines of ``key=value`` or lines of JSON, and print warnings and errors."""
 
 from __future__ import annotations
 
 import json
 import math
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # rich takes 0.1 s to load, and output that is not a terminal has no bar
@@ -39,3 +41,14 @@ def json_line(event: str, **values: Any) -> None:
     """Print a JSON object on one line, at once. NaN and infinity become null, since JSON does not have them."""
     finite = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values.items()}
     print(json.dumps({"event": event, **finite}, ensure_ascii=False, allow_nan=False), flush=True)
+
+
+def print_error_line(line: str) -> None:
+    """Print a line to standard error, at once."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def print_warnings(file: Path, *texts: str) -> None:
+    """Print warnings about a file to standard error, one line each."""
+    for text in texts:
+        print_error_line(f"{file}: warning: {text}")
