@@ -1,4 +1,4 @@
-"""Coarse runs: a case on half of the points per side, also with other numbers of increments.
+"""Coarse runs: a case on half or a third of the points per side, also with other numbers of increments.
 
 They advance with the run whose error bars they give, so that it can be stopped after each increment.
 """
@@ -23,6 +23,9 @@ from fretsolve.system.arrays import DoubleArray
 LOOSER, LOOSEST = 10.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the cost, and shifts values by
 some 1e-6 of theirs, well below the differences of interest."""
+
+FEWEST_COARSE_POINTS = 8
+"""With fewer, a contact has no inside."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -75,9 +78,12 @@ class CoarseRun:
         return before + (step - low) * (after - before) if high > low else before
 
 
-def coarser(setup: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
-    """Return the problem on half of the points per side (rounded up), with `counts` increments per stage."""
-    nx, ny = (-(-points // 2) for points in setup.grid.shape)
+def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
+    """Return the problem with its points per side divided by `factor`, rounded up, and `counts` increments per stage.
+
+    It keeps `FEWEST_COARSE_POINTS` per side.
+    """
+    nx, ny = (max(-(-points // factor), FEWEST_COARSE_POINTS) for points in setup.grid.shape)
     grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))

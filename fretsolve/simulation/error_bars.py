@@ -1,10 +1,10 @@
 """Error bars: estimates of how far a run's values lie from those of the continuum, from coarse runs.
 
-They add three errors as independent ones. The error of the cells is the difference to a coarse run on half of the
-points per side, by Richardson's extrapolation. It has a least value, since the errors of both runs may agree by chance.
-The error of the increments is the difference between two coarse runs, one of which has half of the increments. The
-error of the iteration is the certificate's worst residual. ``benchmarks/calibrate_error_bars.py`` calibrates the
-constants; docs/error_bars.md has the outcome.
+They add three errors as independent ones. The error of the cells follows from coarse runs on half and on a third of the
+points per side, by Richardson's extrapolation. Three grids show what two hide when their errors agree by chance, and a
+least value stands for what all three hide. The error of the increments is the difference between two coarse runs, one
+of which has half of the increments. The error of the iteration is the certificate's worst residual.
+``benchmarks/calibrate_error_bars.py`` calibrates the constants; docs/error_bars.md has the outcome.
 """
 
 from __future__ import annotations
@@ -18,27 +18,40 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
+from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CoarseRun, coarser, common_points, fewer_increments, values_of
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
-ORDER, SURER_ORDERS = 0.8, {"contact_radius": 1.0, "work": 1.0, "work_total": 1.0}
+ORDER = 0.8
+ORDERS = {"delta_z": 1.2, "max_pressure": 0.7, "work": 0.7, "work_total": 0.7}
 """Assumed orders of the discretisation. Sequences of grids show 1.3 to 2, but fluctuate with the place of the edges in
-their cells. The contact radius and the dissipated energy need less safety."""
+their cells."""
 
-INCREMENTS_SAFETY = 2.0
-"""Factor on the difference that is the error of the increments to first order; the observed order is slightly less."""
+COARSER = (2, 3)
+"""Points per side of the run over those of the coarse runs."""
+
+BETWEEN = 0.5
+"""Part of the difference between the two coarse grids that counts as an error of the run."""
+
+INCREMENTS_SAFETY = 4.0
+"""Factor on the difference that is the error of the increments to first order. With few increments the difference
+shows less than half of the error."""
 
 FLOOR, FLOOR_ORDER = 0.1, 2.0
 FLOOR_WORK, FLOOR_ORDER_WORK = 0.2, 1.5
 """The least error of the cells is FLOOR (h/a)^FLOOR_ORDER times the largest value so far, with the side h of a cell and
 the contact radius a. That of the dissipated energy is relative to its own value."""
 
-FLOOR_RADII = {"contact_radius": 0.003, "stick_radius": 0.02}
+FLOOR_RADII = {"contact_radius": 0.006, "stick_radius": 0.03}
 """The least error of radii, in units of h."""
 
-NEAR_GROSS_SLIP = 0.15
+FLOOR_MOMENT = 0.02
+"""The least error of Mx and My is no less than FLOOR_MOMENT (h/a)^FLOOR_ORDER times P a: they sum up pressures of
+opposite effect."""
+
+NEARLY_SLIDING = 0.15
 """Stick radius over contact radius below which increments count also if pressure and shear are not coupled: the shear
 traction turns as the last of the stick zone slips, since Poisson's ratio links the directions."""
 
@@ -46,6 +59,15 @@ TOTAL = ESTIMATED.index("work_total")
 
 UNSEEN = 0.5
 """Radius, in units of h, of a stick zone that may exist although no cell sticks."""
+
+UNSEEN_ANNULUS, UNSEEN_WORK = 1.3, 8.0
+"""A slip annulus of dissimilar bodies pressed together that is thinner than UNSEEN_BELOW cells is not resolved: more
+increments only make it vanish. Its width w is UNSEEN_ANNULUS times that of a sphere (Spence), and the energy that it
+dissipates while the contact grows is UNSEEN_WORK mu beta (w/a)^2.5 p0^2 a^3/E*, with Dundurs' constant beta: slip of
+the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
+flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
+
+UNSEEN_BELOW = 1.5
 
 
 def run_with_error_bars(
@@ -76,12 +98,11 @@ class ErrorBars:
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup = setup
         self._threads = threads
-        self._coarse = CoarseRun(coarser(setup, setup.load_path.counts), threads)
+        self._half, self._third = (
+            CoarseRun(coarser(setup, factor, setup.load_path.counts), threads) for factor in COARSER
+        )
         self._fewer = self._with_fewer() if setup.load_path.path_dependent else None
-        orders = np.array([SURER_ORDERS.get(name, ORDER) for name in ESTIMATED])
-        points, coarse_points = (math.prod(one.grid.shape) for one in (setup, self._coarse.setup))
-        self._coarse_share = coarse_points / points
-        self._richardson = 1.0 / (math.sqrt(points / coarse_points) ** orders - 1.0)
+        self._orders = np.array([ORDERS.get(name, ORDER) for name in ESTIMATED])
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
         for summary in history:
@@ -89,11 +110,12 @@ class ErrorBars:
         if history:
             # Catch up now: the cost of the increments that are there already is not that of the next one.
             self._increments(history[-1].step)
-            self._coarse.values(history[-1].step)
+            for coarse in (self._half, self._third):
+                coarse.values(history[-1].step)
 
     @property
     def failure(self) -> str | None:
-        """Reason why a coarse run stopped, in one line; None if none did."""
+        """Why a coarse run stopped, in one line; None if none did."""
         for coarse in self._coarse_runs():
             if coarse.failure is not None:
                 nx, ny = coarse.setup.grid.shape
@@ -109,28 +131,40 @@ class ErrorBars:
         return SummaryErrors(*errors.tolist(), *(self._cost() - cost_before).tolist())
 
     def _coarse_runs(self) -> list[CoarseRun]:
-        return [self._coarse] if self._fewer is None else [self._coarse, self._fewer]
+        return [coarse for coarse in (self._half, self._third, self._fewer) if coarse is not None]
 
     def _with_fewer(self) -> CoarseRun:
         """Return the coarse run with fewer increments."""
-        return CoarseRun(coarser(self._setup, fewer_increments(self._setup.load_path.counts)), self._threads)
+        counts = fewer_increments(self._setup.load_path.counts)
+        return CoarseRun(coarser(self._setup, COARSER[-1], counts), self._threads)
 
     def _add(self, summary: Summary) -> None:
-        near_gross_slip = summary.stick_radius < NEAR_GROSS_SLIP * summary.contact_radius
-        if self._fewer is None and self._setup.model.terms.in_plane_coupling and near_gross_slip:
+        nearly_slides = summary.stick_radius < NEARLY_SLIDING * summary.contact_radius
+        if self._fewer is None and self._setup.model.terms.in_plane_coupling and nearly_slides:
             self._fewer = self._with_fewer()
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
     def _cost(self) -> DoubleArray:
         """Return operator applications of the coarse runs, in units of one on the run's own grid, and their seconds."""
-        applications = self._coarse_share * sum(coarse.applications for coarse in self._coarse_runs())
-        return np.array([applications, sum(coarse.seconds for coarse in self._coarse_runs())])
+        runs = self._coarse_runs()
+        applications = sum(coarse.applications / self._refinement(coarse) ** 2 for coarse in runs)
+        return np.array([applications, sum(coarse.seconds for coarse in runs)])
+
+    def _refinement(self, coarse: CoarseRun) -> float:
+        """Return the points per side of the run over those of a coarse run."""
+        points, coarse_points = (math.prod(one.grid.shape) for one in (self._setup, coarse.setup))
+        return math.sqrt(points / coarse_points)
 
     def _cells(self, summary: Summary) -> DoubleArray:
         """Return the error of the discretisation."""
-        difference = values_of(summary) - self._coarse.values(summary.step)
-        return np.asarray(np.hypot(self._richardson * difference, self._floor(summary)))
+        value, errors = values_of(summary), [self._floor(summary)]
+        half, third = (coarse.values(summary.step) for coarse in (self._half, self._third))
+        for coarse, estimate in ((self._half, half), (self._third, third)):
+            errors.append((value - estimate) / (self._refinement(coarse) ** self._orders - 1.0))
+        errors.append(BETWEEN * (half - third))
+        found: DoubleArray = np.linalg.norm(errors, axis=0)
+        return found
 
     def _floor(self, summary: Summary) -> DoubleArray:
         """Return the least error of the discretisation; none for imposed values."""
@@ -147,7 +181,23 @@ class ErrorBars:
                 floor[number] = FLOOR_WORK * ratio**FLOOR_ORDER_WORK * getattr(summary, name)
             elif name in imposed:
                 floor[number] = 0.0
+            elif name in ("Mx", "My"):
+                moment = FLOOR_MOMENT * ratio**FLOOR_ORDER * summary.P * summary.contact_radius
+                floor[number] = math.hypot(floor[number], moment)
+        width, work = self._unseen_slip(summary)
+        floor[ESTIMATED.index("stick_radius")] += width
+        floor[TOTAL] += work
         return floor
+
+    def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
+        """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""
+        model = self._setup.model
+        width = UNSEEN_ANNULUS * (1.0 - spence_ratio(model)) * summary.contact_radius
+        if not 0.0 < width < UNSEEN_BELOW * math.sqrt(self._setup.grid.cell_area):
+            return 0.0, 0.0
+        pair, radius = model.compliances, summary.contact_radius
+        mismatch = model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
+        return width, UNSEEN_WORK * mismatch * summary.max_pressure**2 * radius**3 / pair.contact_modulus
 
     def _imposed(self, step: int) -> set[str]:
         """Return the load components that the path imposes."""
@@ -167,10 +217,10 @@ class ErrorBars:
 
     def _path_difference(self, fewer: CoarseRun, step: int) -> DoubleArray:
         """Return the error of the increments at `step` by the coarse runs, interpolated between common points."""
-        many, few = self._coarse.setup.load_path, fewer.setup.load_path
+        many, few = self._third.setup.load_path, fewer.setup.load_path
         first, second, share = common_points(many, few, step)
         start, end = (
-            (self._coarse.values_at(point) - fewer.values_at(point))
+            (self._third.values_at(point) - fewer.values_at(point))
             / abs(many.counts[point.stage] / few.counts[point.stage] - 1.0)
             for point in (first, second)
         )

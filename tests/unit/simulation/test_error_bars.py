@@ -49,18 +49,19 @@ def test_every_estimated_value_is_one_of_the_history() -> None:
 
 def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
     setup = set_up(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
-    coarse = coarser(setup, (2,))
+    coarse = coarser(setup, 2, (2,))
     assert coarse.grid.shape == (9, 12)
     assert coarse.grid.size == pytest.approx(setup.grid.size)
     assert coarse.load_path.counts == (2,)
     assert coarse.case.solver.tolerance == pytest.approx(1e-5)
     assert setup.load_path.counts == (3,)
+    assert coarser(setup, 3, (2,)).grid.shape == (8, 8)
 
 
 @pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 1e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
 def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
     setup = setup_of(solver={"tolerance": tolerance})
-    assert coarser(setup, (1,)).case.solver.tolerance == pytest.approx(looser)
+    assert coarser(setup, 2, (1,)).case.solver.tolerance == pytest.approx(looser)
 
 
 def test_half_of_the_increments_or_two_for_one() -> None:
@@ -183,8 +184,8 @@ def test_bars_go_on_where_a_run_goes_on() -> None:
 def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     setup = setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
 
-    def slides(one: ProblemSetup, counts: tuple[int, ...]) -> ProblemSetup:
-        coarse = coarser(one, counts)
+    def slides(one: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
+        coarse = coarser(one, factor, counts)
         path = build(grid={"points": 8}, load_path=[{"P": 400}, {"Qx": 59, "increments": 3}])
         return replace(coarse, case=path, load_path=set_up(path).load_path)
 
