@@ -18,12 +18,25 @@ import numpy as np
 from calibration_cases import CalibrationCase
 
 from fretsolve.case.models import Case
-from fretsolve.setup.contact_size import MARGIN
+from fretsolve.setup.contact_size import AREA_MARGIN
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 SURFACES = (
     *("sphere",) * 4,
-    *("ellipsoid", "cylinder with ends", "crowned cylinder", "rounded punch", "cone", "ring", "wavy sphere", "rough map"),
+    *(
+        "ellipsoid",
+        "cylinder with ends",
+        "crowned cylinder",
+        "rounded punch",
+        "cone",
+        "ring",
+        "wavy sphere",
+        "rough map",
+    ),
+)
+PATHS = (
+    *("pressed", "shear", "shear", "reversal", "cycle", "oblique", "torsion", "displacement", "moment", "mixed"),
+    *("partly unloaded", "moment and shear"),
 )
 LEAST_FINE_INCREMENTS = 32
 """Increments of a stage of the fine run, at least."""
@@ -146,7 +159,7 @@ def _bodies(random: Random) -> tuple[list[Any], bool]:
 
 def _path(random: Random, setup: ProblemSetup, load: float, friction: float) -> tuple[list[Any], str]:
     """Return the load path and its words."""
-    extents = [side / (2.0 * MARGIN) for side in setup.grid.size]
+    extents = [side / (2.0 * AREA_MARGIN) for side in setup.grid.size]
     radius = math.sqrt(extents[0] * extents[1])
     limit, torque = friction * load, 0.55 * friction * load * radius
     slide = 0.75 * limit / (setup.model.compliances.contact_modulus * radius) * 1.2
@@ -162,10 +175,7 @@ def _path(random: Random, setup: ProblemSetup, load: float, friction: float) -> 
     share = random.choice((0.3, 0.6, 0.8, 0.9, 0.97))
     force = share * limit
     press = stage("press", P=load)
-    kind = random.choice(
-        ("pressed", "shear", "shear", "reversal", "cycle", "oblique", "torsion", "displacement", "moment", "mixed")
-        + ("partly unloaded", "moment and shear")
-    )
+    kind = random.choice(PATHS)
     match kind:
         case "pressed":
             return [press], kind

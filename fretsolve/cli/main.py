@@ -142,6 +142,11 @@ def check(**options: Any) -> int:
     show_default=True,
     help="The reference: the finest of the runs, closed forms, or what the case expects.",
 )
+@click.option(
+    "--corrected",
+    is_flag=True,
+    help="Compare values corrected for the number of increments. Costs include the coarse runs that this takes.",
+)
 @quiet_option
 def study(**options: Any) -> int:
     """Compare settings of CASE by their errors and costs.

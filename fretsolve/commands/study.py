@@ -35,6 +35,7 @@ def study_case(
     reference: ReferenceKind,
     stop: StopRequest,
     *,
+    corrected: bool,
     quiet: bool,
 ) -> int:
     """Run the cases of a study, compare them and report. Return the exit code 0 or 75; errors have the other codes.
@@ -44,7 +45,7 @@ def study_case(
     folder = out or case.with_suffix(".study")
     if (folder / MANIFEST_NAME).exists():
         raise CaseError("holds a sweep; give another folder with -o", (), folder)
-    plan = make_study_plan(case, overrides, varied, quantities, reference, folder)
+    plan = make_study_plan(case, overrides, varied, quantities, reference, folder, corrected=corrected)
     make_folder(folder)
     messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)
     messages.start(case, folder, _warnings(plan), _about_reference(plan))
@@ -86,7 +87,8 @@ def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[Out
     with messages.progress():
         reports = run_serially(plan.cases, stop, messages.increment)
         for case, report in zip(plan.cases, reports, strict=False):
-            outcome = read_outcome(case.out, plan.quantities, case.setup.load_path.last_steps)
+            steps = case.setup.load_path.last_steps
+            outcome = read_outcome(case.out, plan.quantities, steps, corrected=plan.corrected)
             outcomes.append(outcome)
             messages.case(
                 case.id,

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends
 from fretsolve.result import Result
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import verdict
 from fretsolve.system.arrays import DoubleArray
 
@@ -90,19 +90,25 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
 
 
 def _error_table(result: Result) -> list[Table]:
-    """Return a table of the last values with their estimated errors, if the result has any."""
+    """Return a table of the last values with their estimated errors, as run and corrected, if the result has any."""
     names = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
     if not result.increments or not names:
         return []
-    values = [result.history[name][-1] for name in names]
-    errors = [result.history[name + ERROR_SUFFIX][-1] for name in names]
-    columns: list[TextColumn] = [
-        ("at the", "end", "", *names),
-        ("", "value", "", *(f"{value:.6g}" for value in values)),
-        ("estimated", "error", "", *map(_error_text, values, errors)),
-        ("", "units", "", *map(result.units, names)),
-    ]
-    return [_table(columns)]
+    values, errors = zip(*(_last_with_error(result, name) for name in names), strict=True)
+    columns: list[TextColumn] = [("at the", "end", "", *names), ("", "as run", "", *values)]
+    columns.append(("estimated", "error", "", *errors))
+    corrected, its_errors = zip(*(_last_with_error(result, name + CORRECTED_SUFFIX) for name in names), strict=True)
+    if any(text and text != value for text, value in zip(corrected, values, strict=True)):
+        columns += [("corrected for", "increments", "", *corrected), ("estimated", "error", "", *its_errors)]
+    return [_table([*columns, ("", "units", "", *map(result.units, names))])]
+
+
+def _last_with_error(result: Result, name: str) -> tuple[str, str]:
+    """Return the last value of a column of the history and its estimated error, empty if there is no such column."""
+    if name not in result.history:
+        return "", ""
+    value, error = (float(result.history[column][-1]) for column in (name, name + ERROR_SUFFIX))
+    return f"{value:.6g}", _error_text(value, error)
 
 
 def _error_text(value: float, error: float) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.result.state import ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
@@ -58,16 +58,26 @@ STEP, *HISTORY = (
     for one in fields(Summary)
 )
 
+
+def _error_of(one: Quantity) -> Quantity:
+    """Return the column with the error bars of a column."""
+    return Quantity(one.name + ERROR_SUFFIX, one.units, f"estimated error of {one.long_name}")
+
+
+_CORRECTED = tuple(
+    Quantity(one.name + CORRECTED_SUFFIX, one.units, f"{one.long_name}, corrected for the number of increments")
+    for one in HISTORY
+    if one.name in CORRECTED
+)
+
 ERRORS = (
-    *(
-        Quantity(one.name + ERROR_SUFFIX, one.units, f"estimated error of {one.long_name}")
-        for one in HISTORY
-        if one.name in ESTIMATED
-    ),
+    *(_error_of(one) for one in HISTORY if one.name in ESTIMATED),
+    *_CORRECTED,
+    *map(_error_of, _CORRECTED),
     Quantity("coarse_runs_applications", "1", "operator applications of the error bars, over those on the run's grid"),
     Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),
 )
-"""Error bars, as `HISTORY`; only in results of cases with `solver.error_bars`."""
+"""Error bars and corrected values, as `HISTORY`; only in results of cases with `solver.error_bars`."""
 
 FORMER_NAMES = {f"coarse_runs_{cost}": f"companion_{cost}" for cost in ("applications", "wall_time")}
 """Names of columns in results of earlier versions."""

@@ -36,7 +36,7 @@ from fretsolve.result.layout import (
     create_column,
     create_field,
 )
-from fretsolve.result.state import Fields, State, Summary, SummaryErrors
+from fretsolve.result.state import CORRECTED_SUFFIX, Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"
@@ -276,8 +276,11 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
 
 
 def _records(columns: Mapping[str, Any]) -> NDArray[Any]:
-    """Return columns, which may have the names of earlier versions, as a record per increment."""
+    """Return columns as a record per increment. They may have the names of earlier versions, or no corrected values."""
     records = np.empty(columns["step"].shape, _row_type(ERRORS[0].name in columns))
     for name in records.dtype.names or ():
-        records[name] = columns[name if name in columns else FORMER_NAMES.get(name, name)][:]
+        if CORRECTED_SUFFIX in name and name not in columns:
+            records[name] = np.nan
+        else:
+            records[name] = columns[name if name in columns else FORMER_NAMES.get(name, name)][:]
     return records

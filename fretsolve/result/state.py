@@ -56,16 +56,17 @@ class Certificate:
         return float(np.max(list(vars(self).values())))
 
 
-ERROR_SUFFIX = "_error"
+ERROR_SUFFIX, CORRECTED_SUFFIX = "_error", "_corrected"
 
 
 @dataclass(frozen=True)
 class SummaryErrors:
     """Error bars of one row of the history: estimated errors of `Summary`'s values, in their units, all >= 0.
 
-    NaN where they are not known. Attribute names are the names of datasets in ``/history``. coarse_runs_applications:
-    applications of the elastic operator in the coarse runs since the row before, in units of one on the run's own grid;
-    coarse_runs_wall_time: the seconds that they took.
+    The certificate is about `Summary`, the values as run. Those ``_corrected`` are what endlessly many increments would
+    give, to first order, and have error bars of their own. NaN where they are not known. Attribute names are the names
+    of datasets in ``/history``. coarse_runs_applications: applications of the elastic operator in the coarse runs since
+    the row before, in units of one on the run's own grid; coarse_runs_wall_time: the seconds that they took.
     """
 
     P_error: float
@@ -85,13 +86,45 @@ class SummaryErrors:
     max_pressure_error: float
     work_error: float
     work_total_error: float
+    P_corrected: float
+    Mx_corrected: float
+    My_corrected: float
+    Qx_corrected: float
+    Qy_corrected: float
+    Mz_corrected: float
+    delta_z_corrected: float
+    delta_x_corrected: float
+    delta_y_corrected: float
+    phi_x_corrected: float
+    phi_y_corrected: float
+    phi_z_corrected: float
+    work_corrected: float
+    work_total_corrected: float
+    P_corrected_error: float
+    Mx_corrected_error: float
+    My_corrected_error: float
+    Qx_corrected_error: float
+    Qy_corrected_error: float
+    Mz_corrected_error: float
+    delta_z_corrected_error: float
+    delta_x_corrected_error: float
+    delta_y_corrected_error: float
+    phi_x_corrected_error: float
+    phi_y_corrected_error: float
+    phi_z_corrected_error: float
+    work_corrected_error: float
+    work_total_corrected_error: float
     coarse_runs_applications: float
     coarse_runs_wall_time: float
 
 
-ESTIMATED = tuple(
-    name.removesuffix(ERROR_SUFFIX) for name in SummaryErrors.__dataclass_fields__ if name.endswith(ERROR_SUFFIX)
-)
+_COLUMNS = tuple(SummaryErrors.__dataclass_fields__)
+
+CORRECTED = tuple(name.removesuffix(CORRECTED_SUFFIX) for name in _COLUMNS if name.endswith(CORRECTED_SUFFIX))
+"""The values of a summary that are corrected too, in their order."""
+
+ESTIMATED = tuple(name.removesuffix(ERROR_SUFFIX) for name in _COLUMNS if name.endswith(ERROR_SUFFIX))
+ESTIMATED = tuple(name for name in ESTIMATED if not name.endswith(CORRECTED_SUFFIX))
 """The values of a summary that have error bars, in their order."""
 
 

@@ -1,7 +1,7 @@
 """Judge by the error bars of a run whether it meets the accuracy of its case.
 
-All errors are at the ends of stages, relative to the scale of their quantity (`scales`). It loads no pydantic, so that
-results open fast.
+All errors are at the ends of stages, relative to the scale of their quantity (`scales`). A value that is corrected for
+the number of increments counts in place of that as run. It loads no pydantic, so that results open fast.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 LEAST_MOTION_SCALE = 1e-3
@@ -38,13 +38,15 @@ JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius",
 class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
-    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is.
+    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether it
+    is that of a corrected value.
     """
 
     accuracy: float
     worst: float
     quantity: str
     stage: int
+    corrected: bool = False
 
     @property
     def met(self) -> bool:
@@ -55,7 +57,7 @@ class Verdict:
         asked = f"accuracy {percent(self.accuracy)}"
         if math.isnan(self.worst):
             return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
-        of = f"{self.quantity} at the end of stage {self.stage}"
+        of = f"{'the corrected ' * self.corrected}{self.quantity} at the end of stage {self.stage}"
         scale = SCALES.get(self.quantity, "its largest value")
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}"
@@ -69,9 +71,17 @@ def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) ->
         return None
     ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
     known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
-    bars = np.array([history[name + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
+    columns = {name: best_column(name, history) for name in known}
+    bars = np.array([history[columns[name] + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
     which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
-    return Verdict(accuracy, float(bars[which, end]), list(known)[which], int(history["stage"][ends[end]]))
+    name = list(known)[which]
+    stage = int(history["stage"][ends[end]])
+    return Verdict(accuracy, float(bars[which, end]), name, stage, columns[name] != name)
+
+
+def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
+    """Return the column with the best values of a quantity: the corrected ones if `history` has them."""
+    return name + CORRECTED_SUFFIX if name + CORRECTED_SUFFIX in history else name
 
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:

@@ -1,12 +1,13 @@
 """Coarse runs: a case on half or a third of the points per side, also with other numbers of increments.
 
-They advance with the run whose error bars they give, so that it can be stopped after each increment.
+They advance with the run whose errors they show, so that it can be stopped after each increment.
 """
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,8 +25,11 @@ LOOSER, LOOSEST = 10.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the cost, and shifts values by
 some 1e-6 of theirs, well below the differences of interest."""
 
-FEWEST_COARSE_POINTS = 8
-"""With fewer, a contact has no inside."""
+FEWEST_POINTS = 8
+"""Points per side of a coarse run, at least. With fewer, a contact has no inside."""
+
+HALVED_FROM = 2
+"""Increments of a stage from which the coarse run on half of the points has half of them."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -78,12 +82,66 @@ class CoarseRun:
         return before + (step - low) * (after - before) if high > low else before
 
 
-def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
-    """Return the problem with its points per side divided by `factor`, rounded up, and `counts` increments per stage.
+class CoarseRuns:
+    """The coarse runs of a problem, and what they show together.
 
-    It keeps `FEWEST_COARSE_POINTS` per side.
+    One has a third of the points per side. Where the number of increments matters, a second one has the same points and
+    twice the increments, and one on half of the points needs only half of the increments: the law of the second run
+    makes up for it. Errors of the increments are of first order in their number, and nearly the same on every grid.
     """
-    nx, ny = (max(-(-points // factor), FEWEST_COARSE_POINTS) for points in setup.grid.shape)
+
+    def __init__(self, setup: ProblemSetup, threads: int):
+        path, matters = setup.load_path, setup.load_path.path_dependent or setup.model.terms.in_plane_coupling
+        self.third = CoarseRun(coarser(setup, 3, path.counts), threads)
+        self.more = CoarseRun(coarser(setup, 3, twice(path.counts)), threads) if matters else None
+        self.half = CoarseRun(coarser(setup, 2, halved(path.counts) if matters else path.counts), threads)
+        self._points = math.prod(setup.grid.shape)
+
+    @property
+    def all(self) -> list[CoarseRun]:
+        """The runs."""
+        return [coarse for coarse in (self.third, self.more, self.half) if coarse is not None]
+
+    def refinement(self, coarse: CoarseRun) -> float:
+        """Return the points per side of the run over those of a coarse one."""
+        return math.sqrt(self._points / math.prod(coarse.setup.grid.shape))
+
+    def cost(self) -> DoubleArray:
+        """Return operator applications so far, in units of one on the run's own grid, and their seconds."""
+        applications = sum(coarse.applications / self.refinement(coarse) ** 2 for coarse in self.all)
+        return np.array([applications, sum(coarse.seconds for coarse in self.all)])
+
+    def failure(self) -> str | None:
+        """Return why a coarse run stopped, in one line; None if none did."""
+        for coarse in self.all:
+            if coarse.failure is not None:
+                nx, ny = coarse.setup.grid.shape
+                return f"the coarse run on {nx} x {ny} cells has no solution: {coarse.failure.message}"
+        return None
+
+    def change_by_increments(self, step: int) -> DoubleArray:
+        """Return what endlessly many increments would add to the values at `step`, to first order."""
+        if self.more is None:
+            return np.zeros(len(ESTIMATED))
+        return 2.0 * (self.more.values(2 * step + 1) - self.third.values(step))
+
+    def half_less_third(self, step: int) -> DoubleArray:
+        """Return the values at `step` on half of the points less those on a third, interpolated between increments."""
+        return between_common_points(self._half_less_third, self.third.setup.load_path, self.half.setup.load_path, step)
+
+    def _half_less_third(self, point: PathPoint) -> DoubleArray:
+        many, few = self.third.setup.load_path, self.half.setup.load_path
+        difference: DoubleArray = self.half.values_at(point) - self.third.values_at(point)
+        if self.more is None:
+            return difference
+        step = sum(many.counts[: point.stage]) + round(point.part * many.counts[point.stage]) - 1
+        fewer = many.counts[point.stage] / few.counts[point.stage] - 1.0
+        return difference + fewer * self.change_by_increments(step) if fewer else difference
+
+
+def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
+    """Return the problem on a `factor`-th of the points per side (rounded up), with `counts` increments per stage."""
+    nx, ny = (max(min(points, FEWEST_POINTS), -(-points // factor)) for points in setup.grid.shape)
     grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
@@ -91,9 +149,14 @@ def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> Proble
     return replace(setup, case=case, grid=grid, load_path=setup.load_path.with_counts(counts))
 
 
-def fewer_increments(counts: tuple[int, ...]) -> tuple[int, ...]:
-    """Return half as many increments per stage; two if there is one, which cannot be halved."""
-    return tuple(count // 2 if count > 1 else 2 for count in counts)
+def twice(counts: tuple[int, ...]) -> tuple[int, ...]:
+    """Return twice as many increments per stage."""
+    return tuple(2 * count for count in counts)
+
+
+def halved(counts: tuple[int, ...]) -> tuple[int, ...]:
+    """Return half as many increments per stage where there are enough of them."""
+    return tuple(count // 2 if count >= HALVED_FROM else count for count in counts)
 
 
 def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoint, PathPoint, float]:
@@ -109,3 +172,15 @@ def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoin
     low, high = math.floor(position + 1e-9), math.ceil(position - 1e-9)
     first = PathPoint(stage - 1, 1.0) if stage and not low else PathPoint(stage, low / common)
     return first, PathPoint(stage, high / common), position - low
+
+
+def between_common_points(
+    value: Callable[[PathPoint], DoubleArray], fine: LoadPath, coarse: LoadPath, step: int
+) -> DoubleArray:
+    """Return `value` at `step` of `fine`, interpolated between the points at which `coarse` has increments too."""
+    first, second, share = common_points(fine, coarse, step)
+    end = value(second)
+    if share == 0.0 or share == 1.0:
+        return end
+    start = value(first)
+    return start + share * (end - start)

@@ -30,7 +30,8 @@ class StudyPlan:
 
     variations: the varied keys with their values. First comes the finest run of the first problem, then the others by
     their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown: usual
-    quantities for which the reference has no value; why_unknown: the reason, empty if that is clear.
+    quantities for which the reference has no value; why_unknown: the reason, empty if that is clear; corrected: values
+    corrected for the number of increments are compared.
     """
 
     manifest: Manifest
@@ -41,6 +42,7 @@ class StudyPlan:
     why_unknown: str
     kind: ReferenceKind
     known: Mapping[StageQuantity, float] | None
+    corrected: bool = False
 
     @property
     def problem_keys(self) -> tuple[str, ...]:
@@ -62,6 +64,8 @@ def make_study_plan(
     quantities: Sequence[str],
     kind: ReferenceKind,
     folder: Path,
+    *,
+    corrected: bool = False,
 ) -> StudyPlan:
     """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
     axes = list(map(read_variation, varied))
@@ -72,8 +76,10 @@ def make_study_plan(
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
-    # A study compares scalars and finds errors itself; without fields a result takes some tens of kilobytes.
-    base = BaseCase.of(read_case(case), overrides, last=("output.fields=[]", "solver.error_bars=false"))
+    # A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself, but only
+    # runs with error bars have corrected values.
+    error_bars = f"solver.error_bars={str(corrected).lower()}"
+    base = BaseCase.of(read_case(case), overrides, last=("output.fields=[]", error_bars))
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
@@ -98,7 +104,7 @@ def make_study_plan(
         tuple(ManifestRow(i, one.id, one.settings, one.expected.seconds) for i, one in enumerate(cases)),
         results_name="",
     )
-    return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known)
+    return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, corrected)
 
 
 def finest(cases: Sequence[PreparedCase]) -> PreparedCase:

@@ -36,6 +36,8 @@ def notes(study: Assessment) -> Iterator[str]:
             yield f"* no other run is both cheaper and more accurate; errors are against {plan.reference_words}"
             if plan.known is None:
                 yield "that run has an unknown error of its own; errors smaller than that mean nothing"
+    if plan.corrected:
+        yield "values are corrected for the number of increments; costs include the coarse runs"
     if study.left_out and len(failed) < len(study.rows):
         yield f"left out, since 0: {', '.join(map(str, study.left_out))}"
     yield from failed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -18,6 +18,7 @@ from fretsolve.export.selection import relevant_columns, stage_ends
 from fretsolve.result import Result, open_result
 from fretsolve.result.layout import HISTORY
 from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.verdict import best_column
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
@@ -121,10 +122,13 @@ class Outcome:
     stages: int = 0
 
 
-def read_outcome(path: Path, quantities: Sequence[StageQuantity], last_steps: Sequence[int] | None = None) -> Outcome:
+def read_outcome(
+    path: Path, quantities: Sequence[StageQuantity], last_steps: Sequence[int] | None = None, *, corrected: bool = False
+) -> Outcome:
     """Return the outcome of the result `path`. Raises FileError.
 
     last_steps: the increments at which stages end. Without it the stage in which a run failed counts as not ended.
+    corrected: take the values corrected for the number of increments, where there are any.
     """
     with open_result(path) as result:
         history, complete = result.history, result.status == "complete"
@@ -139,18 +143,28 @@ def read_outcome(path: Path, quantities: Sequence[StageQuantity], last_steps: Se
             step = ends.get(stage, result.increments)
             return float(history[name][step]) if name in history and step < result.increments else math.nan
 
+        columns = [best_column(one.name, history) if corrected else one.name for one in quantities]
+
         round_off = {name for pair in PAIRS for name in pair}.difference(relevant_columns(result))
         return Outcome(
-            np.array([at_end(one.name, one.stage) for one in quantities]),
-            np.array([at_end(one.name + ERROR_SUFFIX, one.stage) for one in quantities]),
+            np.array([at_end(name, one.stage) for name, one in zip(columns, quantities, strict=True)]),
+            np.array([at_end(name + ERROR_SUFFIX, one.stage) for name, one in zip(columns, quantities, strict=True)]),
             result.increments,
-            float(history["wall_time"].sum()),
-            int(history["operator_applications"].sum()),
+            *total_cost(history),
             np.array([(one.name not in round_off) * abs(history[one.name]).max(initial=0.0) for one in quantities]),
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,
         )
+
+
+def total_cost(history: Mapping[str, DoubleArray]) -> tuple[float, int]:
+    """Return wall-clock time and operator applications of a run with the coarse runs of its error bars."""
+    seconds, applications = history["wall_time"].sum(), history["operator_applications"].sum()
+    if "coarse_runs_wall_time" in history:
+        seconds += history["coarse_runs_wall_time"].sum()
+        applications += history["coarse_runs_applications"].sum()
+    return float(seconds), round(float(applications))
 
 
 def running_condition_of(result: Result) -> RunningCondition:

@@ -1,0 +1,65 @@
+"""Least errors of the discretisation, for what no coarse run shows: errors that agree by chance on all grids, stick
+zones and slip annuli that fit between the cells."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fretsolve.case.history import Summary
+from fretsolve.result.state import ESTIMATED
+from fretsolve.setup.closed_forms import spence_ratio
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.system.arrays import DoubleArray
+
+RELATIVE, RELATIVE_ORDER = 0.1, 2.0
+"""Least error over the largest value so far: RELATIVE (h/a)^RELATIVE_ORDER, with the longer side h of a cell and the
+contact radius a."""
+
+WORK, WORK_ORDER = 0.2, 1.5
+"""Least error of the dissipated energy over its own value, in the same way."""
+
+RADII = {"contact_radius": 0.006, "stick_radius": 0.03}
+"""Least error of radii over h."""
+
+MOMENT = 0.02
+"""Least error of Mx and My over (h/a)^RELATIVE_ORDER P a. They sum up pressures of opposite effect."""
+
+UNSEEN_STICK = 0.5
+"""Radius over h of a stick zone that may exist although no cell sticks."""
+
+ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 8.0, 1.5
+"""A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
+increments only make it vanish. Its width w is ANNULUS times that of a sphere (Spence), and the energy that it
+dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*, with Dundurs' constant beta: slip of
+the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
+flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
+
+
+def least_errors(setup: ProblemSetup, summary: Summary, largest: DoubleArray) -> DoubleArray:
+    """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
+    side = max(setup.grid.dx, setup.grid.dy)
+    ratio = side / summary.contact_radius if summary.contact_radius > side else 1.0
+    width, work = unseen_slip(setup, summary, side)
+    special = {name: share * side for name, share in RADII.items()}
+    if summary.stick_radius == 0.0 and setup.model.friction > 0.0:
+        special["stick_radius"] = UNSEEN_STICK * side
+    special["stick_radius"] += width
+    special["work"] = WORK * ratio**WORK_ORDER * summary.work
+    special["work_total"] = WORK * ratio**WORK_ORDER * summary.work_total + work
+    relative = RELATIVE * ratio**RELATIVE_ORDER * largest
+    moment = MOMENT * ratio**RELATIVE_ORDER * summary.P * summary.contact_radius
+    special |= {name: math.hypot(moment, relative[ESTIMATED.index(name)]) for name in ("Mx", "My")}
+    return np.array([special.get(name, value) for name, value in zip(ESTIMATED, relative.tolist(), strict=True)])
+
+
+def unseen_slip(setup: ProblemSetup, summary: Summary, side: float) -> tuple[float, float]:
+    """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for cells of `side`; 0 for others."""
+    model = setup.model
+    width = ANNULUS * (1.0 - spence_ratio(model)) * summary.contact_radius
+    if not 0.0 < width < ANNULUS_CELLS * side:
+        return 0.0, 0.0
+    pair, radius = model.compliances, summary.contact_radius
+    mismatch = model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
+    return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * radius**3 / pair.contact_modulus
