@@ -53,16 +53,16 @@ def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> B
 
     Raises as `separation`.
     """
-    borders = [height_map.border(x - x0, y - y0) for (x0, y0), height_map in _height_maps(surfaces)]
+    borders = [height_map.border(x - x0, y - y0) for (x0, y0), height_map in height_maps(surfaces)]
     return np.logical_or.reduce(borders) if borders else None
 
 
 def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
     """Return the sides (mm) of the height maps among the surfaces. Raises as `separation`."""
-    return [height_map.span for _, height_map in _height_maps(surfaces)]
+    return [height_map.span for _, height_map in height_maps(surfaces)]
 
 
-def _height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, float], HeightMap]]:
+def height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, float], HeightMap]]:
     """Read the height maps among the surfaces; yield their centres (mm) with them."""
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":

@@ -14,6 +14,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
+from fretsolve.setup.unresolved_heights import resolving_points
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
@@ -41,7 +42,8 @@ increments are taken, and the order with which their number rises with the inver
 def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[int, int]:
     """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
-    They follow from the contact's share of the area, which is all of it where the contact's size is unknown.
+    They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
+    height maps that are finer than such cells. Raises FileError or CaseError where a map cannot be read.
     """
     accuracy, holds_contact = forms.case.solver.accuracy, size
     assert accuracy is not None
@@ -55,9 +57,9 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
             across_slip = (error / accuracy) ** (1.0 / order)
             cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
     extents = (side / AREA_MARGIN for side in holds_contact)
-    wanted = (max(FEWEST_PICKED_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
-    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in wanted)
-    return nx, ny
+    counts = (max(FEWEST_PICKED_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
+    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in counts)
+    return resolving_points(forms.case.surface, forms.case.grid.center, size, (nx, ny))
 
 
 def refinement(accuracy: float | None, model: Model) -> float:

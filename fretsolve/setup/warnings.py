@@ -17,6 +17,7 @@ from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
 from fretsolve.setup.cost_estimate import disk_problem, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.unresolved_heights import flattening_pressure, resolving_points
 from fretsolve.system.arrays import DoubleArray
 
 FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
@@ -26,6 +27,10 @@ LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
+LARGEST_FLATTENING = 0.01
+"""Pressure that flattens the waves of a height map that cells miss, over the mean pressure on the grid's area, up to
+which they do not matter."""
+
 HOLD_TO = "half-spaces and linear elasticity hold to about"
 
 
@@ -34,7 +39,15 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
 
     out: the result to come, which may be too large for its disk.
     """
-    groups = _about_shapes, _about_friction, _about_sliding, _about_resolution, _about_solver, _about_hertz
+    groups = (
+        _about_shapes,
+        _about_friction,
+        _about_sliding,
+        _about_resolution,
+        _about_heights,
+        _about_solver,
+        _about_hertz,
+    )
     texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
     errors = concave_sphere(setup.case), memory_problem(setup), disk_problem(setup, out) if out is not None else None
     return list(dict.fromkeys([*texts, *(f"{dotted(error.key)}: {error.message}" for error in errors if error)]))
@@ -101,6 +114,19 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
         yield (
             f"grid.points: the stick zone shrinks to {_in_cells(across)} cells across in stage {stick.stage + 1}"
             f" ({stick.source}: c = {stick.value:.3g} mm); its size is reliable from {FEWEST_STICK_CELLS} cells on"
+        )
+
+
+def _about_heights(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of height maps that are finer than the cells, if flattening what these miss takes a part of the pressure."""
+    surfaces, grid = setup.case.surface, setup.grid
+    needed = flattening_pressure(surfaces, grid, setup.model.compliances.contact_modulus)
+    most = max(load.get("P", math.inf) for load in setup.load_path.imposed)
+    if needed > LARGEST_FLATTENING * most / math.prod(grid.size):
+        nx, ny = resolving_points(surfaces, grid.center, grid.size, grid.shape)
+        yield (
+            f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to flatten;"
+            f" {nx} x {ny} points would resolve them"
         )
 
 

@@ -20,7 +20,7 @@ from fretsolve.case.models import Case
 from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CoarseRuns, values_of
-from fretsolve.simulation.least_errors import least_errors
+from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -33,11 +33,12 @@ their cells."""
 BETWEEN = 0.5
 """Part of the difference between the two coarse grids that counts as an error of the run."""
 
-INCREMENTS_SAFETY, CORRECTED_SAFETY = 3.0, 1.0
-"""Factors on the first-order error of the increments: in the values as run, of which the difference may show less than
-half where they are few, and in the corrected values, where it has been taken out."""
+INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 1.5, 1.0, 1.0
+"""Factors on the first-order error of the increments: in the values as run, in the stick radius, whose change on the
+coarse grid is mostly that of its edge within the cells, and in the corrected values, where it has been taken out."""
 
 TOTAL, WORK = ESTIMATED.index("work_total"), ESTIMATED.index("work")
+SAFETY = np.array([STICK_SAFETY if name == "stick_radius" else INCREMENTS_SAFETY for name in ESTIMATED])
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 
 
@@ -69,6 +70,7 @@ class ErrorBars:
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup, self._runs = setup, CoarseRuns(setup, threads)
+        self._least_errors = LeastErrors.of(setup)
         self._orders = np.array([ORDERS.get(name, ORDER) for name in ESTIMATED])
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
@@ -91,7 +93,7 @@ class ErrorBars:
         values, imposed = values_of(summary), self._imposed(summary.step)
         others = np.hypot(self._cells(summary, imposed), self._iteration(summary, imposed))
         change = self._change_by_increments(summary.step)
-        errors = np.hypot(others, INCREMENTS_SAFETY * change)
+        errors = np.hypot(others, SAFETY * change)
         corrected = np.hypot(others, CORRECTED_SAFETY * change)
         change[imposed] = 0.0
         return SummaryErrors(
@@ -119,7 +121,7 @@ class ErrorBars:
         between = runs.half_less_third(summary.step)
         half = (from_third - between) / (runs.refinement(runs.half) ** self._orders - 1.0)
         third = from_third / (runs.refinement(runs.third) ** self._orders - 1.0)
-        least = least_errors(self._setup, summary, self._largest)
+        least = self._least_errors.values(summary, self._largest)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, BETWEEN * between, least], axis=0)
         return found

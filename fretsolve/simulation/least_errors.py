@@ -1,16 +1,19 @@
 """Least errors of the discretisation, for what no coarse run shows: errors that agree by chance on all grids, stick
-zones and slip annuli that fit between the cells."""
+zones and slip annuli that fit between the cells, and heights that are finer than these."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from fretsolve.case.history import Summary
+from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.unresolved_heights import flattening_pressure
 from fretsolve.system.arrays import DoubleArray
 
 RELATIVE, RELATIVE_ORDER = 0.1, 2.0
@@ -37,29 +40,43 @@ the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the 
 flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
 
 
-def least_errors(setup: ProblemSetup, summary: Summary, largest: DoubleArray) -> DoubleArray:
-    """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
-    side = max(setup.grid.dx, setup.grid.dy)
-    ratio = side / summary.contact_radius if summary.contact_radius > side else 1.0
-    width, work = unseen_slip(setup, summary, side)
-    special = {name: share * side for name, share in RADII.items()}
-    if summary.stick_radius == 0.0 and setup.model.friction > 0.0:
-        special["stick_radius"] = UNSEEN_STICK * side
-    special["stick_radius"] += width
-    special["work"] = WORK * ratio**WORK_ORDER * summary.work
-    special["work_total"] = WORK * ratio**WORK_ORDER * summary.work_total + work
-    relative = RELATIVE * ratio**RELATIVE_ORDER * largest
-    moment = MOMENT * ratio**RELATIVE_ORDER * summary.P * summary.contact_radius
-    special |= {name: math.hypot(moment, relative[ESTIMATED.index(name)]) for name in ("Mx", "My")}
-    return np.array([special.get(name, value) for name, value in zip(ESTIMATED, relative.tolist(), strict=True)])
+@dataclass(frozen=True)
+class LeastErrors:
+    """The least errors of a problem. side: the longer side of a cell, mm; flattening: pressure (MPa) that would flatten
+    what the cells do not see of height maps."""
 
+    model: Model
+    side: float
+    flattening: float
 
-def unseen_slip(setup: ProblemSetup, summary: Summary, side: float) -> tuple[float, float]:
-    """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for cells of `side`; 0 for others."""
-    model = setup.model
-    width = ANNULUS * (1.0 - spence_ratio(model)) * summary.contact_radius
-    if not 0.0 < width < ANNULUS_CELLS * side:
-        return 0.0, 0.0
-    pair, radius = model.compliances, summary.contact_radius
-    mismatch = model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
-    return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * radius**3 / pair.contact_modulus
+    @classmethod
+    def of(cls, setup: ProblemSetup) -> LeastErrors:
+        """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
+        unseen = flattening_pressure(setup.case.surface, setup.grid, setup.model.compliances.contact_modulus)
+        return cls(setup.model, max(setup.grid.dx, setup.grid.dy), unseen)
+
+    def values(self, summary: Summary, largest: DoubleArray) -> DoubleArray:
+        """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
+        ratio = self.side / summary.contact_radius if summary.contact_radius > self.side else 1.0
+        relative = RELATIVE * ratio**RELATIVE_ORDER * largest
+        width, dissipated = self._unseen_slip(summary)
+        special = {name: share * self.side for name, share in RADII.items()}
+        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
+            special["stick_radius"] = UNSEEN_STICK * self.side
+        special["stick_radius"] += width
+        special["work"] = WORK * ratio**WORK_ORDER * summary.work
+        special["work_total"] = WORK * ratio**WORK_ORDER * summary.work_total + dissipated
+        moment = MOMENT * ratio**RELATIVE_ORDER * summary.P * summary.contact_radius
+        special |= {name: math.hypot(moment, relative[ESTIMATED.index(name)]) for name in ("Mx", "My")}
+        least = np.array([special.get(name, value) for name, value in zip(ESTIMATED, relative.tolist(), strict=True)])
+        unseen = min(self.flattening / summary.max_pressure, 1.0) if summary.max_pressure else 0.0
+        return np.asarray(least + unseen * largest)
+
+    def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
+        """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""
+        width = ANNULUS * (1.0 - spence_ratio(self.model)) * summary.contact_radius
+        if not 0.0 < width < ANNULUS_CELLS * self.side:
+            return 0.0, 0.0
+        pair, radius = self.model.compliances, summary.contact_radius
+        mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
+        return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * radius**3 / pair.contact_modulus
