@@ -27,8 +27,8 @@ cells of the annulus: for similar bodies under shear, and for dissimilar bodies 
 MOST_FOR_SLIP = 4.0
 """Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
 
-FEWEST_PICKED_POINTS, ROUND_POINTS = 32, 4
-"""Least number of points per side, and its divisor, so that the coarse runs have half of them."""
+FEWEST_PICKED_POINTS, ROUND_POINTS = 36, 6
+"""Least number of points per side, and its divisor, so that the coarse runs have a half and a third of them."""
 
 INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.06, 1.35, 0.5
 """Error bar of the dissipated energy with automatic increments without an accuracy (displacements: a third of it), the
@@ -57,9 +57,12 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
             across_slip = (error / accuracy) ** (1.0 / order)
             cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
     extents = (side / AREA_MARGIN for side in holds_contact)
-    counts = (max(FEWEST_PICKED_POINTS, cells * side / extent) for side, extent in zip(size, extents, strict=True))
-    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS - 1e-9) for count in counts)
-    return resolving_points(forms.case.surface, forms.case.grid.center, size, (nx, ny))
+    nx, ny = (
+        math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
+        for side, extent in zip(size, extents, strict=True)
+    )
+    nx, ny = resolving_points(forms.case.surface, forms.case.grid.center, size, (nx, ny))
+    return ROUND_POINTS * math.ceil(nx / ROUND_POINTS), ROUND_POINTS * math.ceil(ny / ROUND_POINTS)
 
 
 def refinement(accuracy: float | None, model: Model) -> float:

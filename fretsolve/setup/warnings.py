@@ -125,8 +125,8 @@ def _about_heights(setup: ProblemSetup) -> Iterator[str]:
     if needed > LARGEST_FLATTENING * most / math.prod(grid.size):
         nx, ny = resolving_points(surfaces, grid.center, grid.size, grid.shape)
         yield (
-            f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to flatten;"
-            f" {nx} x {ny} points would resolve them"
+            f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to"
+            f" flatten; {nx} x {ny} points would resolve them"
         )
 
 
