@@ -30,9 +30,9 @@ MOST_FOR_SLIP = 4.0
 FEWEST_PICKED_POINTS, ROUND_POINTS = 36, 6
 """Least number of points per side, and its divisor, so that the coarse runs have a half and a third of them."""
 
-INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.06, 1.35, 0.5
-"""Error bar of the dissipated energy with automatic increments without an accuracy (displacements: a third of it), the
-order with which it falls with their number (displacements: 1), and the least factor on that number."""
+INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.012, 1.15, 0.25
+"""Error bar of the corrected dissipated energy and rotation with automatic increments without an accuracy, the order
+with which it falls with their number, and the least factor on that number."""
 
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more

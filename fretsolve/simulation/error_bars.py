@@ -30,10 +30,14 @@ ORDERS |= {"max_pressure": 0.65, "work": 0.7, "work_total": 0.7}
 """Assumed orders of the discretisation. Sequences of grids show 1.3 to 2, but fluctuate with the place of the edges in
 their cells."""
 
+OBSERVED_ORDERS: DoubleArray = np.linspace(0.3, 1.5, 121)
+OBSERVED_SHARE = 0.7
+"""Orders of the dissipated energy that three grids may show, and the part of the way to the one that they show."""
+
 BETWEEN = 0.5
 """Part of the difference between the two coarse grids that counts as an error of the run."""
 
-INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 1.5, 1.0, 1.0
+INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 1.5, 1.0, 0.7
 """Factors on the first-order error of the increments: in the values as run, in the stick radius, whose change on the
 coarse grid is mostly that of its edge within the cells, and in the corrected values, where it has been taken out."""
 
@@ -72,6 +76,10 @@ class ErrorBars:
         self._setup, self._runs = setup, CoarseRuns(setup, threads)
         self._least_errors = LeastErrors.of(setup)
         self._orders = np.array([ORDERS.get(name, ORDER) for name in ESTIMATED])
+        # Points per side over those of the coarse grids, and the ratio of differences to them for each order.
+        self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
+        half, third = (finer**OBSERVED_ORDERS - 1.0 for finer in self._finer)
+        self._ratios: DoubleArray = third / half
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
         for summary in history:
@@ -116,15 +124,25 @@ class ErrorBars:
 
     def _cells(self, summary: Summary, imposed: BoolArray) -> DoubleArray:
         """Return the error of the discretisation."""
-        runs = self._runs
-        from_third = values_of(summary) - runs.third.values(summary.step)
-        between = runs.half_less_third(summary.step)
-        half = (from_third - between) / (runs.refinement(runs.half) ** self._orders - 1.0)
-        third = from_third / (runs.refinement(runs.third) ** self._orders - 1.0)
+        from_third = values_of(summary) - self._runs.third.values(summary.step)
+        between = self._runs.half_less_third(summary.step)
+        from_half = from_third - between
+        orders = self._orders.copy()
+        for place in (WORK, TOTAL):
+            orders[place] = self._observed(orders[place], from_half[place], from_third[place])
+        half = from_half / (self._finer[0] ** orders - 1.0)
+        third = from_third / (self._finer[1] ** orders - 1.0)
         least = self._least_errors.values(summary, self._largest)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, BETWEEN * between, least], axis=0)
         return found
+
+    def _observed(self, order: float, from_half: float, from_third: float) -> float:
+        """Return the order between the assumed one and that by which the coarse values approach that of the run."""
+        if not from_half * from_third > 0.0:
+            return order
+        shown = np.interp(from_third / from_half, self._ratios, OBSERVED_ORDERS)
+        return order + OBSERVED_SHARE * max(float(shown) - order, 0.0)
 
     def _change_by_increments(self, step: int) -> DoubleArray:
         """Return what endlessly many increments would add to the values, to first order."""

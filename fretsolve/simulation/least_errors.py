@@ -10,6 +10,7 @@ import numpy as np
 
 from fretsolve.case.history import Summary
 from fretsolve.model.required_terms import Model
+from fretsolve.model.surface import ends_sharply
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -26,13 +27,16 @@ WORK, WORK_ORDER = 0.2, 1.5
 RADII = {"contact_radius": 0.006, "stick_radius": 0.03}
 """Least error of radii over h."""
 
+SHARP_EDGE = 0.1
+"""Least error of radii over h where a body ends sharply: all grids round its outline to their cells."""
+
 MOMENT = 0.02
 """Least error of Mx and My over (h/a)^RELATIVE_ORDER P a. They sum up pressures of opposite effect."""
 
 UNSEEN_STICK = 0.5
 """Radius over h of a stick zone that may exist although no cell sticks."""
 
-ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 8.0, 1.5
+ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
 """A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
 increments only make it vanish. Its width w is ANNULUS times that of a sphere (Spence), and the energy that it
 dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*, with Dundurs' constant beta: slip of
@@ -42,25 +46,30 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 
 @dataclass(frozen=True)
 class LeastErrors:
-    """The least errors of a problem. side: the longer side of a cell, mm; flattening: pressure (MPa) that would flatten
-    what the cells do not see of height maps."""
+    """The least errors of a problem.
+
+    side: the longer side of a cell, mm; sharp: whether a body ends sharply; flattening: pressure (MPa) that would
+    flatten what the cells do not see of height maps.
+    """
 
     model: Model
     side: float
+    sharp: bool
     flattening: float
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
         unseen = flattening_pressure(setup.case.surface, setup.grid, setup.model.compliances.contact_modulus)
-        return cls(setup.model, max(setup.grid.dx, setup.grid.dy), unseen)
+        sharp = any(ends_sharply(surface) for surface in setup.case.surface)
+        return cls(setup.model, max(setup.grid.dx, setup.grid.dy), sharp, unseen)
 
     def values(self, summary: Summary, largest: DoubleArray) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
         ratio = self.side / summary.contact_radius if summary.contact_radius > self.side else 1.0
         relative = RELATIVE * ratio**RELATIVE_ORDER * largest
         width, dissipated = self._unseen_slip(summary)
-        special = {name: share * self.side for name, share in RADII.items()}
+        special = {name: math.hypot(share, SHARP_EDGE * self.sharp) * self.side for name, share in RADII.items()}
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             special["stick_radius"] = UNSEEN_STICK * self.side
         special["stick_radius"] += width

@@ -1,0 +1,147 @@
+"""Error bars hold where errors are hard to judge: thin slip annuli, slender cells, sharp ends, few increments.
+
+The true values are those of runs with three to five times the points per side and four to sixteen times the increments.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from solving import DISSIMILAR, build
+
+from fretsolve.case.models import Case
+from fretsolve.result.state import CORRECTED, State, Summary, SummaryErrors
+from fretsolve.simulation.error_bars import run_with_error_bars
+
+UNLIKE = [{"young_modulus": 136.8e3, "poisson_ratio": nu} for nu in (0.1, 0.4)]
+PUNCH: dict[str, Any] = {
+    "bodies": UNLIKE,
+    "surface": {"punch": {"radius": 0.5, "edge_radius": 0.25}},
+    "friction": 0.25,
+    "grid": {"points": 40, "size": 1.04},
+}
+TRULY_PUNCH = {"stick_radius": 0.2635, "work_total": 4.62e-5, "delta_z": 6.040e-3, "contact_radius": 0.2706}
+
+CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
+    "a slip annulus thinner than a cell": (
+        {**PUNCH, "load_path": [{"P": 239.2, "My": 0.0, "increments": 8}]},
+        {1: TRULY_PUNCH},
+    ),
+    "the same with many increments": (
+        {**PUNCH, "load_path": [{"P": 239.2, "My": 0.0, "increments": 64}]},
+        {1: TRULY_PUNCH},
+    ),
+    "a sphere whose slip annulus is thinner than a cell": (
+        {"bodies": DISSIMILAR, "friction": 0.3, "grid": {"points": 24}, "load_path": [{"P": 400.0, "increments": 30}]},
+        {1: {"stick_radius": 0.2925, "work_total": 1.43e-5, "delta_z": 9.0231e-3, "max_pressure": 2181.0}},
+    ),
+    "cells twenty times as long as wide": (
+        {"friction": 0.0, "grid": {"points": [28, 560], "size": 0.75}, "load_path": [{"P": 400.0}]},
+        {1: {"contact_radius": 0.301107, "delta_z": 9.0665e-3, "max_pressure": 2106.5}},
+    ),
+    "a cylinder with sharp ends": (
+        {
+            "surface": {"cylinder": {"radius": 5.0, "axis": "x", "length": 1.0}},
+            "friction": 0.3,
+            "grid": {"points": [48, 24], "size": [1.1, 0.26]},
+            "load_path": [{"P": 100.0, "My": 1.5, "increments": 1}, {"Qy": 20.0, "increments": 2}],
+        },
+        {
+            2: {
+                "contact_radius": 0.2154,
+                "stick_radius": 0.1637,
+                "Mz": 0.0882,
+                "work_total": 1.984e-4,
+                "delta_z": 1.980e-3,
+            }
+        },
+    ),
+    "a reversal in one increment": (
+        {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 1} for q in (36.0, -36.0))]},
+        {
+            2: {"delta_x": 8.6297e-4, "stick_radius": 0.1395, "work_total": 3.5206e-3},
+            3: {"delta_x": -8.6293e-4, "stick_radius": 0.1397, "work_total": 1.0562e-2},
+        },
+    ),
+    "turned cyclically off the centre": (
+        {
+            "grid": {"points": 32, "size": 1.0, "center": [0.1, 0.0]},
+            "load_path": [{"P": 400.0}, *({"phi_z": phi, "increments": 1} for phi in (3e-3, -3e-3))],
+        },
+        {3: {"stick_radius": 0.1316, "Mz": -6.606, "work_total": 2.178e-2}},
+    ),
+    "pressed in three increments, sheared in one": (
+        {
+            "bodies": DISSIMILAR,
+            "grid": {"points": 32},
+            "load_path": [{"P": 400.0, "increments": 3}, {"Qx": 30.0, "increments": 1}],
+        },
+        {2: {"delta_x": 7.795e-4, "stick_radius": 0.1057, "work_total": 8.506e-3, "max_pressure": 2177.0}},
+    ),
+    "reversed near gross slip": (
+        {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 4} for q in (38.8, -38.8))]},
+        {3: {"delta_x": -9.9366e-4, "stick_radius": 0.0931, "work_total": 1.7502e-2}},
+    ),
+}
+
+
+def ends_of_stages(case: Case) -> dict[int, tuple[Summary, SummaryErrors]]:
+    """Return the summary and the error bars at the end of each stage."""
+    ends: dict[int, tuple[Summary, SummaryErrors]] = {}
+    for state in run_with_error_bars(case):
+        assert state.errors is not None
+        ends[state.summary.stage] = state.summary, state.errors
+    return ends
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bars_hold_the_true_errors(name: str) -> None:
+    parts, truth = CASES[name]
+    ends = ends_of_stages(build(**parts))
+    for stage, values in truth.items():
+        summary, errors = ends[stage]
+        for quantity, true in values.items():
+            found, bar = getattr(summary, quantity), getattr(errors, f"{quantity}_error")
+            assert abs(found - true) <= bar, f"{quantity} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
+            if quantity in CORRECTED:
+                found, bar = (getattr(errors, f"{quantity}_corrected{end}") for end in ("", "_error"))
+                assert abs(found - true) <= bar, f"corrected {quantity} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
+            assert bar < 5.0 * abs(true), f"a bar of {bar:.2g} says nothing of {quantity}"
+
+
+def test_corrected_values_are_of_second_order() -> None:
+    """In mode I.3 errors fall like 1/m as run, and faster corrected."""
+
+    def end(increments: int) -> tuple[Summary, SummaryErrors]:
+        path = [{"P": 400.0}, {"Qx": 36.0}]
+        stages = [{**stage, "increments": increments, "spacing": "graded"} for stage in path]
+        return ends_of_stages(build(bodies=DISSIMILAR, grid={"points": 36}, load_path=stages))[2]
+
+    rows = {increments: end(increments) for increments in (3, 6, 12, 24)}
+    for name, gain in (("delta_x", 4.0), ("work_total", 3.0)):
+        limit = getattr(rows[24][1], f"{name}_corrected")
+        raw = np.array([abs(getattr(rows[m][0], name) - limit) for m in (3, 6, 12)])
+        corrected = np.array([abs(getattr(rows[m][1], f"{name}_corrected") - limit) for m in (3, 6, 12)])
+        assert 0.8 < np.polyfit(np.log((3, 6, 12)), -np.log(raw), 1)[0] < 1.9
+        assert (corrected < raw / gain).all(), (name, raw, corrected)
+
+
+def test_values_that_symmetry_or_the_path_fixes_are_not_corrected() -> None:
+    path = [{"P": 400.0, "increments": 3}, {"Qx": 20.0, "increments": 3}]
+    summary, errors = ends_of_stages(build(bodies=DISSIMILAR, grid={"points": 24}, load_path=path))[2]
+    assert (errors.P_corrected, errors.Qx_corrected) == (summary.P, summary.Qx)
+    assert abs(errors.delta_y_corrected) < 1e-4 * summary.delta_x
+    assert errors.delta_x_corrected < summary.delta_x
+    frictionless = ends_of_stages(build(friction=0.0, grid={"points": 24}, load_path=[{"P": 400.0}]))[1]
+    assert frictionless[1].delta_z_corrected == frictionless[0].delta_z
+
+
+def test_work_of_the_increments_sums_up_to_the_corrected_total() -> None:
+    path = [{"P": 400.0, "increments": 3}, {"Qx": 20.0, "increments": 3}]
+    states: list[State] = list(run_with_error_bars(build(bodies=DISSIMILAR, grid={"points": 24}, load_path=path)))
+    rows = [state.errors for state in states if state.errors is not None]
+    total = math.fsum(errors.work_corrected for errors in rows)
+    assert total == pytest.approx(rows[-1].work_total_corrected, rel=1e-12)
