@@ -1,14 +1,15 @@
 """Speed against accuracy of modes I.2, I.3, II and III: grids, increments, tolerances and precisions.
 
     python benchmarks/trade.py                       # tables, some forty minutes on one core
-    python benchmarks/trade.py --modes I.3 II        # of some modes
+    python benchmarks/trade.py --modes I.3 II --studies tolerance        # of some modes, some of them
     python benchmarks/trade.py --points 32 64 128 256 512     # finer grids with all increments (half an hour more)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
 
 The page shows the worst error of a run; ``--into`` also writes those of all quantities to ``data/trade_*.csv``.
 
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. The reference is the finest
-run of each study, which has an error of its own. Cost: operator applications times cells, in millions, which no machine
+run of each study, which has an error of its own; corrected values and those as run are compared with the finest
+corrected run. Cost: operator applications times cells, in millions, which no machine
 changes, and seconds of the processor, of one thread.
 """
 
@@ -21,16 +22,18 @@ from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
 
+import numpy as np
 from marked import data_file, parser_of, report, write_csv
 
 from fretsolve.case.dimensions import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
-from fretsolve.study.plan import make_study_plan
+from fretsolve.study.plan import StudyPlan, make_study_plan
 from fretsolve.study.report import key_names, two_digits
+from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.quantity import read_outcome
+from fretsolve.sweep.quantity import Outcome, read_outcome
 from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -54,7 +57,15 @@ FINER_INCREMENTS = {"I.2": 1, "I.3": 10, "II": 10, "III": 10}
 SINGLE_TOLERANCES = ("1e-2", "1e-3", "1e-4", "1e-5")
 """As far as single precision goes; the finest run, which comes last, is in double precision."""
 
-STUDIES = ("grids and increments", "finer grids", "tolerance", "precision")
+CORRECTED = "corrected values"
+CORRECTED_MODES = ("I.3", "II", "III")
+CORRECTED_POINTS, CORRECTED_INCREMENTS = (32, 48, 64, 96, 128, 256), (2, 3, 5, 10, 20, 40)
+"""Of runs with corrected values, in graded increments; the finest is the reference."""
+
+GOALS = (0.01, 0.001)
+"""Errors whose least cost is compared."""
+
+STUDIES = ("grids and increments", CORRECTED, "finer grids", "tolerance", "precision")
 FRONT_ALONE = STUDIES[0]
 """The study of which the page shows the best runs alone."""
 
@@ -72,6 +83,11 @@ class Asked:
 
 def variations(mode: str, study: str, asked: Asked) -> list[str]:
     """Return what ``fretsolve study --vary`` takes."""
+    if study == CORRECTED:
+        return [
+            f"grid.points={','.join(map(str, CORRECTED_POINTS))}",
+            f"load_path.*.increments={','.join(map(str, CORRECTED_INCREMENTS))}",
+        ]
     if study == "finer grids":
         return [f"grid.points={','.join(map(str, FINER_POINTS))}"]
     if study == "tolerance":
@@ -94,14 +110,20 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     if study in ("tolerance", "precision"):
         fixed += [f"grid.points={TOLERANCE_POINTS}"]
         fixed += [f"load_path.{stage}.increments={TOLERANCE_INCREMENTS}" for stage in stages]
-    folder = asked.runs / mode
+    if study == CORRECTED:
+        fixed += [f"load_path.{stage}.spacing=graded" for stage in stages]
+    corrected = study == CORRECTED
+    folder = asked.runs / f"{mode}{'_corrected' * corrected}"
     folder.mkdir(parents=True, exist_ok=True)
-    plan = make_study_plan(CASES / f"{case}.yaml", fixed, variations(mode, study, asked), (), "finest", folder)
+    axes = variations(mode, study, asked)
+    plan = make_study_plan(CASES / f"{case}.yaml", fixed, axes, (), "finest", folder, corrected=corrected)
     for _ in run_serially(plan.cases, StopRequest()):
         pass
-    return assess(
-        plan, [read_outcome(case.out, plan.quantities, case.setup.load_path.last_steps) for case in plan.cases]
-    )
+    return assess(plan, [_outcome(case, plan, corrected) for case in plan.cases])
+
+
+def _outcome(case: PreparedCase, plan: StudyPlan, corrected: bool) -> Outcome:
+    return read_outcome(case.out, plan.quantities, case.setup.load_path.last_steps, corrected=corrected)
 
 
 def work(row: AssessedRun) -> float:
@@ -130,6 +152,54 @@ def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
         for row in found.rows:
             if row.best or study != FRONT_ALONE or not row.compared:
                 print("|", " | ".join([mode, *_costs(row), _worst(found, row)]), "|")
+
+
+def print_corrected(modes: Sequence[str], asked: Asked) -> None:
+    """Print the best runs with corrected values, and what errors cost as run and corrected."""
+    found = {mode: by_work(studied(mode, CORRECTED, asked)) for mode in modes if mode in CORRECTED_MODES}
+    print("| mode | points | increments | million applications x cells | seconds | worst error, % |")
+    print("| --- " * 6 + "|")
+    for mode, study in found.items():
+        for row in study.rows:
+            if row.best or not row.compared:
+                print("|", " | ".join([mode, *_costs(row), _worst(study, row)]), "|")
+    print()
+    print("| mode | error | of | as run: millions, seconds | corrected: millions, seconds | saved |")
+    print("| --- " * 6 + "|")
+    for mode, study in found.items():
+        raw = against(studied(mode, FRONT_ALONE, asked), study)
+        for goal in GOALS:
+            for names, what in ((_without_sizes(study), "all but sizes of zones"), (("stick_radius",), "stick_radius")):
+                pair = [cheapest(one, names, goal) for one in (raw, study)]
+                saved = two_digits(work(pair[0]) / work(pair[1])) + " times" if pair[0] and pair[1] else "-"
+                print("|", " | ".join([mode, percent(goal), what, *map(_cost_text, pair), saved]), "|")
+
+
+def against(study: Assessment, reference: Assessment) -> Assessment:
+    """Return a study compared with the reference of another one."""
+    place = [study.quantities.index(one) for one in reference.quantities]
+    rows = []
+    for row in study.rows:
+        errors = np.abs(row.values[place] - reference.reference) / reference.scales
+        rows.append(replace(row, errors=errors, is_reference=False))
+    return replace(study, quantities=reference.quantities, scales=reference.scales, rows=tuple(rows))
+
+
+def _without_sizes(study: Assessment) -> tuple[str, ...]:
+    return tuple(name for name in study.names if not name.endswith("radius"))
+
+
+def cheapest(study: Assessment, names: Sequence[str], goal: float) -> AssessedRun | None:
+    """Return the run with the least work among those that have all errors of `names` within `goal`, if any has."""
+    good = [row for row in study.rows if row.compared and max(study.error_of(row, name) for name in names) <= goal]
+    return min(good, key=work, default=None)
+
+
+def _cost_text(row: AssessedRun | None) -> str:
+    if row is None:
+        return "no run"
+    points, increments, millions, seconds = _costs(row)
+    return f"{millions}, {seconds} ({points} points, {increments} increments)"
 
 
 def print_precisions(modes: Sequence[str], asked: Asked) -> None:
@@ -170,7 +240,7 @@ def _worst(study: Assessment, row: AssessedRun) -> str:
 def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> None:
     """Write the errors of all quantities of all runs, in per cent; those of the reference are left empty."""
     rows = []
-    for mode in modes:
+    for mode in modes if study != CORRECTED else [mode for mode in modes if mode in CORRECTED_MODES]:
         found = by_work(studied(mode, study, asked))
         keys = key_names(found.plan.variations)
         for row in found.rows:
@@ -201,6 +271,7 @@ def main() -> None:
     """Read the arguments, and print the tables or put them into a page."""
     parser = parser_of(__doc__)
     parser.add_argument("--modes", nargs="+", choices=MODES, default=list(MODES))
+    parser.add_argument("--studies", nargs="+", choices=STUDIES, default=STUDIES, help="the tables to make")
     parser.add_argument("--points", nargs="+", type=int, default=POINTS)
     parser.add_argument("--increments", nargs="+", type=int, default=INCREMENTS)
     parser.add_argument("--runs", type=Path, default=Path(gettempdir()) / "fretsolve-trade", help="where runs are kept")
@@ -209,10 +280,11 @@ def main() -> None:
     simulation._working_seconds = processor_seconds
     asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
     parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
+    parts[CORRECTED] = partial(print_corrected, words.modes, asked)
     parts["precision"] = partial(print_precisions, words.modes, asked)
-    report(parts, words.into)
+    report({study: parts[study] for study in words.studies}, words.into)
     if words.into:
-        for study in STUDIES:
+        for study in words.studies:
             name = f"trade_{study.replace(' ', '_')}"
             write_trade(data_file(words.into, name), study, words.modes, asked)
     if words.pictures:

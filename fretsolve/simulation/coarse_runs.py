@@ -6,7 +6,6 @@ They advance with the run whose errors they show, so that it can be stopped afte
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
@@ -61,7 +60,6 @@ class CoarseRun:
         """Return the values after the increment `step`; zeros before the first one, NaN after a failure."""
         if step < 0:
             return np.zeros(len(ESTIMATED))
-        began = time.perf_counter()
         while len(self._values) <= step and self.failure is None:
             try:
                 summary = next(self._states).summary
@@ -70,7 +68,7 @@ class CoarseRun:
             else:
                 self._values.append(values_of(summary))
                 self.applications += summary.operator_applications
-        self.seconds += time.perf_counter() - began
+                self.seconds += summary.wall_time
         return self._values[step] if step < len(self._values) else np.full(len(ESTIMATED), np.nan)
 
     def values_at(self, point: PathPoint) -> DoubleArray:
