@@ -30,7 +30,7 @@ MOST_FOR_SLIP = 4.0
 FEWEST_PICKED_POINTS, ROUND_POINTS = 36, 6
 """Least number of points per side, and its divisor, so that the coarse runs have a half and a third of them."""
 
-INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.012, 1.15, 0.25
+INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.015, 1.15, 0.25
 """Error bar of the corrected dissipated energy and rotation with automatic increments without an accuracy, the order
 with which it falls with their number, and the least factor on that number."""
 

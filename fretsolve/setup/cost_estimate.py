@@ -48,6 +48,10 @@ CALL_SECONDS, NUMPY_SLOWNESS = 0.4e-3, 2.0
 """Seconds per application for any number of cells; factor on the time of the cells where numba is not installed (2 for
 mode I.3 on 256 x 256 points, 1.6 for Hertz)."""
 
+COARSE_CELLS, COARSE_APPLICATIONS, COARSE_CALLS = 0.5, 0.33, 3.0
+"""Of the coarse runs for error bars over those of the run: cells, applications in units of one on the run's grid, and
+applications on their own grids."""
+
 LARGE_CELLS, GROWTH = 2**20, 0.2
 """Beyond this many cells the time per cell grows with this power of their number: larger transforms leave the caches,
 and more iterations are needed."""
@@ -83,21 +87,24 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
     compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
-    # Coarse runs for error bars add a quarter of the time. There are up to two, with a quarter of the cells each.
-    coarse_runs = 0.25 if setup.case.solver.error_bars else 0.0
+    bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
     applications = _applications(setup)
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
-    seconds = {part: (CELL_COSTS[part][1] * effort + CALL_SECONDS) * count for part, count in applications.items()}
+    seconds = {part: CELL_COSTS[part][1] * effort * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
     seconds["slip and dissipated energy"] = SLIP_SECONDS * increments * effort
+    called = {part: CALL_SECONDS * count for part, count in applications.items()}
+    called["ux from qy, uy from qx"] = 0.45 * called["tangential problem"]
     # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
     kept = [decision.part for decision in setup.model.decisions if decision.kept]
-    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part]) for part in kept}
+    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part] + called.get(part, 0.0)) for part in kept}
     cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
-    in_cells = cell_bytes * (1.0 + 2.0 * coarse_runs)
+    on_coarse_grids = COARSE_APPLICATIONS * sum(seconds[part] for part in kept)
+    on_coarse_grids += COARSE_CALLS * sum(called.get(part, 0.0) for part in kept)
+    in_cells = cell_bytes * (1.0 + COARSE_CELLS * bars)
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
     output = setup.case.output
@@ -106,8 +113,8 @@ def estimate(setup: ProblemSetup) -> Estimate:
         shares=shares,
         memory=fixed + in_cells,
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
-        applications=round(sum(applications.values()) * (1.0 + coarse_runs)),
-        seconds=own_seconds * (1.0 + coarse_runs),
+        applications=round(sum(applications.values()) * (1.0 + COARSE_APPLICATIONS * bars)),
+        seconds=own_seconds + on_coarse_grids * bars,
         saved=in_cells * (1.0 / SINGLE - 1.0) if single else 0.0,
     )
 

@@ -37,7 +37,7 @@ def test_it_picks_what_is_not_given() -> None:
     setup = set_up(build(solver=solver()))
     case = setup.case
     assert setup.grid.nx == setup.grid.ny == case.grid.points[0]
-    assert setup.grid.nx % 4 == 0
+    assert setup.grid.nx % 6 == 0
     assert case.solver.tolerance == 1e-6
     assert case.solver.error_bars
     nx = setup.grid.nx
@@ -47,7 +47,7 @@ def test_it_picks_what_is_not_given() -> None:
 def test_picked_increments_in_words() -> None:
     setup = set_up(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
     first, second = setup.load_path.counts
-    assert first > 2 * 24
+    assert first > 1.3 * 24
     assert f"{second} to {first} increments per stage" in setup.picked
 
 
@@ -92,7 +92,7 @@ def test_points_follow_the_contact_not_the_area() -> None:
     wide = set_up(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
     assert wide.dx == pytest.approx(automatic.dx, rel=0.1)
     assert wide.ny == automatic.ny
-    assert set_up(build(solver=solver(0.2))).grid.shape == (32, 32)
+    assert set_up(build(solver=solver(0.2))).grid.shape == (36, 36)
 
 
 def test_a_narrow_slip_annulus_takes_more_points() -> None:
@@ -106,14 +106,14 @@ def test_a_narrow_slip_annulus_takes_more_points() -> None:
 
 def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
     """Spence's: nearly all of the radius at a friction of 0.05, a third at 0.12, a twelfth at 0.2, nothing at 5."""
-    setups = [set_up(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.05))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
+    setups = [set_up(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.01))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
     wide, third, twelfth, narrow, nothing = [(setup.grid.nx, setup.load_path.increments) for setup in setups]
     assert wide < third < twelfth < narrow
     assert wide[1] < third[1] < twelfth[1] < narrow[1] <= 4 * wide[1]
-    assert narrow[0] == pytest.approx(4 * 1.2 * 18.3, abs=4)
+    assert narrow[0] == pytest.approx(4 * 1.2 * 57.7, abs=6)
     assert nothing == wide
     sheared = [{"P": 400.0}, {"Qx": 36.0}]
-    assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.05))).grid.nx == wide[0]
+    assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.01))).grid.nx == wide[0]
 
 
 def test_the_effective_case_gives_the_same_setup() -> None:

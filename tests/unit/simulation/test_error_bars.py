@@ -216,7 +216,7 @@ def test_memory_and_time_count_the_coarse_runs() -> None:
         for asked in (False, True)
     )
     assert 1.2 * plain.memory < barred.memory < 1.6 * plain.memory
-    assert barred.seconds == pytest.approx(1.25 * plain.seconds)
+    assert 1.3 * plain.seconds < barred.seconds < 1.6 * plain.seconds
 
 
 def test_history_holds_them_with_units(tmp_path: Path) -> None:
