@@ -14,7 +14,14 @@ from fretsolve.study.variation import changes_the_problem, points_along, read_va
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.points import crossed
-from fretsolve.sweep.quantity import StageQuantity, expected_values, in_order, read_quantity, usual_quantities
+from fretsolve.sweep.quantity import (
+    CORRECTED_NAMES,
+    StageQuantity,
+    expected_values,
+    in_order,
+    read_quantity,
+    usual_quantities,
+)
 
 ReferenceKind = Literal["finest", "closed-form", "expect"]
 
@@ -156,6 +163,8 @@ def compared_quantities(
     """Return those of ``--quantity``, else the usual ones for which the reference has values. Raises CaseError."""
     asked = in_order([read_quantity(text, stages) for text in texts])
     for quantity in asked:
+        if quantity.name in CORRECTED_NAMES:
+            raise CaseError("take --corrected and the name without the ending", (), f"--quantity {quantity}")
         if known is not None and quantity not in known:
             same_name = [str(one) for one in in_order(known) if one.name == quantity.name]
             there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))

@@ -13,7 +13,7 @@ from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.sweep.base_case import BaseCase, placed
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
-from fretsolve.sweep.quantity import read_quantity, usual_quantities
+from fretsolve.sweep.quantity import CORRECTED_NAMES, read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import missing
 
@@ -42,15 +42,16 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     files: dict[str, float] = {}
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
-    stages, memory = sys.maxsize, 0.0
+    stages, memory, have_bars = sys.maxsize, 0.0, True
     for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
         rows.append(ManifestRow(index, prepared.id, prepared.settings, prepared.expected.seconds))
         files[prepared.id] = prepared.expected.file
         found |= dict.fromkeys(prepared.setup.model.warnings)
+        have_bars &= prepared.setup.case.solver.error_bars
         last = len(prepared.setup.load_path.last_steps)
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
         usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(prepared.setup))
-    _require_quantities(spec, text.source, stages)
+    _require_quantities(spec, text.source, stages, have_bars=have_bars)
     manifest = Manifest(
         folder.absolute(),
         path.absolute(),
@@ -89,9 +90,12 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
         raise all_of(placed(error, values, text)) from None
 
 
-def _require_quantities(spec: SweepSpec, source: CaseSource, stages: int) -> None:
+def _require_quantities(spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool) -> None:
     for index, text in enumerate(spec.quantities):
         try:
-            read_quantity(text, stages)
+            quantity = read_quantity(text, stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
+        if quantity.name in CORRECTED_NAMES and not have_bars:
+            problem = f"{quantity.name} is known from runs with error bars alone; error_bars: true is needed"
+            raise source.problem(problem, ("quantities", index))

@@ -16,8 +16,8 @@ from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError, SlidingError
 from fretsolve.export.selection import relevant_columns, stage_ends
 from fretsolve.result import Result, open_result
-from fretsolve.result.layout import HISTORY
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import best_column
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
@@ -29,7 +29,10 @@ NAMES = tuple(
 )
 """Columns that can be collected; the dissipated energy of one increment depends on how many there are."""
 
-_COLUMN_UNITS = {column.name: column.units for column in HISTORY}
+CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
+"""Columns that can be collected too, from runs with error bars."""
+
+_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)}
 
 RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
 
@@ -56,7 +59,7 @@ class StageQuantity:
 def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
-    if name not in NAMES:
+    if name not in (*NAMES, *CORRECTED_NAMES):
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, NAMES)}", text)
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
         ends = "on" if stages == LAST_STAGE else f"to {stages}"
@@ -84,7 +87,8 @@ def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
 
 def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
     """Return each quantity once, in the order of the history and of the stages."""
-    return tuple(sorted(set(quantities), key=lambda quantity: (NAMES.index(quantity.name), quantity.stage)))
+    names = (*NAMES, *CORRECTED_NAMES)
+    return tuple(sorted(set(quantities), key=lambda quantity: (names.index(quantity.name), quantity.stage)))
 
 
 def _moved(setup: ProblemSetup) -> list[str]:
@@ -145,13 +149,17 @@ def read_outcome(
 
         columns = [best_column(one.name, history) if corrected else one.name for one in quantities]
 
+        def peak(name: str) -> float:
+            as_run = name.removesuffix(CORRECTED_SUFFIX)
+            return 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
+
         round_off = {name for pair in PAIRS for name in pair}.difference(relevant_columns(result))
         return Outcome(
             np.array([at_end(name, one.stage) for name, one in zip(columns, quantities, strict=True)]),
             np.array([at_end(name + ERROR_SUFFIX, one.stage) for name, one in zip(columns, quantities, strict=True)]),
             result.increments,
             *total_cost(history),
-            np.array([(one.name not in round_off) * abs(history[one.name]).max(initial=0.0) for one in quantities]),
+            np.array([peak(one.name) for one in quantities]),
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,

@@ -24,6 +24,7 @@ from sweeping import SWEEP, assert_as_serial, manifest_of, rows_of, workers, wri
 from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import parse
 from fretsolve.errors import CaseError
+from fretsolve.result import open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.case_run import Report
@@ -276,6 +277,29 @@ axes: [friction: [0.1]]
     assert [outcome.increments for outcome in table.outcomes] == [2]
     errors = {column.name: column.values[0] for column in table.errors}
     assert errors["delta_x error"] > 0.0
+
+
+def test_corrected_values_are_collected_from_runs_with_error_bars(tmp_path: Path) -> None:
+    sweep = """\
+case: case.yaml
+set: {grid.points: 16}
+error_bars: true
+quantities: [delta_x, delta_x_corrected]
+axes: [friction: [0.1]]
+"""
+    path = write_sweep(tmp_path, sweep)
+    assert invoke("sweep", "run", path, "-q").exit_code == 0
+    table = collect(read_manifest(tmp_path / "sweep.sweep"))
+    (result,) = (tmp_path / "sweep.sweep").glob("results/*.h5")
+    with open_result(result) as found:
+        expected = [found.history[name][-1] for name in ("delta_x", "delta_x_corrected")]
+        bars = [found.history[f"{name}_error"][-1] for name in ("delta_x", "delta_x_corrected")]
+    assert [column.values[0] for column in table.found] == expected
+    assert [column.values[0] for column in table.errors] == bars
+    path.write_text(sweep.replace("error_bars: true\n", ""))
+    refusal = invoke("sweep", "run", path, "-o", tmp_path / "other")
+    assert refusal.exit_code == 2
+    assert "sweep.yaml:3: quantities.1: delta_x_corrected is known from runs with error bars alone" in refusal.stderr
 
 
 def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:

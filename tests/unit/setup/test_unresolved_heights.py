@@ -1,0 +1,90 @@
+"""Height maps that are finer than the cells: warned of, in the error bars, and resolved by an accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from solving import SPHERE, build
+
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.setup.unresolved_heights import flattening_pressure
+from fretsolve.setup.warnings import case_warnings
+from fretsolve.simulation.error_bars import run_with_error_bars
+
+SPACING, WAVE, HEIGHT = 1e-3, 0.01, 2e-4
+SLOPE = 2.0 * np.pi * HEIGHT / WAVE / np.sqrt(2.0)
+"""Root mean square slope of the ridges."""
+
+
+def ridges(folder: Path, wave: float = WAVE, height: float = HEIGHT, **parts: Any) -> ProblemSetup:
+    """Return a sphere with ridges along y, on 72 x 72 cells of 9.9 um unless `parts` say otherwise."""
+    file, x = folder / "ridges.npy", np.arange(-400, 401) * SPACING
+    np.save(file, np.repeat(height * np.sin(2.0 * np.pi * x / wave)[:, None], 801, axis=1))
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING}}]
+    return set_up(build(**{"surface": surface, "grid": {"points": 72, "size": 0.71}, **parts}))
+
+
+def warned(setup: ProblemSetup) -> list[str]:
+    return [text for text in case_warnings(setup) if "height map" in text]
+
+
+def missed(setup: ProblemSetup) -> float:
+    """Return the flattening pressure over that of all of the slopes."""
+    modulus = setup.model.compliances.contact_modulus
+    return flattening_pressure(setup.case.surface, setup.grid, modulus) / (0.5 * modulus * SLOPE)
+
+
+def test_waves_of_less_than_some_cells_are_missed(tmp_path: Path) -> None:
+    assert missed(ridges(tmp_path)) == pytest.approx(1.0, abs=0.05)
+    # Of a wave of w, points h apart see sinc(h/w) of the slope.
+    half = ridges(tmp_path, grid={"points": 142, "size": 0.71})
+    assert missed(half) == pytest.approx(np.sqrt(np.sinc(0.1) ** 2 - np.sinc(0.5) ** 2), rel=1e-3)
+    assert missed(ridges(tmp_path, grid={"points": 360, "size": 0.71})) == 0.0
+    assert missed(ridges(tmp_path, wave=0.1)) == 0.0
+
+
+def test_warning_says_which_grid_would_do(tmp_path: Path) -> None:
+    (text,) = warned(ridges(tmp_path))
+    assert text.startswith("grid.points: 72 x 72 cells miss waves of the height map that take 4.8")
+    points = int(text.split("flatten; ")[1].split(" ")[0])
+    assert 280 < points < 400
+    assert not warned(ridges(tmp_path, grid={"points": points, "size": 0.71}))
+    assert not warned(ridges(tmp_path, height=1e-9))
+    assert not warned(ridges(tmp_path, wave=0.1))
+
+
+def test_accuracy_resolves_them(tmp_path: Path) -> None:
+    asked = {"accuracy": 0.02}
+    setup = ridges(tmp_path, grid={"size": 0.71}, solver=asked)
+    assert setup.grid.nx > 280
+    assert not warned(setup)
+    assert ridges(tmp_path, wave=0.1, grid={"size": 0.71}, solver=asked).grid.nx < 80
+
+
+def test_bars_are_not_small(tmp_path: Path) -> None:
+    (state,) = run_with_error_bars(ridges(tmp_path))
+    errors, summary = state.errors, state.summary
+    assert errors is not None
+    for name in ("delta_z", "contact_radius", "max_pressure"):
+        assert getattr(errors, f"{name}_error") > 0.9 * getattr(summary, name)
+    assert errors.P_error < 1e-5 * summary.P
+    (state,) = run_with_error_bars(ridges(tmp_path, wave=0.1))
+    assert state.errors is not None
+    assert state.errors.contact_radius_error < 0.1 * state.summary.contact_radius
+
+
+def test_holes_and_maps_smaller_than_the_grid_are_no_obstacle(tmp_path: Path) -> None:
+    file = tmp_path / "holes.npy"
+    heights = HEIGHT * np.sin(2.0 * np.pi * np.arange(200) * SPACING / WAVE)[:, None] * np.ones(200)
+    heights[50:60, 50:60] = np.nan
+    np.save(file, heights)
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING, "center": [0.1, 0.1]}}]
+    setup = set_up(build(surface=surface, grid={"points": 72, "size": 0.71}))
+    assert missed(setup) == pytest.approx(1.0, abs=0.1)
+    flat = tmp_path / "flat.npy"
+    np.save(flat, np.zeros((300, 300)))
+    surface = [SPHERE, {"heights": {"file": str(flat), "spacing": SPACING}}]
+    assert missed(set_up(build(surface=surface, grid={"points": 16, "size": 0.71}))) == 0.0
