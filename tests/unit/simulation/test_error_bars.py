@@ -53,12 +53,12 @@ def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
     assert coarse.grid.shape == (9, 12)
     assert coarse.grid.size == pytest.approx(setup.grid.size)
     assert coarse.load_path.counts == (2,)
-    assert coarse.case.solver.tolerance == pytest.approx(1e-5)
+    assert coarse.case.solver.tolerance == pytest.approx(3e-5)
     assert setup.load_path.counts == (3,)
     assert coarser(setup, 3, (2,)).grid.shape == (8, 8)
 
 
-@pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 1e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
+@pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 3e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
 def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
     setup = setup_of(solver={"tolerance": tolerance})
     assert coarser(setup, 2, (1,)).case.solver.tolerance == pytest.approx(looser)
