@@ -108,7 +108,7 @@ def _last_with_error(result: Result, name: str) -> tuple[str, str]:
     if name not in result.history:
         return "", ""
     value, error = (float(result.history[column][-1]) for column in (name, name + ERROR_SUFFIX))
-    return f"{value:.6g}", _error_text(value, error)
+    return "unknown" if math.isnan(value) else f"{value:.6g}", _error_text(value, error)
 
 
 def _error_text(value: float, error: float) -> str:

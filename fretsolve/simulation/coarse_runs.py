@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fretsolve.case.history import TANGENTIAL
 from fretsolve.errors import NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
@@ -84,21 +85,27 @@ class CoarseRuns:
     """The coarse runs of a problem, and what they show together.
 
     One has a third of the points per side. Where the number of increments matters, a second one has the same points and
-    twice the increments, and one on half of the points needs only half of the increments: the law of the second run
-    makes up for it. Errors of the increments are of first order in their number, and nearly the same on every grid.
+    other increments, and one on half of the points needs only half of the increments: the law of the second run makes
+    up for it. Errors of the increments are of first order in their number, and nearly the same on every grid.
+
+    The second run has twice the increments where the slip depends on the path. Elsewhere slip may turn a little, since
+    Poisson's ratio links the directions; half of the increments show that at a quarter of the cost.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
-        path, matters = setup.load_path, setup.load_path.path_dependent or setup.model.terms.in_plane_coupling
+        path, half, other = setup.load_path, setup.load_path.counts, None
+        if path.path_dependent or setup.model.terms.in_plane_coupling:
+            half = halved(path.counts)
+            other = twice(path.counts) if path.path_dependent or 1 in _moved_counts(setup) else half
         self.third = CoarseRun(coarser(setup, 3, path.counts), threads)
-        self.more = CoarseRun(coarser(setup, 3, twice(path.counts)), threads) if matters else None
-        self.half = CoarseRun(coarser(setup, 2, halved(path.counts) if matters else path.counts), threads)
+        self.half = CoarseRun(coarser(setup, 2, half), threads)
+        self.other = CoarseRun(coarser(setup, 3, other), threads) if other else None
         self._points = math.prod(setup.grid.shape)
 
     @property
     def all(self) -> list[CoarseRun]:
         """The runs."""
-        return [coarse for coarse in (self.third, self.more, self.half) if coarse is not None]
+        return [coarse for coarse in (self.third, self.other, self.half) if coarse is not None]
 
     def refinement(self, coarse: CoarseRun) -> float:
         """Return the points per side of the run over those of a coarse one."""
@@ -119,22 +126,35 @@ class CoarseRuns:
 
     def change_by_increments(self, step: int) -> DoubleArray:
         """Return what endlessly many increments would add to the values at `step`, to first order."""
-        if self.more is None:
+        if self.other is None or step < 0:
             return np.zeros(len(ESTIMATED))
-        return 2.0 * (self.more.values(2 * step + 1) - self.third.values(step))
+        return between_common_points(self._change, self.third.setup.load_path, self.other.setup.load_path, step)
+
+    def _change(self, point: PathPoint) -> DoubleArray:
+        ratio = 1.0
+        if self.other is not None:
+            counts, others = (coarse.setup.load_path.counts for coarse in (self.third, self.other))
+            ratio = counts[point.stage] / others[point.stage]
+        if self.other is None or ratio == 1.0:
+            return np.zeros(len(ESTIMATED))
+        change: DoubleArray = (self.other.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
+        return change
 
     def half_less_third(self, step: int) -> DoubleArray:
         """Return the values at `step` on half of the points less those on a third, interpolated between increments."""
         return between_common_points(self._half_less_third, self.third.setup.load_path, self.half.setup.load_path, step)
 
     def _half_less_third(self, point: PathPoint) -> DoubleArray:
-        many, few = self.third.setup.load_path, self.half.setup.load_path
+        counts, fewer = (coarse.setup.load_path.counts for coarse in (self.third, self.half))
+        missing = counts[point.stage] / fewer[point.stage] - 1.0
         difference: DoubleArray = self.half.values_at(point) - self.third.values_at(point)
-        if self.more is None:
-            return difference
-        step = sum(many.counts[: point.stage]) + round(point.part * many.counts[point.stage]) - 1
-        fewer = many.counts[point.stage] / few.counts[point.stage] - 1.0
-        return difference + fewer * self.change_by_increments(step) if fewer else difference
+        return difference + missing * self._change(point) if missing else difference
+
+
+def _moved_counts(setup: ProblemSetup) -> list[int]:
+    """Return the increments of the stages that move a tangential component."""
+    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
+    return [count for stage, count in stages if any(name in TANGENTIAL for name, _ in stage.targets)]
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:

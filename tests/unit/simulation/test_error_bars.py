@@ -247,15 +247,28 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
     with open_result(out) as result:
         value, error = (float(result.history[name][-1]) for name in ("delta_x", "delta_x_error"))
         assert result.effective_case["solver"]["error_bars"] is True
-        corrected, its_error = (float(result.history[f"delta_x_corrected{end}"][-1]) for end in ("", "_error"))
     assert 0.0 < error < 0.05 * value
     shown = [line.split() for line in invoke("show", out).stdout.splitlines()]
-    values = f"{value:.6g} ± {error:.1e} {corrected:.6g} ± {its_error:.1e}"
-    assert ["delta_x", *values.split(), "mm"] in shown
+    assert ["delta_x", f"{value:.6g}", "±", f"{error:.1e}", "mm"] in shown
     assert invoke("run", case, "--error-bars", "--resume").output == f"{out}: already complete, 5 increments\n"
     other = invoke("run", case, "--resume")
     assert other.exit_code == 4
     assert "solver.error_bars is true there, false now" in other.output
+
+
+def test_corrected_values_are_shown_where_they_differ(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path, COUPLED), tmp_path / "case.h5"
+    assert invoke("run", case, "--error-bars", "-q").exit_code == 0
+    with open_result(out) as result:
+        names = ("delta_x", "delta_x_corrected")
+        value, corrected = (float(result.history[name][-1]) for name in names)
+        errors = [float(result.history[f"{name}_error"][-1]) for name in names]
+        assert result.units("delta_x_corrected_error") == "mm"
+    assert value != corrected
+    shown = invoke("show", out).stdout
+    assert "corrected for" in shown
+    texts = f"delta_x {value:.6g} ± {errors[0]:.1e} {corrected:.6g} ± {errors[1]:.1e} mm"
+    assert texts.split() in [line.split() for line in shown.splitlines()]
 
 
 def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
