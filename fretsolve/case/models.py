@@ -137,7 +137,7 @@ class SolverSpec(CaseModel):
     )
     max_iterations: Count = Field(default=2000, description="most iterations of one solve")
     error_bars: StrictBool = Field(
-        default=False, description="whether the history has error bars, from coarse runs on half of the points"
+        default=False, description="whether the history has error bars, and corrected values, from coarse runs"
     )
 
     @model_validator(mode="before")

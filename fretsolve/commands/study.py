@@ -126,7 +126,7 @@ def _draw(path: Path, study: Assessment, title: str) -> None:
     from fretsolve.plots.canvas import rendered
     from fretsolve.study.plot import trade
 
-    content = rendered(trade(study, title), "png")
+    content = rendered(trade(study, f"{title}{', corrected values' * study.plan.corrected}"), "png")
     with atomic_files.new_file(path) as file:
         file.write(content)
 

@@ -63,10 +63,10 @@ ERROR_SUFFIX, CORRECTED_SUFFIX = "_error", "_corrected"
 class SummaryErrors:
     """Error bars of one row of the history: estimated errors of `Summary`'s values, in their units, all >= 0.
 
-    The certificate is about `Summary`, the values as run. Those ``_corrected`` are what endlessly many increments would
-    give, to first order, and have error bars of their own. NaN where they are not known. Attribute names are the names
-    of datasets in ``/history``. coarse_runs_applications: applications of the elastic operator in the coarse runs since
-    the row before, in units of one on the run's own grid; coarse_runs_wall_time: the seconds that they took.
+    The certificate is about `Summary`, the values as run. Those ``_corrected`` are what infinitely many increments
+    would give, to first order, and have error bars of their own. NaN where they are not known. Attribute names are the
+    names of datasets in ``/history``. coarse_runs_applications: applications of the elastic operator in the coarse runs
+    since the row before, in units of one on the run's own grid; coarse_runs_wall_time: the seconds that they took.
     """
 
     P_error: float
@@ -123,8 +123,11 @@ _COLUMNS = tuple(SummaryErrors.__dataclass_fields__)
 CORRECTED = tuple(name.removesuffix(CORRECTED_SUFFIX) for name in _COLUMNS if name.endswith(CORRECTED_SUFFIX))
 """The values of a summary that are corrected too, in their order."""
 
-ESTIMATED = tuple(name.removesuffix(ERROR_SUFFIX) for name in _COLUMNS if name.endswith(ERROR_SUFFIX))
-ESTIMATED = tuple(name for name in ESTIMATED if not name.endswith(CORRECTED_SUFFIX))
+ESTIMATED = tuple(
+    name.removesuffix(ERROR_SUFFIX)
+    for name in _COLUMNS
+    if name.endswith(ERROR_SUFFIX) and not name.endswith(CORRECTED_SUFFIX + ERROR_SUFFIX)
+)
 """The values of a summary that have error bars, in their order."""
 
 

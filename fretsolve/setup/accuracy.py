@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 
+from fretsolve.case.dimensions import percent
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
-from fretsolve.setup.unresolved_heights import resolving_points
+from fretsolve.setup.unresolved_heights import MOST_POINTS, HeightMaps
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
@@ -39,11 +41,13 @@ WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 increments are taken, and the order with which their number rises with the inverse of the width."""
 
 
-def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[int, int]:
+def points_needed(
+    forms: ClosedForms, load_path: LoadPath, size: Size, heights: Callable[[], HeightMaps]
+) -> tuple[int, int]:
     """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
-    height maps that are finer than such cells. Raises FileError or CaseError where a map cannot be read.
+    `heights` that are finer than such cells. Raises FileError or CaseError where a map cannot be read or is too fine.
     """
     accuracy, holds_contact = forms.case.solver.accuracy, size
     assert accuracy is not None
@@ -61,7 +65,13 @@ def points_needed(forms: ClosedForms, load_path: LoadPath, size: Size) -> tuple[
         math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
         for side, extent in zip(size, extents, strict=True)
     )
-    nx, ny = resolving_points(forms.case.surface, forms.case.grid.center, size, (nx, ny))
+    nx, ny = heights().resolving_points(size, (nx, ny))
+    if max(nx, ny) > MOST_POINTS:
+        raise forms.case.source.problem(
+            f"accuracy {percent(accuracy)} would take {nx} x {ny} points to resolve the height map; smooth the map, or"
+            " give grid.points",
+            ("surface",),
+        )
     return ROUND_POINTS * math.ceil(nx / ROUND_POINTS), ROUND_POINTS * math.ceil(ny / ROUND_POINTS)
 
 

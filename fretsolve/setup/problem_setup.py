@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
@@ -12,7 +14,8 @@ from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms import ClosedForms
-from fretsolve.setup.contact_size import automatic_size
+from fretsolve.setup.contact_size import Size, automatic_size
+from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
 SINGLE_RANGE = 1e28
@@ -23,7 +26,8 @@ SINGLE_RANGE = 1e28
 class ProblemSetup:
     """A case with the model it needs, its grid, its load path and the closed forms that hold for it.
 
-    case: with the settings that its accuracy picks; picked: those settings in words.
+    case: with the settings that its accuracy picks; heights: reads the height maps when it is first called; picked: the
+    picked settings in words.
     """
 
     case: Case
@@ -31,6 +35,7 @@ class ProblemSetup:
     grid: Grid
     load_path: LoadPath
     closed_forms: ClosedForms
+    heights: Callable[[], HeightMaps]
     picked: tuple[str, ...] = ()
 
     def separation(self) -> DoubleArray:
@@ -44,6 +49,14 @@ class ProblemSetup:
             raise self.case.source.problem(error.message, error.key) from None
 
 
+def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
+    modulus = model.compliances.contact_modulus
+    try:
+        return HeightMaps.of(case.surface, case.grid.center, size, load_path.imposed, modulus)
+    except CaseError as error:
+        raise case.source.problem(error.message, error.key) from None
+
+
 def set_up(case: Case) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
@@ -55,7 +68,8 @@ def set_up(case: Case) -> ProblemSetup:
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = ClosedForms(case, model, load_path.imposed)
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
-    points = case.grid.points or points_needed(closed_forms, load_path, size)
+    heights = cache(partial(_read_heights, case, model, load_path, size))
+    points = case.grid.points or points_needed(closed_forms, load_path, size, heights)
     grid = Grid.from_size(points, size, case.grid.center)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
@@ -65,4 +79,4 @@ def set_up(case: Case) -> ProblemSetup:
             " precision: double, or lengths and moduli nearer to those of metals",
             ("solver", "precision"),
         )
-    return ProblemSetup(case, model, grid, load_path, closed_forms, picks(asked, case, points, load_path))
+    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picks(asked, case, points, load_path))

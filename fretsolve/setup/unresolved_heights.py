@@ -1,90 +1,152 @@
-"""Height maps that are finer than the cells: how much of their slopes the cells miss, and which cells would do.
+"""Height maps that are finer than the cells: the slopes that the cells miss, and the points that would see them.
 
 A cell takes the height at its centre, so waves of less than some cells are lost, or appear as longer ones. Of a wave of
-length w, cells of side h see the share sin(pi h/w) / (pi h/w) of its slope.
+length w, points h apart see the share sin(pi h/w) / (pi h/w) of its slope. What is missed matters by the pressure that
+would flatten it, E* s/2 for waves of the root mean square slope s (Johnson, Contact Mechanics, section 13.2).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fretsolve.case.surface_specs import Surface
-from fretsolve.model.grid import Grid
 from fretsolve.model.height_map import HeightMap
 from fretsolve.model.surface import height_maps
 from fretsolve.system.arrays import DoubleArray
 
-LARGEST_SHARE = 0.4
-"""Share of a map's root mean square slope that cells may miss: that of a wave of 4.4 cells."""
+LEAST_GROWTH = 3.3
+"""Waves are resolved if cells twice as long miss this many times the mean square slope, or more: 4 for long waves, 3.3
+for waves of 4.4 cells, 1 where all is missed. Tilts and smooth forms do not count."""
 
-FINER = 1.1
-"""Factor between the cells that are tried one after another."""
+LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
+"""Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
+that mean pressure, over E*, where no force is imposed."""
+
+PROFILES = 128
+"""Profiles along each axis that a map's slopes are taken from."""
+
+MOST_POINTS = 2048
+"""Points per side that an accuracy takes for the sake of a height map, at most."""
 
 Pair = tuple[float, float]
 
 
-def flattening_pressure(surfaces: Sequence[Surface], grid: Grid, contact_modulus: float) -> float:
-    """Return the root mean square pressure (MPa) that would flatten what the cells of `grid` miss of height maps.
+@dataclass(frozen=True)
+class HeightProfiles:
+    """Profiles of a height map on a grid's area.
 
-    0 where they miss little. Waves of a root mean square slope s need E* s / 2 (Johnson, Contact Mechanics, 13.2).
-    Raises FileError or CaseError where a map cannot be read.
+    along: x and y, arrays (points, profiles) in mm, NaN in holes; spacing: of the points, mm.
     """
-    missed = 0.0
-    for place, height_map in height_maps(surfaces):
-        part = _part(height_map, place, grid.center, grid.size)
-        lost, too_much = _lost_slope(part, height_map.spacing, (grid.dx, grid.dy))
-        missed += lost * too_much
-    return 0.5 * contact_modulus * math.sqrt(missed)
+
+    along: tuple[DoubleArray, DoubleArray]
+    spacing: Pair
+
+    def missed(self, axis: int, side: float) -> float:
+        """Return the mean square slope along `axis` that points `side` (mm) apart miss: its variance between them."""
+        return self._missed(axis, round(side / self.spacing[axis]))
+
+    def _missed(self, axis: int, between: int) -> float:
+        heights = self.along[axis] / self.spacing[axis]
+        if between < 2 or len(heights) <= between:
+            return 0.0
+        slopes = np.diff(heights, axis=0)
+        known = np.isfinite(slopes)
+        squares, counts = (_sums(part, between) for part in (np.where(known, slopes, 0.0) ** 2, known.astype(float)))
+        seen = (heights[between:] - heights[:-between]) / between
+        whole = counts == between
+        return float(np.mean(squares[whole] / between - seen[whole] ** 2)) if whole.any() else 0.0
+
+    def resolved(self, axis: int, side: float, negligible: float) -> bool:
+        """Return whether cells of `side` (mm) resolve the waves along `axis`, or miss up to a `negligible` square."""
+        between = round(side / self.spacing[axis])
+        missed = self._missed(axis, between)
+        if missed <= negligible or len(self.along[axis]) <= 2 * between:
+            return True
+        return self._missed(axis, 2 * between) >= LEAST_GROWTH * missed
 
 
-def resolving_points(surfaces: Sequence[Surface], center: Pair, size: Pair, points: tuple[int, int]) -> tuple[int, int]:
-    """Return the points along x and y, at least `points`, with which cells on `size` see the slopes of all maps."""
-    nx, ny = points
-    for place, height_map in height_maps(surfaces):
-        part = _part(height_map, place, center, size)
-        while _lost_slope(part, height_map.spacing, (size[0] / nx, size[1] / ny))[1]:
-            nx, ny = math.ceil(FINER * nx), math.ceil(FINER * ny)
-    return nx, ny
+@dataclass(frozen=True)
+class HeightMaps:
+    """All height maps of a case on the area of a grid, by their profiles.
+
+    contact_modulus: E*; load: the pressure (MPa) that flattening pressures are measured against.
+    """
+
+    maps: tuple[HeightProfiles, ...]
+    contact_modulus: float
+    load: float
+
+    @classmethod
+    def of(
+        cls,
+        surfaces: Sequence[Surface],
+        center: Pair,
+        size: Pair,
+        loads: Sequence[Mapping[str, float]],
+        contact_modulus: float,
+    ) -> HeightMaps:
+        """Read the maps; loads: imposed at the ends of stages. Raises FileError or CaseError for a wrong map."""
+        found = tuple(_profiles(height_map, place, center, size) for place, height_map in height_maps(surfaces))
+        forces = [load["P"] / math.prod(size) for load in loads if "P" in load]
+        return cls(found, contact_modulus, max(forces, default=LOAD_UNKNOWN * contact_modulus))
+
+    def flattening_pressure(self, cell: Pair) -> float:
+        """Return the root mean square pressure (MPa) that would flatten what cells of sides `cell` miss.
+
+        0 where they resolve the waves, since coarse runs show the rest, or where it does not matter.
+        """
+        missed = [
+            one.missed(axis, side)
+            for one in self.maps
+            for axis, side in enumerate(cell)
+            if not one.resolved(axis, side, self._negligible)
+        ]
+        return 0.5 * self.contact_modulus * math.sqrt(math.fsum(missed))
+
+    def resolving_points(self, size: Pair, points: tuple[int, int]) -> tuple[int, int]:
+        """Return the points along x and y, at least `points`, with which cells on `size` (mm) resolve all waves."""
+        nx, ny = points
+        for one in self.maps:
+            nx, ny = self._points(one, 0, size[0], nx), self._points(one, 1, size[1], ny)
+        return nx, ny
+
+    def _points(self, one: HeightProfiles, axis: int, size: float, least: int) -> int:
+        """Return the least points along an axis by bisection, up to those of the map itself."""
+        low, high = least, max(least, math.ceil(size / one.spacing[axis]))
+        while low < high:
+            middle = (low + high) // 2
+            if one.resolved(axis, size / middle, self._negligible):
+                high = middle
+            else:
+                low = middle + 1
+        return low
+
+    @property
+    def _negligible(self) -> float:
+        """Mean square slope whose flattening does not matter."""
+        return (2.0 * LARGEST_FLATTENING * self.load / self.contact_modulus) ** 2
 
 
-def _lost_slope(part: DoubleArray, spacing: Pair, cell: Pair) -> tuple[float, bool]:
-    """Return the mean square slope that cells of sides `cell` miss, and whether it is too much of the whole."""
-    whole, lost = _mean_squares(part, spacing, cell)
-    return lost, lost > LARGEST_SHARE**2 * whole
-
-
-def _part(height_map: HeightMap, place: Pair, center: Pair, size: Pair) -> DoubleArray:
-    """Return the heights of a map, centred at `place`, on the area of a grid."""
+def _profiles(height_map: HeightMap, place: Pair, center: Pair, size: Pair) -> HeightProfiles:
+    """Return profiles of a map that is centred at `place`."""
     cut = []
     for axis in (0, 1):
         count, step = height_map.values.shape[axis], height_map.spacing[axis]
         middle = (center[axis] - place[axis]) / step + 0.5 * (count - 1)
         reach = 0.5 * size[axis] / step
         cut.append(slice(max(math.floor(middle - reach), 0), max(math.ceil(middle + reach) + 1, 0)))
-    return height_map.values[cut[0], cut[1]]
+    part = height_map.values[cut[0], cut[1]]
+    nx, ny = part.shape
+    along_x, along_y = part[:, :: max(ny // PROFILES, 1)], part[:: max(nx // PROFILES, 1)].T
+    return HeightProfiles((along_x.copy(), along_y.copy()), height_map.spacing)
 
 
-def _mean_squares(part: DoubleArray, spacing: Pair, cell: Pair) -> Pair:
-    """Return the mean square of the slopes of heights, and the part of it that cells of sides `cell` miss."""
-    whole = lost = 0.0
-    for axis, (step, side) in enumerate(zip(spacing, cell, strict=True)):
-        heights = part if axis == 0 else part.T
-        between = max(side / step, 1.0)
-        if len(heights) < between + 2.0:
-            continue
-        own, seen = (_mean_square_slope(heights, count) / step**2 for count in (1.0, between))
-        whole, lost = whole + own, lost + max(own - seen, 0.0)
-    return whole, lost
-
-
-def _mean_square_slope(heights: DoubleArray, between: float) -> float:
-    """Return the mean square slope along the first axis, per point, of points `between` points apart."""
-    low = math.floor(between)
-    share = between - low
-    ahead = heights[low:] if share == 0.0 else (1.0 - share) * heights[low:-1] + share * heights[low + 1 :]
-    slopes = (ahead - heights[: len(ahead)]) / between
-    known = np.isfinite(slopes)
-    return float(np.mean(slopes[known] ** 2)) if known.any() else 0.0
+def _sums(values: DoubleArray, count: int) -> DoubleArray:
+    """Return the sums of `count` neighbours along the first axis."""
+    total = np.cumsum(np.vstack([np.zeros_like(values[:1]), values]), axis=0)
+    sums: DoubleArray = total[count:] - total[:-count]
+    return sums

@@ -17,7 +17,6 @@ from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
 from fretsolve.setup.cost_estimate import disk_problem, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.unresolved_heights import flattening_pressure, resolving_points
 from fretsolve.system.arrays import DoubleArray
 
 FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
@@ -26,10 +25,6 @@ FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
 LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
-
-LARGEST_FLATTENING = 0.01
-"""Pressure that flattens the waves of a height map that cells miss, over the mean pressure on the grid's area, up to
-which they do not matter."""
 
 HOLD_TO = "half-spaces and linear elasticity hold to about"
 
@@ -119,11 +114,9 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_heights(setup: ProblemSetup) -> Iterator[str]:
     """Warn of height maps that are finer than the cells, if flattening what these miss takes a part of the pressure."""
-    surfaces, grid = setup.case.surface, setup.grid
-    needed = flattening_pressure(surfaces, grid, setup.model.compliances.contact_modulus)
-    most = max(load.get("P", math.inf) for load in setup.load_path.imposed)
-    if needed > LARGEST_FLATTENING * most / math.prod(grid.size):
-        nx, ny = resolving_points(surfaces, grid.center, grid.size, grid.shape)
+    grid, heights = setup.grid, setup.heights()
+    if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
+        nx, ny = heights.resolving_points(grid.size, grid.shape)
         yield (
             f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to"
             f" flatten; {nx} x {ny} points would resolve them"
@@ -141,7 +134,10 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     if accuracy is None:
         return
     wanted = f"that accuracy {percent(accuracy)} picks"
-    (nx, ny), (more_x, more_y) = setup.grid.shape, points_needed(setup.closed_forms, path, setup.grid.size)
+    (nx, ny), (more_x, more_y) = (
+        setup.grid.shape,
+        points_needed(setup.closed_forms, path, setup.grid.size, setup.heights),
+    )
     if nx < more_x or ny < more_y:
         yield f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}; leave them out to meet it"
     short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]

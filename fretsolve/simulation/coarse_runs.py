@@ -8,15 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import accumulate, compress
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
 
 from fretsolve.case.history import TANGENTIAL
-from fretsolve.errors import NoSolutionError
+from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import ESTIMATED, Summary
+from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
@@ -28,8 +30,11 @@ corrections by some 1e-5 of the value (mode I.3, 48 x 48 cells), well below the 
 FEWEST_POINTS = 8
 """Points per side of a coarse run, at least. With fewer, a contact has no inside."""
 
-HALVED_FROM = 2
-"""Increments of a stage from which the coarse run on half of the points has half of them."""
+CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
+"""Which of `ESTIMATED` are corrected for the number of increments."""
+
+FEWEST_HALVED = 6
+"""Increments of each stage that slips, from which half of them show what more would change."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -52,7 +57,7 @@ class CoarseRun:
 
     def __init__(self, setup: ProblemSetup, threads: int):
         self.setup = setup
-        self.failure: NoSolutionError | None = None
+        self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
         self._states = run(setup, threads=threads)
         self._values: list[DoubleArray] = []
@@ -64,7 +69,7 @@ class CoarseRun:
         while len(self._values) <= step and self.failure is None:
             try:
                 summary = next(self._states).summary
-            except NoSolutionError as error:
+            except (NoSolutionError, CaseError) as error:  # a surface may fit the cells of the run alone
                 self.failure = error
             else:
                 self._values.append(values_of(summary))
@@ -85,27 +90,30 @@ class CoarseRuns:
     """The coarse runs of a problem, and what they show together.
 
     One has a third of the points per side. Where the number of increments matters, a second one has the same points and
-    other increments, and one on half of the points needs only half of the increments: the law of the second run makes
-    up for it. Errors of the increments are of first order in their number, and nearly the same on every grid.
+    other increments. One on half of the points then needs only half of the increments, as the first two show what those
+    missing would change. Errors of the increments are of first order in their number, and about the same on all grids.
 
     The second run has twice the increments where the slip depends on the path. Elsewhere slip may turn a little, since
     Poisson's ratio links the directions; half of the increments show that at a quarter of the cost.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
-        path, half, other = setup.load_path, setup.load_path.counts, None
-        if path.path_dependent or setup.model.terms.in_plane_coupling:
-            half = halved(path.counts)
-            other = twice(path.counts) if path.path_dependent or 1 in _moved_counts(setup) else half
-        self.third = CoarseRun(coarser(setup, 3, path.counts), threads)
-        self.half = CoarseRun(coarser(setup, 2, half), threads)
-        self.other = CoarseRun(coarser(setup, 3, other), threads) if other else None
+        counts = fewer = setup.load_path.counts
+        other = None
+        if setup.load_path.path_dependent or setup.model.terms.in_plane_coupling:
+            slips = slipping_stages(setup)
+            fewer = halved(counts, slips)
+            enough = min(compress(counts, slips), default=1) >= FEWEST_HALVED
+            other = twice(counts) if setup.load_path.path_dependent or fewer == counts or not enough else fewer
+        self.third = CoarseRun(coarser(setup, 3, counts), threads)
+        self.half = CoarseRun(coarser(setup, 2, fewer), threads)
+        self.other_increments = CoarseRun(coarser(setup, 3, other), threads) if other else None
         self._points = math.prod(setup.grid.shape)
 
     @property
     def all(self) -> list[CoarseRun]:
         """The runs."""
-        return [coarse for coarse in (self.third, self.other, self.half) if coarse is not None]
+        return [coarse for coarse in (self.third, self.other_increments, self.half) if coarse is not None]
 
     def refinement(self, coarse: CoarseRun) -> float:
         """Return the points per side of the run over those of a coarse one."""
@@ -125,19 +133,21 @@ class CoarseRuns:
         return None
 
     def change_by_increments(self, step: int) -> DoubleArray:
-        """Return what endlessly many increments would add to the values at `step`, to first order."""
-        if self.other is None or step < 0:
+        """Return what infinitely many increments would add to the values at `step`, to first order."""
+        if self.other_increments is None or step < 0:
             return np.zeros(len(ESTIMATED))
-        return between_common_points(self._change, self.third.setup.load_path, self.other.setup.load_path, step)
+        return between_common_points(
+            self._change, self.third.setup.load_path, self.other_increments.setup.load_path, step
+        )
 
     def _change(self, point: PathPoint) -> DoubleArray:
         ratio = 1.0
-        if self.other is not None:
-            counts, others = (coarse.setup.load_path.counts for coarse in (self.third, self.other))
+        if self.other_increments is not None:
+            counts, others = (coarse.setup.load_path.counts for coarse in (self.third, self.other_increments))
             ratio = counts[point.stage] / others[point.stage]
-        if self.other is None or ratio == 1.0:
+        if self.other_increments is None or ratio == 1.0:
             return np.zeros(len(ESTIMATED))
-        change: DoubleArray = (self.other.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
+        change: DoubleArray = (self.other_increments.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
         return change
 
     def half_less_third(self, step: int) -> DoubleArray:
@@ -148,13 +158,14 @@ class CoarseRuns:
         counts, fewer = (coarse.setup.load_path.counts for coarse in (self.third, self.half))
         missing = counts[point.stage] / fewer[point.stage] - 1.0
         difference: DoubleArray = self.half.values_at(point) - self.third.values_at(point)
-        return difference + missing * self._change(point) if missing else difference
+        # The radii and the largest pressure change by their edges' place in the cells rather than by the increments.
+        return difference + missing * CORRECTABLE * self._change(point) if missing else difference
 
 
-def _moved_counts(setup: ProblemSetup) -> list[int]:
-    """Return the increments of the stages that move a tangential component."""
-    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    return [count for stage, count in stages if any(name in TANGENTIAL for name, _ in stage.targets)]
+def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
+    """Return for each stage whether something may slip in it: all between dissimilar bodies, or once one is sheared."""
+    moved = (any(name in TANGENTIAL and value for name, value in stage.targets) for stage in setup.case.stages())
+    return tuple(setup.model.coupled or sheared for sheared in accumulate(moved, or_))
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
@@ -172,9 +183,14 @@ def twice(counts: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(2 * count for count in counts)
 
 
-def halved(counts: tuple[int, ...]) -> tuple[int, ...]:
-    """Return half as many increments per stage where there are enough of them."""
-    return tuple(count // 2 if count >= HALVED_FROM else count for count in counts)
+def halved(counts: tuple[int, ...], matter: tuple[bool, ...]) -> tuple[int, ...]:
+    """Return half as many increments per stage, if all stages that `matter` can be halved exactly.
+
+    So the errors of all of them grow by one factor.
+    """
+    if any(count % 2 for count in compress(counts, matter)):
+        return counts
+    return tuple(count // 2 if whether else count for count, whether in zip(counts, matter, strict=True))
 
 
 def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoint, PathPoint, float]:

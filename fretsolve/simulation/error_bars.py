@@ -17,9 +17,9 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CoarseRuns, values_of
+from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -31,8 +31,9 @@ ORDERS |= {"max_pressure": 0.65, "work": 0.7, "work_total": 0.7}
 their cells."""
 
 OBSERVED_ORDERS: DoubleArray = np.linspace(0.3, 1.5, 121)
-OBSERVED_SHARE = 0.7
-"""Orders of the dissipated energy that three grids may show, and the part of the way to the one that they show."""
+OBSERVED_SHARE, LEAST_REFINEMENT = 0.7, 1.3
+"""Orders of the dissipated energy that three grids may show, the part of the way to the one that they show, and the
+ratio of points per side of the coarse grids from which it counts."""
 
 BETWEEN = 0.5
 """Part of the difference between the two coarse grids that counts as an error of the run."""
@@ -42,8 +43,11 @@ INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 1.5, 1.0, 0.7
 coarse grid is mostly that of its edge within the cells, and in the corrected values, where it has been taken out."""
 
 TOTAL, WORK = ESTIMATED.index("work_total"), ESTIMATED.index("work")
+LARGEST_CHANGE = 0.1
+"""Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
+run."""
+
 SAFETY = np.array([STICK_SAFETY if name == "stick_radius" else INCREMENTS_SAFETY for name in ESTIMATED])
-CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 
 
 def run_with_error_bars(
@@ -101,8 +105,11 @@ class ErrorBars:
         values, imposed = values_of(summary), self._imposed(summary.step)
         others = np.hypot(self._cells(summary, imposed), self._iteration(summary, imposed))
         change = self._change_by_increments(summary.step)
+        # An imposed value keeps its error, and where much changes, errors are not of first order.
+        uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
+        left = np.where(uncertain, SAFETY, CORRECTED_SAFETY) * change
         errors = np.hypot(others, SAFETY * change)
-        corrected = np.hypot(others, CORRECTED_SAFETY * change)
+        corrected = np.linalg.norm([others, left, self._iteration_of_change(summary, change)], axis=0)
         change[imposed] = 0.0
         return SummaryErrors(
             *errors.tolist(),
@@ -139,7 +146,7 @@ class ErrorBars:
 
     def _observed(self, order: float, from_half: float, from_third: float) -> float:
         """Return the order between the assumed one and that by which the coarse values approach that of the run."""
-        if not from_half * from_third > 0.0:
+        if not from_half * from_third > 0.0 or self._finer[1] < LEAST_REFINEMENT * self._finer[0]:
             return order
         shown = np.interp(from_third / from_half, self._ratios, OBSERVED_ORDERS)
         return order + OBSERVED_SHARE * max(float(shown) - order, 0.0)
@@ -156,6 +163,11 @@ class ErrorBars:
         scales = self._scales(summary)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
         return np.asarray(residuals * np.array([scales[name] for name in ESTIMATED]))
+
+    def _iteration_of_change(self, summary: Summary, change: DoubleArray) -> DoubleArray:
+        """Return the error of the coarse runs' iteration in their difference, which is taken twice."""
+        scales, tolerance = self._scales(summary), self._runs.third.setup.case.solver.tolerance
+        return np.asarray(2.0 * tolerance * (change != 0.0) * np.array([scales[name] for name in ESTIMATED]))
 
     def _scales(self, summary: Summary) -> dict[str, float]:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""

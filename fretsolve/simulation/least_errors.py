@@ -14,7 +14,6 @@ from fretsolve.model.surface import ends_sharply
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.unresolved_heights import flattening_pressure
 from fretsolve.system.arrays import DoubleArray
 
 RELATIVE, RELATIVE_ORDER = 0.1, 2.0
@@ -60,7 +59,7 @@ class LeastErrors:
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
-        unseen = flattening_pressure(setup.case.surface, setup.grid, setup.model.compliances.contact_modulus)
+        unseen = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy))
         sharp = any(ends_sharply(surface) for surface in setup.case.surface)
         return cls(setup.model, max(setup.grid.dx, setup.grid.dy), sharp, unseen)
 

@@ -9,6 +9,7 @@ from typing import Literal
 
 from fretsolve.case.loading import read_case
 from fretsolve.errors import CaseError
+from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
@@ -50,6 +51,11 @@ class StudyPlan:
     kind: ReferenceKind
     known: Mapping[StageQuantity, float] | None
     corrected: bool = False
+
+    def column(self, quantity: StageQuantity) -> str:
+        """Return the name of the column of a quantity, such as ``delta_x@2`` or ``delta_x_corrected@2``."""
+        corrected = quantity.name + CORRECTED_SUFFIX
+        return f"{corrected}@{quantity.stage}" if self.corrected and corrected in CORRECTED_NAMES else str(quantity)
 
     @property
     def problem_keys(self) -> tuple[str, ...]:
@@ -164,7 +170,8 @@ def compared_quantities(
     asked = in_order([read_quantity(text, stages) for text in texts])
     for quantity in asked:
         if quantity.name in CORRECTED_NAMES:
-            raise CaseError("take --corrected and the name without the ending", (), f"--quantity {quantity}")
+            name = quantity.name.removesuffix(CORRECTED_SUFFIX)
+            raise CaseError(f"use --corrected with --quantity {name}", (), f"--quantity {quantity}")
         if known is not None and quantity not in known:
             same_name = [str(one) for one in in_order(known) if one.name == quantity.name]
             there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))

@@ -32,7 +32,7 @@ def write_study_csv(path: Path, study: Assessment) -> None:
     columns = [
         *about,
         *_values(study),
-        *(column(f"{study.difference} of {one}", values, "%") for one, values in errors),
+        *(column(f"{study.difference} of {study.plan.column(one)}", values, "%") for one, values in errors),
         column(f"{study.largest} {study.difference}", [100.0 * row.worst for row in rows], "%"),
         column("reason", [row.outcome.failure for row in rows]),
     ]
@@ -47,6 +47,7 @@ def write_study_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> No
     attributes = {
         "case_yaml": study.plan.cases[0].setup.case.source.text,
         "provenance": study.plan.cases[0].header.provenance,
+        "corrected": study.plan.corrected,
         **_reference(study.plan.reference_words),
         "advice": "\n".join(advice),
     }
@@ -96,10 +97,10 @@ def _costs(study: Assessment) -> list[Column]:
 def _values(study: Assessment) -> list[Column]:
     return [
         column(
-            str(one),
+            study.plan.column(one),
             [row.values[index] for row in study.rows],
             one.units,
-            f"{one.name} at the end of stage {one.stage}",
+            f"{study.plan.column(one).partition('@')[0]} at the end of stage {one.stage}",
             scale=study.scales[index],
             **_reference(study.reference[index]),
         )

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from solving import SPHERE, build
 
+from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.unresolved_heights import flattening_pressure
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.error_bars import run_with_error_bars
 
@@ -33,8 +33,8 @@ def warned(setup: ProblemSetup) -> list[str]:
 
 def missed(setup: ProblemSetup) -> float:
     """Return the flattening pressure over that of all of the slopes."""
-    modulus = setup.model.compliances.contact_modulus
-    return flattening_pressure(setup.case.surface, setup.grid, modulus) / (0.5 * modulus * SLOPE)
+    needed = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy))
+    return needed / (0.5 * setup.model.compliances.contact_modulus * SLOPE)
 
 
 def test_waves_of_less_than_some_cells_are_missed(tmp_path: Path) -> None:
@@ -49,11 +49,53 @@ def test_waves_of_less_than_some_cells_are_missed(tmp_path: Path) -> None:
 def test_warning_says_which_grid_would_do(tmp_path: Path) -> None:
     (text,) = warned(ridges(tmp_path))
     assert text.startswith("grid.points: 72 x 72 cells miss waves of the height map that take 4.8")
-    points = int(text.split("flatten; ")[1].split(" ")[0])
-    assert 280 < points < 400
-    assert not warned(ridges(tmp_path, grid={"points": points, "size": 0.71}))
+    along_x, along_y = (int(text.split("flatten; ")[1].split(" ")[place]) for place in (0, 2))
+    assert 280 < along_x < 400
+    assert along_y == 72
+    assert not warned(ridges(tmp_path, grid={"points": [along_x, along_y], "size": 0.71}))
     assert not warned(ridges(tmp_path, height=1e-9))
     assert not warned(ridges(tmp_path, wave=0.1))
+
+
+def test_form_and_tilt_in_the_map_hide_nothing(tmp_path: Path) -> None:
+    axis = np.arange(-400, 401) * SPACING
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    waves = 2e-5 * np.sin(2.0 * np.pi * x / WAVE)
+    for name, form in {"tilt": 0.3 * x, "sphere": (x**2 + y**2) / 20.0}.items():
+        file = tmp_path / f"{name}.npy"
+        np.save(file, waves + form)
+        heights = {"heights": {"file": str(file), "spacing": SPACING}}
+        surface = [heights] if name == "sphere" else [SPHERE, heights]
+        setup = set_up(build(surface=surface, grid={"points": 72, "size": 0.71}))
+        assert missed(setup) == pytest.approx(0.1, rel=0.05), name
+        np.save(file, form)
+        smooth = set_up(build(surface=surface, grid={"points": 72, "size": 0.71}))
+        assert missed(smooth) == 0.0
+        assert not warned(smooth)
+
+
+def test_pressing_by_displacement_is_warned_of_too(tmp_path: Path) -> None:
+    assert warned(ridges(tmp_path, load_path=[{"delta_z": 9e-3}]))
+    assert not warned(ridges(tmp_path, height=1e-9, load_path=[{"delta_z": 9e-3}]))
+
+
+def test_noise_without_effect_takes_no_points(tmp_path: Path) -> None:
+    file = tmp_path / "noise.npy"
+    noise = np.random.default_rng(1).standard_normal((801, 801))
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING}}]
+    np.save(file, 1e-9 * noise)
+    assert set_up(build(surface=surface, grid={"size": 0.71}, solver={"accuracy": 0.05})).grid.nx == 36
+    np.save(file, 1e-4 * noise)
+    assert set_up(build(surface=surface, grid={"size": 0.71}, solver={"accuracy": 0.05})).grid.nx > 400
+
+
+def test_maps_that_would_take_too_many_points_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "fine.npy"
+    np.save(file, 1e-4 * np.random.default_rng(1).standard_normal((6000, 8)))
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": [1e-4, 0.1]}}]
+    with pytest.raises(CaseError, match=r"accuracy 5 % would take \d+ x \d+ points to resolve the height map"):
+        set_up(build(surface=surface, grid={"size": 0.6}, solver={"accuracy": 0.05}))
+    assert set_up(build(surface=surface, grid={"size": 0.6, "points": 64})).grid.nx == 64
 
 
 def test_accuracy_resolves_them(tmp_path: Path) -> None:

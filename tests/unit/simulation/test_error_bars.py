@@ -13,7 +13,7 @@ import pytest
 from command_line import invoke
 from fake_states import fake_header, fake_states, some_errors, write_fake
 from small_cases import CASE, case_error, write_case
-from solving import DISSIMILAR, HERTZ, build
+from solving import DISSIMILAR, HERTZ, SPHERE, build
 
 from fretsolve import load_case, open_result
 from fretsolve.result import HistoryWriter
@@ -22,7 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
-from fretsolve.simulation.coarse_runs import CoarseRun, PathPoint, coarser, common_points, halved, twice
+from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, PathPoint, coarser, common_points, halved, twice
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
@@ -65,7 +65,9 @@ def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None
 
 
 def test_half_or_twice_the_increments() -> None:
-    assert halved((1, 2, 3, 10)) == (1, 1, 1, 5)
+    assert halved((1, 2, 6, 10), (False, True, True, True)) == (1, 1, 3, 5)
+    assert halved((1, 2, 6, 10), (True, True, True, True)) == (1, 2, 6, 10)
+    assert halved((2, 3, 10), (True, True, True)) == (2, 3, 10)
     assert twice((1, 2, 3, 10)) == (2, 4, 6, 20)
 
 
@@ -89,8 +91,7 @@ def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, A
 def test_points_at_which_both_coarse_runs_have_an_increment() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
     fine = setup_of(bodies=DISSIMILAR, load_path=path).load_path
-    fewer = fine.with_counts(halved(fine.counts))
-    assert fewer.counts == (2, 1, 2)
+    fewer = fine.with_counts((2, 1, 2))
     assert common_points(fine, fewer, 0) == (PathPoint(0, 0.0), PathPoint(0, 0.5), 0.5)
     assert common_points(fine, fewer, 1) == (PathPoint(0, 0.5), PathPoint(0, 0.5), 0.0)
     assert common_points(fine, fewer, 2) == (PathPoint(0, 0.5), PathPoint(0, 1.0), 0.5)
@@ -194,12 +195,38 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     told: list[str] = []
     rows = with_bars(setup, warn=told.append)
     assert len(rows) == 4
-    # The coarse run on half of the points goes to the end of the stage in one increment.
-    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, True, True, True]
+    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
     what = "the coarse run on 8 x 8 cells has no solution: gross slip under Qx = 59 N"
-    assert told[0].startswith(f"no error bars from increment 1 on: {what}")
+    assert told[0].startswith(f"no error bars from increment 3 on: {what}")
     assert "\n" not in told[0]
+
+
+def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) -> None:
+    """A map of a small island with nothing around it, which no centre of the coarsest cells meets."""
+    heights = np.full((201, 201), np.nan)
+    heights[96:105, 96:105] = 0.0
+    np.save(tmp_path / "island.npy", heights)
+    surface = [SPHERE, {"heights": {"file": str(tmp_path / "island.npy"), "spacing": 4e-3}}]
+    setup = set_up(build(surface=surface, friction=0.0, grid={"points": 24, "size": 0.71}, load_path=[{"P": 1.0}]))
+    told: list[str] = []
+    ((state, errors),) = with_bars(setup, warn=told.append)
+    assert state.summary.contact_cells > 0
+    assert math.isnan(errors.delta_z_error)
+    assert told and "the coarse run on 8 x 8 cells has no solution" in told[0]
+
+
+@pytest.mark.parametrize("counts", [(1, 8), (3, 8), (4, 8)])
+def test_half_run_stands_for_one_with_all_increments(counts: tuple[int, int]) -> None:
+    path = [{"P": 400, "increments": counts[0]}, {"Qx": 30, "increments": counts[1]}]
+    setup = setup_of(36, bodies=DISSIMILAR, load_path=path)
+    runs, last = CoarseRuns(setup, 1), sum(counts) - 1
+    assert (runs.half.setup.load_path.counts != counts) == (counts == (4, 8))
+    whole = CoarseRun(coarser(setup, 2, counts), 1).values(last) - runs.third.values(last)
+    values = np.abs(runs.third.values(last))
+    for name in ("delta_z", "delta_x", "work_total"):
+        place = ESTIMATED.index(name)
+        assert abs(runs.half_less_third(last)[place] - whole[place]) < 0.05 * values[place], name
 
 
 def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
@@ -245,11 +272,11 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
         assert column.attrs["long_name"] == "estimated error of rigid displacement along x"
         assert column.dims[0][0].name == "/history/step"
     with open_result(out) as result:
-        value, error = (float(result.history[name][-1]) for name in ("delta_x", "delta_x_error"))
+        value, error = (float(result.history[name][-1]) for name in ("max_pressure", "max_pressure_error"))
         assert result.effective_case["solver"]["error_bars"] is True
     assert 0.0 < error < 0.05 * value
     shown = [line.split() for line in invoke("show", out).stdout.splitlines()]
-    assert ["delta_x", f"{value:.6g}", "±", f"{error:.1e}", "mm"] in shown
+    assert ["max_pressure", f"{value:.6g}", "±", f"{error:.1e}", "MPa"] in shown
     assert invoke("run", case, "--error-bars", "--resume").output == f"{out}: already complete, 5 increments\n"
     other = invoke("run", case, "--resume")
     assert other.exit_code == 4
@@ -296,13 +323,16 @@ def test_study_compares_corrected_values(tmp_path: Path) -> None:
         assert ("values are corrected for the number of increments" in ran.stdout) == bool(option)
         with h5py.File(folder / "study.h5") as file:
             row = list(zip(file["cost/points"][:, 0], file["cost/increments"][:], strict=True)).index((36, 4))
-            found[option] = float(file["errors/delta_x@2"][row]), float(file["cost/operator_applications"][row])
+            name = f"delta_x{'_corrected' * bool(option)}@2"
+            assert bool(file.attrs["corrected"]) == bool(option)
+            assert file[f"values/{name}"].attrs["long_name"] == f"{name[:-2]} at the end of stage 2"
+            found[option] = float(file[f"errors/{name}"][row]), float(file["cost/operator_applications"][row])
     (as_run, cheap), (corrected, costly) = found.values()
     assert corrected < 0.5 * as_run
     assert cheap < costly < 1.8 * cheap
     refusal = invoke("study", case, "--vary", "grid.points=16,20", "--quantity", "delta_x_corrected")
     assert refusal.exit_code == 2
-    assert "--quantity delta_x_corrected@2: take --corrected and the name without the ending" in refusal.stderr
+    assert "--quantity delta_x_corrected@2: use --corrected with --quantity delta_x" in refusal.stderr
 
 
 def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
