@@ -18,7 +18,7 @@ from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
 from fretsolve.setup.unresolved_heights import MOST_POINTS, HeightMaps
 
-CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.025, 1.4
+CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.035, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
 with which it falls with their number (docs/error_bars.md)."""
 
