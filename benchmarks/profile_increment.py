@@ -25,7 +25,15 @@ PRODUCTS = "elastic operator: products with the influence spectra"
 PRECONDITIONER = "preconditioner"
 
 PARTS = {
-    TRANSFORMS: ("convolution", "operator", "thread_team", "incremental_update", "spectral_numpy", "spectral_numba"),
+    TRANSFORMS: (
+        "convolution",
+        "batched_convolution",
+        "operator",
+        "thread_team",
+        "incremental_update",
+        "spectral_numpy",
+        "spectral_numba",
+    ),
     PRODUCTS: (),
     PRECONDITIONER: ("preconditioner",),
     "conjugate gradients": ("projected_cg", "workspace", "cg_numpy", "cg_numba"),
@@ -75,7 +83,7 @@ def by_part(stats: pstats.Stats) -> dict[str, float]:
     def share(function: Function, time: float, depth: int) -> None:
         file = Path(function[0])
         if package in file.parents:
-            product = file.stem.startswith("spectral") and function[2].startswith("multiply")
+            product = file.stem.startswith(("spectral", "batched")) and "multiply" in function[2]
             seconds[PRODUCTS if product else part_of_module.get(file.stem, "other")] += time
             return
         callers = stats.stats[function][4]

@@ -1,7 +1,7 @@
 """Exact discrete convolution on a grid by real FFTs of a zero-padded copy (DC-FFT, Liu et al., Wear 243, 2000).
 
-Each side is padded to at least 2n - 1 points, so that nothing wraps around. The padded two-dimensional spectrum never
-exists as a whole:
+Each side is padded to at least 2n - 1 points, so that nothing wraps around. Small grids are left to
+`BatchedConvolution`. On larger ones the padded two-dimensional spectrum never exists as a whole:
 
 1. Rows of the field are padded and transformed along y into a row spectrum ``(nx, my//2 + 1)``. Rows of zeros are
    skipped. Two rows are transformed at a time, as the real and the imaginary part of one, which takes FFTW half the
@@ -21,11 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from fretsolve.elastic.fftw import padded_length, plan, planner_effort, pyfftw
+from fretsolve.elastic.batched_convolution import BatchedConvolution
+from fretsolve.elastic.fftw import padded_length, plan, pyfftw
+from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels import spectral
 from fretsolve.system.arrays import ComplexArray, FloatArray
@@ -33,27 +35,8 @@ from fretsolve.system.arrays import ComplexArray, FloatArray
 CACHE_BYTES = 400 * 1024
 """Size of the buffer of a block of rows or columns: three or four fit into the second-level cache of a core."""
 
-Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
-"""A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
-
-
-@dataclass(frozen=True)
-class KernelSpectrum:
-    """Spectrum of an influence function on the padded grid, scaled for unnormalised inverse transforms.
-
-    values: ``(my//2 + 1, mx//2 + 1)``, real, x along the lines; odd_x: the function is odd in x.
-    """
-
-    values: FloatArray
-    odd_x: bool
-
-    def scaled(self, factor: float, dtype: type[np.floating]) -> KernelSpectrum:
-        """Return the spectrum times `factor`, in the precision `dtype`."""
-        return KernelSpectrum((self.values * factor).astype(dtype), self.odd_x)
-
-
-KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
-"""Kernels from each field (column) to each displacement (row)."""
+MOST_BATCHED_POINTS = 300 * 300
+"""Largest padded grid that is transformed as a whole, by `BatchedConvolution`. Larger ones gain by blocks."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +68,7 @@ class PaddedConvolution:
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
         self._team = team or ThreadTeam()
         mx, my = self.padded
+        self._batched = BatchedConvolution(shape, self.padded, self._float) if mx * my <= MOST_BATCHED_POINTS else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = _parts(self._pairs, size * my)
@@ -105,6 +89,9 @@ class PaddedConvolution:
         turned: whether to multiply the spectrum of the first field by i, and that of the first displacement by -i (see
         the top of this file). A displacement may be the array of a field.
         """
+        if self._batched is not None:
+            self._batched.apply(kernels, fields, displacements, turned)
+            return
         count = max(len(fields), len(displacements))
         self._provide_blocks(count)
         spectra = self._team.arrays(count, (self.shape[0], self.columns), self._complex)
@@ -205,7 +192,7 @@ class PaddedConvolution:
 
     def _block(self, lines: int, length: int) -> _Block:
         values = pyfftw.zeros_aligned((lines, length), self._complex)
-        options: dict[str, Any] = {"axes": (1,), "flags": (planner_effort(self.padded), "FFTW_DESTROY_INPUT")}
+        options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_MEASURE", "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
 

@@ -24,9 +24,6 @@ finally:
     for _name in _hidden:
         del sys.modules[_name]
 
-MEASURED_POINTS = 300 * 300
-"""Largest padded grid that is planned by estimate: measuring would take 0.4 s and gain a tenth."""
-
 TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
 """Time per point of a transform whose length holds the factor 2 that many times, over that of lengths with a factor of
 16, which suit vector instructions best. Measured by `benchmarks/transform_lengths.py`."""
@@ -50,11 +47,6 @@ def fast_length(least: int, even: bool = False) -> int:
         if time < least_time and (twos or not even):
             best, least_time = length, time
     return best
-
-
-def planner_effort(padded: tuple[int, int]) -> str:
-    """Return FFTW's planner flag for a padded grid."""
-    return "FFTW_ESTIMATE" if padded[0] * padded[1] <= MEASURED_POINTS else "FFTW_MEASURE"
 
 
 _measured_plans = 0  # like FFTW's wisdom, this and the next line belong to the process

@@ -20,7 +20,8 @@ from itertools import product
 
 import numpy as np
 
-from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.convolution import PaddedConvolution
+from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray
 

@@ -11,8 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.influence import InfluenceSpectra, ScaledSpectra, along_x, inverse_distance
+from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances

@@ -13,8 +13,9 @@ import math
 
 import numpy as np
 
-from fretsolve.elastic.convolution import Influence, KernelSpectrum, PaddedConvolution
+from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length
+from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms

@@ -12,6 +12,12 @@ SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]
 
 
+@pytest.fixture(autouse=True, params=["batched", "in blocks"])
+def method(request, monkeypatch):
+    """Both ways to convolve, on whole arrays and in blocks."""
+    monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", np.inf if request.param == "batched" else 0)
+
+
 def quadrant(shape, odd_x, odd_y, seed=1):
     """Values at offsets from 0 on; an odd function is 0 there."""
     values = np.random.default_rng(seed).normal(size=shape)
@@ -58,6 +64,7 @@ def test_linear_convolution(shape, odd_x, odd_y):
 
 
 def test_blocks_do_not_matter(monkeypatch):
+    monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     shape = (24, 30)
     values, field = quadrant(shape, True, True), np.random.default_rng(3).normal(size=shape)
     results = []
@@ -91,3 +98,28 @@ def test_single_precision():
         found.append(convolve(padded, ((kernel,),), [field.astype(dtype)])[0])
     assert found[1].dtype == np.float32
     np.testing.assert_allclose(found[1], found[0], atol=1e-4 * np.abs(found[0]).max())
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_whole_arrays_and_blocks_give_the_same(monkeypatch, dtype):
+    """All numbers of fields and displacements, with and without the factor i."""
+    shape, random = (10, 7), np.random.default_rng(6)
+    parities = [[(False, False), (True, False), (False, True)], [(True, False), (False, False), (True, True)]]
+    parities.append([(False, True), (True, True), (False, False)])
+    fields = list(random.normal(size=(3, *shape)).astype(dtype))
+    for rows, columns, turned in ((1, 1, False), (2, 2, False), (3, 3, True), (1, 2, False), (2, 1, False)):
+        found = []
+        for most in (np.inf, 0):
+            monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", most)
+            padded = PaddedConvolution(shape, dtype)
+
+            def kernel(i, j, padded=padded):
+                odd = parities[i][j]
+                return padded.kernel_spectrum(quadrant(shape, *odd, seed=i + j), *odd)
+
+            kernels = tuple(tuple(kernel(i, j) for j in range(columns)) for i in range(rows))
+            results = [np.empty(shape, dtype) for _ in range(rows)]
+            padded.apply(kernels, fields[:columns], results, (turned, turned))
+            found.append(np.array(results))
+        largest = np.abs(found[0]).max()
+        np.testing.assert_allclose(found[0], found[1], atol=100 * np.finfo(dtype).eps * largest)

@@ -4,14 +4,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pyfftw
 import pytest
 from command_line import python
 from solving import build
 
 from fretsolve import run
+from fretsolve.elastic import convolution
 from fretsolve.elastic import fftw as wisdom
-from fretsolve.elastic.fftw import load_wisdom, planner_effort, save_wisdom, wisdom_file
+from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom, wisdom_file
 
 
 @pytest.fixture
@@ -23,8 +25,11 @@ def cache(tmp_path, monkeypatch):
 
 def test_small_grids_are_not_measured():
     """Measuring a plan takes longer than the few transforms of a small grid gain by it."""
-    assert planner_effort((64, 64)) == "FFTW_ESTIMATE"
-    assert planner_effort((2048, 2048)) == "FFTW_MEASURE"
+    for points, measured in ((8, False), (160, True)):
+        before, padded = measured_plans(), convolution.PaddedConvolution((points, points))
+        field = np.ones(padded.shape)
+        padded.apply(((padded.kernel_spectrum(field, False, False),),), [field], [field])
+        assert (measured_plans() > before) == measured
 
 
 def test_where_the_wisdom_is_kept(monkeypatch, tmp_path):
@@ -104,7 +109,7 @@ def test_home_unknown(monkeypatch):
 
 def test_all_plans_are_kept_before_an_increment_is_given_out(cache, monkeypatch):
     """A resumed run must transform by the same plans, those too that were not needed until a later increment."""
-    monkeypatch.setattr(wisdom, "MEASURED_POINTS", 0)
+    monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     path = [{"P": 400}, {"Qx": 30, "increments": 1}, {"P": 404, "increments": 1}]
     sizes = []
     for _ in run(build(grid={"points": 80, "size": 0.9}, load_path=path)):

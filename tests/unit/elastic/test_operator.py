@@ -125,6 +125,7 @@ def test_x_and_y_change_places_on_a_square_grid():
 
 @pytest.mark.parametrize("terms", [NONE, TANGENTIAL, FULL])
 def test_threads_change_no_bit(tractions, terms, monkeypatch):
+    monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     monkeypatch.setattr(convolution, "CACHE_BYTES", 2048)  # blocks enough to share out
     found = []
     for team in (ThreadTeam(1), ThreadTeam(2), ThreadTeam(5)):

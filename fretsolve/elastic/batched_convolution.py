@@ -1,0 +1,123 @@
+"""Convolution on a small grid: all fields in one plan, and the padded spectra as whole arrays.
+
+Where the arrays fit into the cache, a convolution costs the calls that it is made of, not its transforms. So all fields
+are transformed by one call along y and one along x, out of arrays whose padding stays zero, and NumPy computes the
+products. On 16, 32, 64 and 128 cells per side, two components take 0.4, 0.6, 0.9 and 0.85 of the time of the blocks of
+`PaddedConvolution`; without numba 0.13, 0.2, 0.4 and 0.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.elastic.fftw import plan, pyfftw
+from fretsolve.elastic.kernel_spectrum import KernelMatrix, KernelSpectrum
+from fretsolve.system.arrays import ComplexArray, FloatArray
+
+
+class BatchedConvolution:
+    """Buffers and plans for fields (nx, ny) on the grid `padded`, made when they are first needed."""
+
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any]):
+        self._shape, self._padded, self._dtype = shape, padded, dtype
+        self._forward, self._backward = cache(self._make_forward), cache(self._make_backward)
+        self._factors: dict[tuple[KernelMatrix, tuple[bool, bool]], NDArray[np.inexact]] = {}
+
+    def apply(
+        self,
+        kernels: KernelMatrix,
+        fields: Sequence[FloatArray],
+        displacements: Sequence[FloatArray],
+        turned: tuple[bool, bool],
+    ) -> None:
+        """Compute ``displacements = kernels @ fields``; arguments as for `PaddedConvolution.apply`."""
+        forward, backward = self._forward(len(fields)), self._backward(len(displacements))
+        for row, field in zip(forward.rows, fields, strict=True):
+            row[...] = field
+        forward.execute()
+        _multiply(self._factors_of(kernels, turned), forward.spectrum, backward.spectrum, backward.product)
+        backward.execute()
+        for row, displacement in zip(backward.rows, displacements, strict=True):
+            displacement[...] = row
+
+    def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
+        """Return the kernels (m, n, mx, my//2 + 1) with their factors i and -i; real ones twice, for both parts."""
+        found = self._factors.get((kernels, turned))
+        if found is None:
+            values = np.array([[_whole(kernel, self._padded[0]) for kernel in row] for row in kernels])
+            if any(turned):
+                turns = np.ones((*values.shape[:2], 1, 1), np.result_type(values, np.complex64))
+                turns[:, 0] *= 1j ** turned[0]
+                turns[0] *= (-1j) ** turned[1]
+                found = values * turns
+            else:
+                found = np.repeat(values, 2, axis=-1)
+            self._factors[kernels, turned] = found
+        return found
+
+    def _make_forward(self, count: int) -> _Transforms:
+        """Return the transforms of `count` fields, along y, then along x out of an array whose padding stays zero."""
+        rows, half, spectrum = self._arrays(count)
+        plans = self._plan(rows, half[:, : self._shape[0]], 2), self._plan(half, spectrum, 1)
+        return _Transforms(rows[:, :, : self._shape[1]], spectrum, spectrum[:0], plans)
+
+    def _make_backward(self, count: int) -> _Transforms:
+        """Return the inverse transforms of `count` spectra, along x, then along y of the wanted rows."""
+        rows, half, spectrum = self._arrays(count)
+        plans = self._plan(spectrum, half, 1, back=True), self._plan(half[:, : self._shape[0]], rows, 2, back=True)
+        return _Transforms(rows[:, :, : self._shape[1]], spectrum, half, plans)
+
+    def _arrays(self, count: int) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+        """Return padded rows (count, nx, my), and twice an array for spectra (count, mx, my//2 + 1)."""
+        (mx, my), complex_type = self._padded, np.result_type(self._dtype, np.complex64)
+        rows = pyfftw.zeros_aligned((count, self._shape[0], my), self._dtype)
+        first, second = (pyfftw.zeros_aligned((count, mx, my // 2 + 1), complex_type) for _ in range(2))
+        return rows, first, second
+
+    def _plan(self, source: NDArray[Any], target: NDArray[Any], axis: int, back: bool = False) -> pyfftw.FFTW:
+        # Measured plans would take 0.3 s for each size of grid and gain a tenth.
+        direction, extra = ("FFTW_BACKWARD", ("FFTW_DESTROY_INPUT",)) if back else ("FFTW_FORWARD", ())
+        return plan(source, target, axes=(axis,), direction=direction, flags=("FFTW_ESTIMATE", *extra))
+
+
+class _Transforms:
+    """Two plans that run one after the other, between the cells' part of padded `rows` and `spectrum`.
+
+    product: of the shape of `spectrum`, for products that are added to it.
+    """
+
+    def __init__(
+        self, rows: FloatArray, spectrum: ComplexArray, product: ComplexArray, plans: tuple[pyfftw.FFTW, pyfftw.FFTW]
+    ):
+        self.rows, self.spectrum, self.product = rows, spectrum, product
+        self._first, self._second = (one.execute for one in plans)
+
+    def execute(self) -> None:
+        """Transform all of them."""
+        self._first()
+        self._second()
+
+
+def _multiply(
+    factors: NDArray[np.inexact], spectra: ComplexArray, results: ComplexArray, product: ComplexArray
+) -> None:
+    """Compute ``results = factors @ spectra``. Real factors multiply real and imaginary parts as neighbours."""
+    if not np.iscomplexobj(factors):
+        part = factors.dtype
+        spectra, results, product = spectra.view(part), results.view(part), product.view(part)
+    np.multiply(factors[:, 0], spectra[0], out=results)
+    for column in range(1, len(spectra)):
+        np.multiply(factors[:, column], spectra[column], out=product)
+        results += product
+
+
+def _whole(kernel: KernelSpectrum, length: int) -> FloatArray:
+    """Return a spectrum for all wave numbers in x, (mx, my//2 + 1); length: mx."""
+    values = kernel.values.T
+    mirrored = values[length - len(values) : 0 : -1]
+    return np.concatenate([values, -mirrored if kernel.odd_x else mirrored])
