@@ -39,7 +39,7 @@ def add_displacement(
     change (MPa): (1, nx, ny) or (2, nx, ny); `change` may be in ``workspace.double``, whose contents are lost; allowed:
     error (mm) that is as large as the tolerance; expected: about how large the displacement is (mm).
     """
-    largest = _largest(change)
+    largest = cg.largest(change)
     factor = operator.unit * largest
     # The surfaces move by less than the left side.
     if factor * max(displacement.shape) <= NOTHING * allowed:
@@ -50,14 +50,9 @@ def add_displacement(
         field, image = workspace.direction[: len(change)], workspace.image[: len(displacement)]
         np.divide(change, largest, out=field, casting="same_kind")
         method(operator.inner, field, image)
-        if only_single or factor * _largest(image) <= limit:
+        if only_single or factor * cg.largest(image) <= limit:
             cg.add(displacement, image, sign * factor)
             return
     moved = workspace.double[: len(displacement)]
     method(operator, change, moved)
     cg.add(displacement, moved, sign)
-
-
-def _largest(field: FloatArray) -> float:
-    """Return the largest absolute value, or NaN if there is one."""
-    return float(np.maximum(field.max(), -field.min()))

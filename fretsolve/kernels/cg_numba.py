@@ -133,6 +133,17 @@ def weigh_moments(field, weight, constraints, moments):
 
 
 @kernel
+def largest(field):
+    components, nx, ny = field.shape
+    found = np.zeros(ny, field.dtype)
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                found[j] = larger(abs(field[part, i, j]), found[j])
+    return largest_of(found)
+
+
+@kernel
 def add(field, change, factor):
     components, nx, ny = field.shape
     for part in range(components):

@@ -129,6 +129,11 @@ def add(field: FloatArray, change: FloatArray, factor: float) -> None:
         field[:, rows] += np.multiply(change[:, rows], factor, dtype=field.dtype)
 
 
+def largest(field: FloatArray) -> float:
+    """Return the largest absolute value, or NaN if there is one."""
+    return float(np.maximum(field.max(), -field.min()))
+
+
 def _blocks(plane: NDArray[np.generic]) -> Iterator[slice]:
     rows = max(1, BLOCK_BYTES // max(1, plane.shape[1] * plane.itemsize))
     for start in range(0, plane.shape[0], rows):

@@ -95,6 +95,22 @@ def add_motion(shear, rigid, x, y, weight, normal):
 
 
 @kernel
+def sum_motions(field, x, y):
+    _, nx, ny = field.shape
+    sums = np.zeros(3)
+    for i in range(nx):
+        sum_x, sum_y, turned = 0.0, 0.0, 0.0
+        for j in range(ny):
+            sum_x += field[0, i, j]
+            sum_y += field[1, i, j]
+            turned -= y[j] * field[0, i, j]
+        sums[0] += sum_x
+        sums[1] += sum_y
+        sums[2] += turned + x[i] * sum_y
+    return sums
+
+
+@kernel
 def violation(slip, normal, slipping):
     nx, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)

@@ -32,8 +32,7 @@ def take_slip(
     slip *= weight > 0.0
     tangential = _tangential(slip, normal)
     tangential *= weight
-    along_y, along_x = tangential[0].sum(axis=0), tangential[1].sum(axis=1)
-    return np.array([along_y.sum(), along_x.sum(), along_x @ x - along_y @ y])
+    return sum_motions(tangential, x, y)
 
 
 def move(
@@ -90,6 +89,12 @@ def add_motion(
     motion = np.zeros_like(shear)
     _add_motion(motion, rigid, x, y)
     shear += weight * _tangential(motion, normal)
+
+
+def sum_motions(field: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+    """Return the sums of the field times each of the rigid motions."""
+    along_y, along_x = field[0].sum(axis=0, dtype=np.float64), field[1].sum(axis=1, dtype=np.float64)
+    return np.array([along_y.sum(), along_x.sum(), along_x @ x - along_y @ y])
 
 
 def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,17 +32,23 @@ class LoadControl:
         scaled = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
         return LoadControl(self.forced, (*scaled,))
 
-    @property
+    @cached_property
     def forced_index(self) -> list[int]:
         """Modes whose resultant is imposed."""
         return [mode for mode, forced in enumerate(self.forced) if forced]
 
-    @property
+    @cached_property
     def imposed_displacement(self) -> Vector:
-        """The imposed displacements, 0 where the resultant is imposed."""
-        return np.where(self.forced, 0.0, self.values)
+        """The imposed displacements, 0 where the resultant is imposed; read-only."""
+        return _read_only([0.0 if forced else value for forced, value in zip(self.forced, self.values, strict=True)])
 
-    @property
+    @cached_property
     def imposed_resultant(self) -> Vector:
-        """The imposed resultants, 0 where the displacement is imposed."""
-        return np.where(self.forced, self.values, 0.0)
+        """The imposed resultants, 0 where the displacement is imposed; read-only."""
+        return _read_only([value if forced else 0.0 for forced, value in zip(self.forced, self.values, strict=True)])
+
+
+def _read_only(values: list[float]) -> Vector:
+    vector: Vector = np.array(values, np.float64)
+    vector.flags.writeable = False
+    return vector

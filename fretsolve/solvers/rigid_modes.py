@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
+from fretsolve.kernels import friction
 from fretsolve.kernels import normal as kernels
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
@@ -109,9 +110,7 @@ class TangentialModes(_Modes):
 
     def sums(self, field: FloatArray) -> Vector:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""
-        x_along_y = field[0].sum(axis=0, dtype=np.float64)
-        y_along_x = field[1].sum(axis=1, dtype=np.float64)
-        return np.array([x_along_y.sum(), y_along_x.sum(), y_along_x @ self.x - x_along_y @ self.y])
+        return friction.sum_motions(field, self.x, self.y)
 
     def resultants(self, shear: FloatArray) -> Vector:
         """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa) (T3)."""
@@ -140,7 +139,8 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
         return amplitudes
     eliminated = _eliminated(gram, right, forced)
     if eliminated is not None:
-        amplitudes[forced] = eliminated
+        for mode, amplitude in zip(forced, eliminated, strict=True):
+            amplitudes[mode] = amplitude
     else:
         block, scale = _with_unit_diagonal(gram, forced)
         values, vectors = np.linalg.eigh(block)
@@ -156,9 +156,10 @@ def _eliminated(gram: DoubleArray, right: Vector, forced: list[int]) -> list[flo
 
     Written out, because calls of LAPACK take longer than a pass over a small grid.
     """
-    rows = [[*row, value] for row, value in zip(gram[forced][:, forced].tolist(), right[forced].tolist(), strict=True)]
+    weights, values = gram.tolist(), right.tolist()
+    rows = [[*(weights[mode][other] for other in forced), values[mode]] for mode in forced]
     for k, pivot in enumerate(rows):
-        if not pivot[k] > WELL_APART * gram[forced[k], forced[k]]:
+        if not pivot[k] > WELL_APART * weights[forced[k]][forced[k]]:
             return None
         for row in rows[k + 1 :]:
             share = row[k] / pivot[k]

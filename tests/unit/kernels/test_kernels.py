@@ -19,9 +19,10 @@ from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_n
 from fretsolve.kernels.numba_options import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
-CG = ["finish_search", "turn", "finish_image", "advance", "weigh_moments", "add"]
+CG = ["finish_search", "turn", "finish_image", "advance", "weigh_moments", "add", "largest"]
 NORMAL = ["sum_gaps", "take_gap", "gram", "sum_modes", "stretch"]
-FRICTION = ["take_slip", "move", "gram", "add_motion", "violation", "scale_tangential", "return_to_circle", "excess"]
+FRICTION = ["take_slip", "move", "gram", "add_motion", "sum_motions", "violation", "scale_tangential"]
+FRICTION += ["return_to_circle", "excess"]
 
 
 def arguments(function, shape, components, dtype, seed=0):
@@ -219,6 +220,7 @@ def test_a_nan_of_the_residual_is_not_lost(module, components):
     fields = [np.zeros((components, 4, 4)) for _ in range(4)]
     fields[1][-1, 1, 1] = np.nan
     nothing = np.zeros((0, components, 4, 4)), np.zeros(0)
+    assert np.isnan(module.largest(fields[1]))
     assert np.isnan(module.advance(*fields, *nothing, 0.5))
 
 
