@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,11 @@ from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 
-Share = Callable[[IndexArray, IndexArray, int, FloatArray], FloatArray]
-"""Shares of links from inner to outer cells along an axis, given their levers; NaN if no smooth front fits."""
+Number = TypeVar("Number", bound=np.generic)
+Pair = tuple[int, int]
+
+Share = Callable[[FloatArray], FloatArray]
+"""Shares inside of the links of a front, given their levers; NaN if no smooth front fits."""
 
 LEVER, LEVER_ALONG, LEVER_SLANTING, LEVER_MOST = 0.9, 0.58, 0.5, 0.94
 """The lever of a front at an angle t to the cells is LEVER_ALONG + LEVER_SLANTING sin 2t, but no more than LEVER_MOST;
@@ -73,7 +77,8 @@ def contact_area(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: C
     if not contact.any():
         return 0.0
     part = _CellPart.around(contact, grid)
-    return _area(part, _contact_share(part, pressure, gap, materials))
+    front = _Front.of(part)
+    return _area(part, front, _contact_share(part, front.links, pressure, gap, materials))
 
 
 def stick_area(
@@ -99,21 +104,21 @@ def stick_area(
     if not slipping.any():
         return contact
     part = _CellPart.around(sticking, grid)
-    at_edge = _contact_share(part, pressure, gap, materials)
-    slips = part.cut(slipping, False)
-    if not slips.any():
-        return _area(part, at_edge)
+    front = _Front.of(part)
+    at_edge = _contact_share(part, front.links, pressure, gap, materials)
+    to_slip = np.flatnonzero(part.cut(slipping, False)[front.links.outer])
+    if not to_slip.size:
+        return _area(part, front, at_edge)
     friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
     reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
-    at_slip = _slip_share(part, reserve, slip_x, slip_y, materials)
+    at_slip = _slip_share(part, front.links.some(to_slip), reserve, slip_x, slip_y, materials)
 
-    def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:
-        found = at_edge(inner, outer, axis, lever)
-        to = np.flatnonzero(slips[outer])
-        found[to] = at_slip(inner[to], outer[to], axis, lever[to])
+    def share(lever: FloatArray) -> FloatArray:
+        found = at_edge(lever)
+        found[to_slip] = at_slip(lever[to_slip])
         return found
 
-    return min(_area(part, share), contact)
+    return min(_area(part, front, share), contact)
 
 
 @dataclass(frozen=True)
@@ -124,7 +129,7 @@ class _CellPart:
     """
 
     slices: tuple[slice, slice]
-    missing: tuple[tuple[int, int], tuple[int, int]]
+    missing: tuple[Pair, Pair]
     strides: tuple[int, int]
     spacing: tuple[float, float]
     inside: BoolArray
@@ -138,95 +143,162 @@ class _CellPart:
         high = [int(span[-1]) + MARGIN_CELLS + 1 for span in spans]
         slices = slice(max(low[0], 0), high[0]), slice(max(low[1], 0), high[1])
         missing = [(max(-low[axis], 0), max(high[axis] - zone.shape[axis], 0)) for axis in (0, 1)]
-        inside = np.pad(zone[slices], missing)
-        neighbours = [np.roll(inside, step, axis) for axis in (0, 1) for step in (-1, 1)]
-        deep = np.logical_and.reduce([inside, *neighbours])
-        strides = inside.shape[1], 1
-        return cls(slices, (missing[0], missing[1]), strides, (grid.dx, grid.dy), inside.ravel(), deep.ravel())
+        pads = missing[0], missing[1]
+        inside = _with_border(zone[slices], pads, False)
+        deep = np.zeros_like(inside)  # the margin lies outside of the zone
+        deep[1:-1, 1:-1] = (
+            inside[1:-1, 1:-1] & inside[2:, 1:-1] & inside[:-2, 1:-1] & inside[1:-1, 2:] & inside[1:-1, :-2]
+        )
+        return cls(slices, pads, (inside.shape[1], 1), (grid.dx, grid.dy), inside.ravel(), deep.ravel())
 
-    def cut(self, field: FloatArray, beyond: float) -> FloatArray:
+    def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
         """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
-        cells = field[self.slices]
-        if self.missing != ((0, 0), (0, 0)):
-            cells = np.pad(cells, self.missing, constant_values=beyond)
-        return cells.ravel()
+        return _with_border(field[self.slices], self.missing, beyond).ravel()
 
 
-def _contact_share(part: _CellPart, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
+def _with_border(cells: NDArray[Number], missing: tuple[Pair, Pair], beyond: float) -> NDArray[Number]:
+    """Return `cells` with `missing` rows and columns around them. NumPy's `pad` takes five times as long."""
+    (above, below), (left, right) = missing
+    if not above + below + left + right:
+        return cells
+    rows, columns = cells.shape
+    whole = np.full((above + rows + below, left + columns + right), beyond, cells.dtype)
+    whole[above : above + rows, left : left + columns] = cells
+    return whole
+
+
+@dataclass(frozen=True)
+class _Links:
+    """Links (k,) from an inner to an outer cell. along_y: those along y; length: between the cells' centres (mm)."""
+
+    inner: IndexArray
+    outer: IndexArray
+    along_y: BoolArray
+    length: FloatArray
+
+    def some(self, chosen: IndexArray) -> _Links:
+        """Return the links of these numbers."""
+        return _Links(self.inner[chosen], self.outer[chosen], self.along_y[chosen], self.length[chosen])
+
+
+@dataclass(frozen=True)
+class _Front:
+    """The n squares between four centres that the edge of a zone crosses.
+
+    count: how many of the four cells are inside, (n,); opposite: these are two that do not touch, (n,); whole: number
+    of squares all inside; starts: shares inside of each square's two links along x and two along y, (4, n), 1 or 0;
+    crossed: places in `starts` of the `links` that the edge crosses.
+    """
+
+    count: NDArray[np.uint8]
+    opposite: BoolArray
+    whole: int
+    starts: FloatArray
+    crossed: IndexArray
+    links: _Links
+
+    @classmethod
+    def of(cls, part: _CellPart) -> _Front:
+        """Return the front of the part's zone."""
+        down, right = part.strides
+        inside = part.inside.reshape(-1, down).view(np.uint8)
+        count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
+        row, column = np.nonzero((count > 0) & (count < 4))
+        corner, whole = row * down + column, int(np.count_nonzero(count == 4))
+        count = count[row, column]
+        first = corner + np.array([[0], [right], [0], [down]])
+        second = first + np.array([[down], [down], [right], [right]])
+        starts, ends = part.inside[first], part.inside[second]
+        crossed = np.flatnonzero(starts != ends)
+        ahead, along_y = starts.ravel()[crossed], crossed >= 2 * corner.size
+        first, second = first.ravel()[crossed], second.ravel()[crossed]
+        inner, outer = np.where(ahead, first, second), np.where(ahead, second, first)
+        links = _Links(inner, outer, along_y, np.where(along_y, part.spacing[1], part.spacing[0]))
+        opposite = (count == 2) & (starts[0] == ends[1])
+        return cls(count, opposite, whole, starts.astype(np.float64), crossed, links)
+
+    def shares(self, lever: FloatArray, share: Share) -> FloatArray:
+        """Return the shares inside of the links of each square, (4, n); lever: of each square, (n,)."""
+        shares = self.starts.copy()
+        shares.ravel()[self.crossed] = share(lever[self.crossed % lever.size])
+        return shares
+
+
+def _contact_share(
+    part: _CellPart, links: _Links, pressure: FloatArray, gap: FloatArray, materials: Compliances
+) -> Share:
     """Return the shares by pressure and gap."""
-    load, opening = part.cut(pressure, 0.0), part.cut(gap, np.inf)
-    opening = materials.contact_modulus * np.maximum(opening, 0.0)
-
-    def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:
-        return _balance(part, load, lever * opening[outer], inner, axis)
-
-    return share
+    load, gap = part.cut(pressure, 0.0), part.cut(gap, np.inf)[links.outer]
+    return _balance(part, links, load, materials.contact_modulus * np.maximum(gap, 0.0))
 
 
 def _slip_share(
-    part: _CellPart, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
+    part: _CellPart, links: _Links, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
 ) -> Share:
     """Return the shares by slip and `reserve`.
 
     The modulus is the contact modulus for a front across the slip, and that of antiplane shear for one along it.
     """
+    inner, outer = links.inner, links.outer
     across, along = materials.contact_modulus, 2.0 / materials.torsional
+    modulus_x, modulus_y = np.where(links.along_y, [[along], [across]], [[across], [along]])
+    opening = np.hypot(modulus_x * slip_x[outer], modulus_y * slip_y[outer])
+    by_slip = _balance(part, links, reserve, opening)
+    behind = inner + np.arange(4)[:, None] * (inner - outer)
+    first, second, third, fourth = reserve[behind]
+    known = part.inside[behind].all(axis=0) & (first < second)
+    receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+    growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
+    growing &= first < second / 2.0**GAINED  # where the front is within the link
+    expected = first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET
+    ratio = (np.where(growing, first, 0.0) / np.where(growing, second, 1.0)) ** (1.0 / GAINED)
+    gained = ratio / (1.0 - ratio) + GAINED_BEYOND
 
-    def share(inner: IndexArray, outer: IndexArray, axis: int, lever: FloatArray) -> FloatArray:
-        moduli = (across, along) if axis == 0 else (along, across)
-        opening = lever * np.hypot(moduli[0] * slip_x[outer], moduli[1] * slip_y[outer])
-        found = _balance(part, reserve, opening, inner, axis)
-        behind = [inner + steps * (inner - outer) for steps in range(4)]
-        known = np.logical_and.reduce([part.inside[cells] for cells in behind])
-        first, second, third, fourth = (reserve[cells] for cells in behind)
-        known &= first < second
-        receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
-        growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
-        growing &= first < second / 2.0**GAINED  # where the front is within the link
-        expected = first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET
+    def share(lever: FloatArray) -> FloatArray:
+        found = by_slip(lever)
         excess = found - expected
         trusted = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
-        ratio = (np.where(growing, first, 0.0) / np.where(growing, second, 1.0)) ** (1.0 / GAINED)
-        return np.where(growing, ratio / (1.0 - ratio) + GAINED_BEYOND, np.where(receding, trusted, found))
+        return np.where(growing, gained, np.where(receding, trusted, found))
 
     return share
 
 
-def _balance(part: _CellPart, load: FloatArray, opening: FloatArray, inner: IndexArray, axis: int) -> FloatArray:
-    """Return the share at which the inner cells' `load` and the opening past them balance; NaN if that is too large."""
-    length = part.spacing[axis]
-    around = [inner + i * part.strides[0] + j * part.strides[1] for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    behind = np.max([load[cells] * part.deep[cells] for cells in around], axis=0)
-    carried = load[inner] * length
-    found = carried / np.maximum(carried + opening, TINY)
-    found[opening > STEEPEST * length * behind] = np.nan
-    return found
+def _balance(part: _CellPart, links: _Links, load: FloatArray, opening: FloatArray) -> Share:
+    """Return the shares at which the inner cells' `load` and the `opening` past them balance; NaN if that is too large.
+
+    load: of the part's cells; opening: at the links' outer cells, times a modulus, for a lever of 1.
+    """
+    down, right = part.strides
+    around = links.inner + np.array([i * down + j * right for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None]
+    steepest = STEEPEST * links.length * (load[around] * part.deep[around]).max(axis=0)
+    carried = load[links.inner] * links.length
+
+    def share(lever: FloatArray) -> FloatArray:
+        opened = lever * opening
+        found: FloatArray = carried / np.maximum(carried + opened, TINY)
+        found[opened > steepest] = np.nan
+        return found
+
+    return share
 
 
-def _area(part: _CellPart, share: Share) -> float:
+def _area(part: _CellPart, front: _Front, share: Share) -> float:
     """Return the area inside, from the squares between four centres: whole ones, and those that the front crosses."""
     dx, dy = part.spacing
-    inside = part.inside.reshape(-1, part.strides[0]).view(np.uint8)
-    count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
-    row, column = np.nonzero((count > 0) & (count < 4))
-    whole = np.count_nonzero(count == 4)
-    count = count[row, column]
-    corner = row * part.strides[0] + column
-    opposite = (count == 2) & (part.inside[corner] == part.inside[corner + sum(part.strides)])
-
-    lever = np.full(corner.shape, LEVER)
+    count = front.count
+    lever = np.full(count.shape, LEVER)
     for _ in range(2):  # the first pass finds the front's direction
-        along_x, along_y = (_shares_of_links(part, corner, axis, lever, share) for axis in (0, 1))
-        run_x, run_y = np.abs(along_x[1] - along_x[0]) * dx, np.abs(along_y[1] - along_y[0]) * dy
+        x, other_x, y, other_y = front.shares(lever, share)
+        run_x, run_y = np.abs(other_x - x) * dx, np.abs(other_y - y) * dy
         length = np.maximum(np.hypot(run_x, run_y), TINY)
         sine = 2.0 * (run_x / length) * (run_y / length)
         lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
 
-    x, y = along_x[0] + along_x[1], along_y[0] + along_y[1]
+    x, y = x + other_x, y + other_y
     part_inside = np.where(count <= 2, 0.5 * x * y, 1.0 - 0.5 * (2.0 - x) * (2.0 - y))
-    fits = ~(opposite | np.isnan(part_inside))
+    fits = ~(front.opposite | np.isnan(part_inside))
     counted = count[~fits].sum() / 4.0
-    area = (whole + counted + part_inside[fits].sum()) * dx * dy
+    area = (front.whole + counted + part_inside[fits].sum()) * dx * dy
     cell = (run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY)
     inset = (INSET + np.log(LEVER / lever) / 6.0) * cell
     turns = 0.25 * (np.count_nonzero(count[fits] == 1) - np.count_nonzero(count[fits] == 3))
@@ -245,21 +317,3 @@ def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:
     taken = float((inset * length).sum())
     bulge = float((length**3).sum()) / (12.0 * total)
     return taken - 2.0 * math.pi * turns * (bulge + 0.5 * (taken / total) ** 2)
-
-
-def _shares_of_links(
-    part: _CellPart, corner: IndexArray, axis: int, lever: FloatArray, share: Share
-) -> tuple[FloatArray, FloatArray]:
-    """Return the shares inside of the two links along an axis of the squares with their first cell at `corner`."""
-    found = []
-    for side in (0, part.strides[1 - axis]):
-        first = corner + side
-        second = first + part.strides[axis]
-        crossed = np.flatnonzero(part.inside[first] != part.inside[second])
-        shares = part.inside[first].astype(float)
-        starts_inside = part.inside[first[crossed]]
-        inner = np.where(starts_inside, first[crossed], second[crossed])
-        outer = first[crossed] + second[crossed] - inner
-        shares[crossed] = share(inner, outer, axis, lever[crossed])
-        found.append(shares)
-    return found[0], found[1]
