@@ -200,8 +200,9 @@ class StaggeredIteration:
         """Return whether there is shear to solve for; else set the tangential rigid displacements."""
         imposed = increment.tangential
         if self.model.has_shear:
-            moved = any(imposed.relative_to(start.rigid[3:]).values)
-            if self._coupled or start.shear.any() or start.displacement.any() or moved:
+            if self._coupled or start.shear.any() or start.displacement.any():
+                return True
+            if any(imposed.relative_to(start.rigid[3:]).values):
                 return True
         elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
             raise gross_slip_error(imposed, 0.0, 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class InitialState:
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
 
-    @property
+    @cached_property
     def largest_displacement(self) -> float:
         """Largest tangential elastic displacement (mm)."""
         return float(np.abs(self.displacement).max())

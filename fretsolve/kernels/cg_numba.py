@@ -13,7 +13,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def finish_search(image, residual, weight, normal, constraints, moments):
+def _precondition(image, residual, weight, normal, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
@@ -44,7 +44,7 @@ def finish_search(image, residual, weight, normal, constraints, moments):
 
 
 @kernel
-def turn(direction, image, weight, constraints, amplitudes, growth):
+def _turn(direction, image, weight, constraints, amplitudes, growth):
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
@@ -58,7 +58,7 @@ def turn(direction, image, weight, constraints, amplitudes, growth):
 
 
 @kernel
-def finish_image(image, direction, stiffness, normal, zone, weight, constraints, moments):
+def _apply(image, direction, stiffness, normal, zone, weight, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     product = 0.0
@@ -98,7 +98,7 @@ def _add_moments(field, i, weight, constraints, moments):
 
 
 @kernel
-def advance(solution, residual, direction, image, constraints, amplitudes, length):
+def _advance(solution, residual, direction, image, weight, constraints, amplitudes, length):
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -111,6 +111,8 @@ def advance(solution, residual, direction, image, constraints, amplitudes, lengt
                 amplitude = image.dtype.type(length * amplitudes[m])
                 for j in range(ny):
                     residual[part, i, j] += amplitude * constraints[m, part, i, j]
+            for j in range(ny):
+                image[part, i, j] = weight[i, j] * residual[part, i, j]
         for j in range(ny):
             squared = residual[0, i, j] * residual[0, i, j]
             if components == 2:
@@ -120,16 +122,71 @@ def advance(solution, residual, direction, image, constraints, amplitudes, lengt
 
 
 @kernel
-def weigh_moments(field, weight, constraints, moments):
-    components, nx, ny = field.shape
-    moments[:] = 0.0
-    for m in range(len(moments)):
-        for part in range(components):
-            for i in range(nx):
-                in_row = field.dtype.type(0.0)
-                for j in range(ny):
-                    in_row += constraints[m, part, i, j] * weight[i, j] * field[part, i, j]
-                moments[m] += in_row
+def _multiply(matrix, vector):
+    result = np.zeros(len(vector))
+    for m in range(len(vector)):
+        for n in range(len(vector)):
+            result[m] += matrix[m, n] * vector[n]
+    return result
+
+
+@kernel
+def constrain(constraints, motions, x, y, normal, zone, weight, gram):
+    _, components, nx, ny = constraints.shape
+    for m in range(len(motions)):
+        constraint, a, b, c = constraints[m], motions[m, 0], motions[m, 1], motions[m, 2]
+        size = 0.0
+        for i in range(nx):
+            for j in range(ny):
+                if components == 1:
+                    size = max(size, abs(a + b * y[j] + c * x[i]))
+                else:
+                    size = max(size, abs(a - c * y[j]), abs(b + c * x[i]))
+        scale = 1.0 / size if size > 0.0 else 1.0
+        for i in range(nx):
+            for j in range(ny):
+                inside = scale if zone[i, j] else 0.0
+                if components == 1:
+                    constraint[0, i, j] = inside * (a + b * y[j] + c * x[i])
+                else:
+                    n_x, n_y = normal[0, i, j], normal[1, i, j]
+                    c_x, c_y = inside * (a - c * y[j]), inside * (b + c * x[i])
+                    along = c_x * n_x + c_y * n_y
+                    constraint[0, i, j], constraint[1, i, j] = c_x - along * n_x, c_y - along * n_y
+        gram[m] = 0.0
+        for i in range(nx):
+            _add_moments(constraint, i, weight[i], constraints[: m + 1], gram[m, : m + 1])
+        gram[: m + 1, m] = gram[m, : m + 1]
+
+
+@kernel
+def start(solution, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram):
+    solution[:] = 0.0
+    direction[:] = 0.0
+    image[:] = 0.0
+    moments = np.zeros(len(constraints))
+    _apply(residual, direction, stiffness, normal, zone, weight, constraints, moments)
+    amplitudes = _multiply(inverse_gram, moments)
+    return _advance(solution, residual, direction, image, weight, constraints, -amplitudes, 1.0)
+
+
+@kernel
+def search(image, direction, residual, weight, normal, constraints, inverse_gram, rho_before):
+    moments = np.zeros(len(constraints))
+    rho = _precondition(image, residual, weight, normal, constraints, moments)
+    if rho > 0.0:
+        _turn(direction, image, weight, constraints, _multiply(inverse_gram, moments), rho / rho_before)
+    return rho
+
+
+@kernel
+def step(solution, residual, direction, image, stiffness, normal, zone, weight, constraints, inverse_gram, rho):
+    moments = np.zeros(len(constraints))
+    kappa = _apply(image, direction, stiffness, normal, zone, weight, constraints, moments)
+    if not kappa > 0.0:
+        return kappa, math.inf
+    amplitudes = _multiply(inverse_gram, moments)
+    return kappa, _advance(solution, residual, direction, image, weight, constraints, amplitudes, rho / kappa)
 
 
 @kernel

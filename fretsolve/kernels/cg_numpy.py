@@ -1,8 +1,9 @@
 """Kernels of the conjugate gradients in NumPy. They work on blocks of rows that stay in cache.
 
-Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny), their amplitudes m and
-moments (m,). The symbols T, S, W, c, m, the steps CG1 to CG6 and the equations (T6) to (T9) are in docs/theory.md.
-`normal` and `stiffness` are used for two components only.
+Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny); inverse_gram is
+(c' W c)^-1, (m, m). The symbols T, S, W, P (there Pi), c, the steps CG1 to CG6 and the equations (T6) to (T9) are in
+docs/theory.md. `normal` and `stiffness` are used for two components only. A whole step is one call: on small grids
+calls take longer than what they compute.
 """
 
 from __future__ import annotations
@@ -13,40 +14,142 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 BLOCK_BYTES = 100 * 1024
 """Size of a block of one plane."""
 
 
-def finish_search(
+def constrain(
+    constraints: FloatArray,
+    motions: DoubleArray,
+    x: FloatArray,
+    y: FloatArray,
+    normal: FloatArray,
+    zone: BoolArray,
+    weight: FloatArray,
+    gram: FloatArray,
+) -> None:
+    """Compute ``c = T N`` in the zone, 0 outside, and ``gram = c' W c``, (m, m) (T9).
+
+    motions: amplitudes (a, b, c) of each of the rigid motions N, (m, 3): with one component a + b y + c x, with two
+    (a - c y, b + c x). Each is divided by its largest value.
+    """
+    for m, (constraint, (a, b, c)) in enumerate(zip(constraints, motions.tolist(), strict=True)):
+        if len(constraint) == 1:
+            np.add(a + b * y, (c * x)[:, None], out=constraint[0], casting="same_kind")
+        else:
+            constraint[0], constraint[1] = a - c * y, (b + c * x)[:, None]
+        constraint /= largest(constraint) or 1.0
+        if len(constraint) == 2:
+            _take_tangential(constraint, normal)
+        constraint *= zone
+        gram[m, : m + 1] = gram[: m + 1, m] = _moments(constraint * weight, constraints[: m + 1])
+
+
+def start(
+    solution: FloatArray,
+    direction: FloatArray,
+    residual: FloatArray,
     image: FloatArray,
+    stiffness: FloatArray,
+    normal: FloatArray,
+    zone: BoolArray,
+    weight: FloatArray,
+    constraints: FloatArray,
+    inverse_gram: FloatArray,
+) -> float:
+    """Compute ``solution = direction = 0``, ``residual = P T residual`` in the zone (T9), ``image = W residual`` (CG1).
+
+    Return the largest length of the residual in a cell.
+    """
+    solution[:], direction[:], image[:] = 0.0, 0.0, 0.0
+    _, moments = _apply(residual, direction, stiffness, normal, zone, weight, constraints)
+    return _advance(solution, residual, direction, image, weight, constraints, -(inverse_gram @ moments), 1.0)
+
+
+def search(
+    image: FloatArray,
+    direction: FloatArray,
     residual: FloatArray,
     weight: FloatArray,
     normal: FloatArray,
     constraints: FloatArray,
-    moments: FloatArray,
+    inverse_gram: FloatArray,
+    rho_before: float,
 ) -> float:
-    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7) and ``moments = c' image`` (CG2).
+    """Compute ``z = T (W image + (1 - W^2) W residual)`` (T7) and ``direction = P' z + (rho / rho_before) direction``.
 
-    Return the product of the image with `residual`.
+    Return rho, the product of z with `residual` (CG2, CG3). If that is not positive, the direction stays. The image is
+    overwritten.
     """
-    product = 0.0
-    moments[:] = 0.0
+    rho, moments = 0.0, np.zeros(len(constraints))
     for rows in _blocks(weight):
         block, w = image[:, rows], weight[rows]
         block *= w
         if len(image) == 2:
-            diagonal = (1.0 - w * w) * w
-            for part, of_residual in zip(block, residual[:, rows], strict=True):
-                part += diagonal * of_residual
+            block += (1.0 - w * w) * w * residual[:, rows]
             _take_tangential(block, normal[:, rows])
-        product += _product(residual[:, rows], block)
-        moments += [_product(constraint[:, rows], block) for constraint in constraints]
-    return product
+        rho += _product(residual[:, rows], block)
+        moments += _moments(block, constraints[:, :, rows])
+    if rho > 0.0:
+        _turn(direction, image, weight, constraints, inverse_gram @ moments, rho / rho_before)
+    return rho
 
 
-def turn(
+def step(
+    solution: FloatArray,
+    residual: FloatArray,
+    direction: FloatArray,
+    image: FloatArray,
+    stiffness: FloatArray,
+    normal: FloatArray,
+    zone: BoolArray,
+    weight: FloatArray,
+    constraints: FloatArray,
+    inverse_gram: FloatArray,
+    rho: float,
+) -> tuple[float, float]:
+    """Compute ``w = T (image + S direction)`` in the zone, 0 outside, and step along the direction (CG4, CG5).
+
+    ``solution += alpha direction`` and ``residual -= alpha P w`` (T9), with ``alpha = rho / kappa`` and kappa the
+    product of direction and w; then ``image = W residual``. Return kappa and the largest length of the residual in a
+    cell. If kappa is not positive, solution and residual stay.
+    """
+    kappa, moments = _apply(image, direction, stiffness, normal, zone, weight, constraints)
+    if not kappa > 0.0:
+        return kappa, math.inf
+    amplitudes = inverse_gram @ moments
+    return kappa, _advance(solution, residual, direction, image, weight, constraints, amplitudes, rho / kappa)
+
+
+def _apply(
+    image: FloatArray,
+    direction: FloatArray,
+    stiffness: FloatArray,
+    normal: FloatArray,
+    zone: BoolArray,
+    weight: FloatArray,
+    constraints: FloatArray,
+) -> tuple[float, DoubleArray]:
+    """Compute ``image = T (image + S direction)`` in the zone, 0 outside.
+
+    Return its product with `direction` and ``c' W image``.
+    """
+    product, moments = 0.0, np.zeros(len(constraints))
+    for rows in _blocks(weight):
+        block = image[:, rows]
+        if len(image) == 2:
+            block += stiffness[rows] * direction[:, rows]
+            _take_tangential(block, normal[:, rows])
+        np.copyto(block, 0.0, where=~zone[rows])
+        product += _product(direction[:, rows], block)
+        if len(constraints):
+            moments += _moments(weight[rows] * block, constraints[:, :, rows])
+    return product, moments
+
+
+def _turn(
     direction: FloatArray,
     image: FloatArray,
     weight: FloatArray,
@@ -54,7 +157,7 @@ def turn(
     amplitudes: FloatArray,
     growth: float,
 ) -> None:
-    """Compute ``image -= W c m`` (T9) and ``direction = growth direction + image`` (CG3)."""
+    """Compute ``direction = growth direction + image - W c amplitudes``; the image is overwritten."""
     for rows in _blocks(weight):
         block = image[:, rows]
         for constraint, amplitude in zip(constraints, amplitudes, strict=True):
@@ -63,64 +166,30 @@ def turn(
         direction[:, rows] += block
 
 
-def finish_image(
-    image: FloatArray,
-    direction: FloatArray,
-    stiffness: FloatArray,
-    normal: FloatArray,
-    zone: BoolArray,
-    weight: FloatArray,
-    constraints: FloatArray,
-    moments: FloatArray,
-) -> float:
-    """Compute ``image = T (image + S direction)`` in the zone, 0 outside, and ``moments = c' W image`` (CG4).
-
-    Return the product of the image with `direction`. If that is 0, the image is T image.
-    """
-    product = 0.0
-    moments[:] = 0.0
-    for rows in _blocks(weight):
-        block = image[:, rows]
-        if len(image) == 2:
-            block += stiffness[rows] * direction[:, rows]
-            _take_tangential(block, normal[:, rows])
-        np.copyto(block, 0.0, where=~zone[rows])
-        product += _product(direction[:, rows], block)
-        weighted = weight[rows] * block
-        moments += [_product(constraint[:, rows], weighted) for constraint in constraints]
-    return product
-
-
-def advance(
+def _advance(
     solution: FloatArray,
     residual: FloatArray,
     direction: FloatArray,
     image: FloatArray,
+    weight: FloatArray,
     constraints: FloatArray,
     amplitudes: FloatArray,
     length: float,
 ) -> float:
-    """Compute ``solution += length direction`` and ``residual -= length (image - c m)`` (CG5).
+    """Compute ``solution += length direction``, ``residual -= length (image - c amplitudes)``, ``image = W residual``.
 
     Return the largest length of the residual in a cell.
     """
-    largest = 0.0
-    for rows in _blocks(solution[0]):
+    longest = 0.0
+    for rows in _blocks(weight):
         solution[:, rows] += length * direction[:, rows]
         block = residual[:, rows]
         block -= length * image[:, rows]
         for constraint, amplitude in zip(constraints, amplitudes, strict=True):
             block += float(length * amplitude) * constraint[:, rows]
-        largest = float(np.maximum(largest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
-    return math.sqrt(largest)
-
-
-def weigh_moments(field: FloatArray, weight: FloatArray, constraints: FloatArray, moments: FloatArray) -> None:
-    """Compute ``moments = c' W field`` (T9)."""
-    moments[:] = 0.0
-    for rows in _blocks(weight):
-        weighted = weight[rows] * field[:, rows]
-        moments += [_product(constraint[:, rows], weighted) for constraint in constraints]
+        np.multiply(block, weight[rows], out=image[:, rows])
+        longest = float(np.maximum(longest, np.einsum("kij,kij->ij", block, block).max()))  # keeps a NaN
+    return math.sqrt(longest)
 
 
 def add(field: FloatArray, change: FloatArray, factor: float) -> None:
@@ -148,4 +217,9 @@ def _take_tangential(block: FloatArray, normal: FloatArray) -> None:
 
 
 def _product(first: FloatArray, second: FloatArray) -> float:
+    """Return the product of two fields; sums of a component in their precision, then in double precision."""
     return sum(float(np.vdot(a, b)) for a, b in zip(first, second, strict=True))
+
+
+def _moments(field: FloatArray, constraints: FloatArray) -> list[float]:
+    return [_product(constraint, field) for constraint in constraints]

@@ -213,10 +213,11 @@ class NormalSolver:
         np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = np.eye(3)
-        if control.forced[0]:  # with P imposed, tilts may be about the contact's middle: they are not nearly dependent
+        if control.forced[0] and any(control.forced[1:]):
+            # With P imposed, tilts may be about the contact's middle: they are not nearly dependent.
             middle_x, middle_y = self.modes.middle(self._contact)
             tilts[1:, 0] = -middle_y, -middle_x
-        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(tilts[mode], out[0]))
+        self._cg.constrain(tilts[control.forced_index], self.modes.x, self.modes.y)
 
     def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
         """Open the cells under tension.

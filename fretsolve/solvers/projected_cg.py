@@ -12,12 +12,13 @@ of a cell and the largest residual are about 1, so single precision suffices at 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import cg
+from fretsolve.solvers.rigid_modes import WELL_APART
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 Apply = Callable[[FloatArray, FloatArray], None]
@@ -47,28 +48,22 @@ class ProjectedCG:
         self.zone: BoolArray = np.zeros(shape, dtype=bool)
         self.stiffness = np.zeros((1, 1) if alone else shape, dtype)
         self.normal = np.zeros((2, 1, 1) if alone else vector, dtype)
-        self._motions = np.zeros((0, *vector), dtype)
-        self._constraints, self._moments = self._motions, np.zeros(0)
-        self._inverse_gram: FloatArray = np.zeros((0, 0))
+        self._all_constraints = np.zeros((0, *vector), dtype)
+        self._constraints, self._inverse_gram = self._all_constraints, np.zeros((0, 0))
         self._nothing_left = NOTHING_LEFT * float(np.finfo(dtype).eps)
 
-    def constrain(self, modes: Sequence[int], motion: Callable[[int, FloatArray], None]) -> None:
-        """Keep the solution orthogonal to rigid motions; ``motion(mode, out)`` writes one of them (c, nx, ny)."""
-        if len(self._motions) < len(modes):
-            self._motions = np.zeros((len(modes), *self.solution.shape), self.solution.dtype)
-        self._constraints = self._motions[: len(modes)]
-        self._moments = np.zeros(len(modes))
-        self._direction[:] = 0.0
-        gram: DoubleArray = np.zeros((len(modes), len(modes)))  # symmetric, so its lower half is enough
-        for row, (mode, constraint) in enumerate(zip(modes, self._constraints, strict=True)):
-            motion(mode, constraint)
-            constraint /= cg.largest(constraint) or 1.0
-            self._restrict(constraint)
-            cg.weigh_moments(constraint, self.weight, self._constraints[: row + 1], gram[row, : row + 1])
-        if len(modes) == 1:
-            self._inverse_gram = np.divide(1.0, gram, out=np.zeros_like(gram), where=gram > 0.0)
-        elif modes:
-            self._inverse_gram = _pseudo_inverse(gram)
+    def constrain(self, motions: DoubleArray, x: FloatArray, y: FloatArray) -> None:
+        """Keep the solution orthogonal to rigid motions of the amplitudes `motions` (m, 3).
+
+        With one component they are a + b y + c x, with two (a - c y, b + c x); x (nx,), y (ny,): centres of the cells.
+        """
+        count = len(motions)
+        if len(self._all_constraints) < count:
+            self._all_constraints = np.zeros((count, *self.solution.shape), self.solution.dtype)
+        self._constraints, gram = self._all_constraints[:count], np.zeros((count, count))
+        if count:
+            cg.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight, gram)
+        self._inverse_gram = _pseudo_inverse(gram)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
         """Reduce the largest length of the residual by `reduction`, or to `floor`, in at most `limit` iterations.
@@ -77,53 +72,55 @@ class ProjectedCG:
         """
         # symbols of docs/theory.md; z and w share an array
         x, r, d, z = self.solution, self.residual, self._direction, self._image
-        n, zone, weight, c, moments = self.normal, self.zone, self.weight, self._constraints, self._moments
+        n, zone, s, weight, c, inverse_gram = (
+            self.normal,
+            self.zone,
+            self.stiffness,
+            self.weight,
+            self._constraints,
+            self._inverse_gram,
+        )
         w = z
-        # CG1: x = d = 0, r = P T r in the zone, by the projection P of (T9); as d = 0, the kernel of CG5 does P alone
-        x[:] = 0.0
-        d[:] = 0.0
-        self._restrict(r)
-        cg.weigh_moments(r, weight, c, moments)
-        first = cg.advance(x, r, d, d, c, -self._amplitudes(), 1.0)
+        # CG1: x = d = 0, r = P T r in the zone, by the projection P of (T9); z = W r
+        first = cg.start(x, d, r, z, s, n, zone, weight, c, inverse_gram)
         if first < self._nothing_left:
             return 1
         target, rho_before, iteration = max(reduction * first, floor), 1.0, 0
         while iteration < limit:
-            # CG2: z = M r (T7), rho = r.z
-            np.multiply(r, weight, out=z)
+            # CG2, CG3: z = M r (T7), rho = r.z, d = P' z + (rho / rho before) d
             inverse(z, z)
-            rho = cg.finish_search(z, r, weight, n, c, moments)
+            rho = cg.search(z, d, r, weight, n, c, inverse_gram, rho_before)
             if not rho > 0.0:
                 break
-            # CG3: d = P' z + (rho / rho before) d
-            cg.turn(d, z, weight, c, self._amplitudes(), rho / rho_before)
             rho_before = rho
-            # CG4: w = T (B + S) d in the zone (T6), kappa = d.w
+            # CG4, CG5: w = T (B + S) d in the zone (T6), kappa = d.w, alpha = rho / kappa, x = x + alpha d,
+            # r = r - alpha P w; z = W r for the next iteration
             elastic(d, w)
-            kappa = cg.finish_image(w, d, self.stiffness, n, zone, weight, c, moments)
+            kappa, largest = cg.step(x, r, d, w, s, n, zone, weight, c, inverse_gram, rho)
             if not kappa > 0.0:
                 break
-            # CG5: alpha = rho / kappa, x = x + alpha d, r = r - alpha P w; CG6: stop at the target
+            # CG6: stop at the target
             iteration += 1
-            if cg.advance(x, r, d, w, c, self._amplitudes(), rho / kappa) <= target:
+            if largest <= target:
                 break
         return max(iteration, 1)
 
-    def _restrict(self, field: FloatArray) -> None:
-        """Compute T field in the zone, 0 outside, in place. As d is 0, the kernel of CG4 does that."""
-        none = self._motions[:0], np.zeros(0)
-        cg.finish_image(field, self._direction, self.stiffness, self.normal, self.zone, self.weight, *none)
-
-    def _amplitudes(self) -> DoubleArray:
-        """Return (c' W c)^-1 times the moments found last, (T9)."""
-        return self._inverse_gram @ self._moments if len(self._moments) else self._moments
-
 
 def _pseudo_inverse(gram: DoubleArray) -> DoubleArray:
-    """Return the inverse of a symmetric matrix on the combinations that count; only its lower half is read.
+    """Return the inverse of a symmetric matrix on the combinations that count.
 
-    NumPy's `pinv` takes five times as long, more than an iteration on a small grid.
+    One constraint, or two that are far from dependent, are inverted by hand: a call of LAPACK takes as long as an
+    iteration on a small grid.
     """
+    if len(gram) == 1:
+        return np.array([[1.0 / gram[0, 0] if gram[0, 0] > 0.0 else 0.0]])
+    if len(gram) == 2:
+        (a, b), (_, c) = gram.tolist()
+        determinant = a * c - b * b
+        if determinant > WELL_APART * a * c:
+            return np.array([[c / determinant, -b / determinant], [-b / determinant, a / determinant]])
+    if not len(gram):
+        return gram
     values, vectors = np.linalg.eigh(gram)
     counts = values > DEPENDENT_CONSTRAINTS * values[-1]
     inverse: DoubleArray = (vectors[:, counts] / values[counts]) @ vectors[:, counts].T

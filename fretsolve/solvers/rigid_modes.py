@@ -27,7 +27,7 @@ NEARLY_SINGULAR = 1e-6
 """Eigenvalue below which the amplitude of a combination of modes means little."""
 
 WELL_APART = 1e-2
-"""Pivot of the elimination, over the mode's own weight, above which modes count as independent."""
+"""Determinant of two modes' Gram matrix, over the product of their own weights, above which they are independent."""
 
 
 @dataclass(frozen=True)
@@ -130,18 +130,18 @@ class TangentialModes(_Modes):
 def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
     """Return the amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
 
-    Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation.
+    Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation. One mode, or two
+    that are far from dependent, are solved by hand, because calls of LAPACK take longer than a pass over a small grid.
     """
     amplitudes = np.zeros(3)
     if len(forced) == 1:
         (mode,) = forced
         amplitudes[mode] = right[mode] / gram[mode, mode] if gram[mode, mode] > 0.0 else 0.0
-        return amplitudes
-    eliminated = _eliminated(gram, right, forced)
-    if eliminated is not None:
-        for mode, amplitude in zip(forced, eliminated, strict=True):
-            amplitudes[mode] = amplitude
-    else:
+    elif len(forced) == 2 and (determinant := _determinant(gram, *forced)) > 0.0:
+        one, other = forced
+        amplitudes[one] = (gram[other, other] * right[one] - gram[one, other] * right[other]) / determinant
+        amplitudes[other] = (gram[one, one] * right[other] - gram[one, other] * right[one]) / determinant
+    elif forced:
         block, scale = _with_unit_diagonal(gram, forced)
         values, vectors = np.linalg.eigh(block)
         kept = values > SINGULAR
@@ -151,31 +151,20 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
     return amplitudes
 
 
-def _eliminated(gram: DoubleArray, right: Vector, forced: list[int]) -> list[float] | None:
-    """Return the amplitudes of the forced modes by elimination; None if modes may be nearly dependent.
-
-    Written out, because calls of LAPACK take longer than a pass over a small grid.
-    """
-    weights, values = gram.tolist(), right.tolist()
-    rows = [[*(weights[mode][other] for other in forced), values[mode]] for mode in forced]
-    for k, pivot in enumerate(rows):
-        if not pivot[k] > WELL_APART * weights[forced[k]][forced[k]]:
-            return None
-        for row in rows[k + 1 :]:
-            share = row[k] / pivot[k]
-            row[k:] = [value - share * above for value, above in zip(row[k:], pivot[k:], strict=True)]
-    amplitudes = [0.0] * len(rows)
-    for k in reversed(range(len(rows))):
-        known = sum(a * b for a, b in zip(rows[k][k + 1 : -1], amplitudes[k + 1 :], strict=True))
-        amplitudes[k] = (rows[k][-1] - known) / rows[k][k]
-    return amplitudes
-
-
 def is_singular(gram: DoubleArray, forced: list[int]) -> bool:
     """Return whether some combination of the forced modes has almost no weight in their Gram matrix (3 x 3)."""
-    if not forced or _eliminated(gram, np.zeros(3), forced) is not None:
+    if len(forced) < 2:
+        return bool(forced) and not gram[forced[0], forced[0]] > 0.0
+    if len(forced) == 2 and _determinant(gram, *forced) > 0.0:
         return False
     return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
+
+
+def _determinant(gram: DoubleArray, one: int, other: int) -> float:
+    """Return the determinant of two modes' Gram matrix; 0 if they may be nearly dependent."""
+    own = float(gram[one, one]) * float(gram[other, other])
+    determinant = own - float(gram[one, other]) ** 2
+    return determinant if determinant > WELL_APART * own else 0.0
 
 
 def _with_unit_diagonal(gram: DoubleArray, forced: list[int]) -> tuple[DoubleArray, Vector]:

@@ -210,11 +210,12 @@ class TangentialSolver:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
         friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
-        # with imposed forces the turn may be taken about the contact's middle, so that it is not nearly dependent
-        x, y = self.modes.middle(self._contact)
-        turn = [y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0]
-        motions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], turn])
-        self._cg.constrain(control.forced_index, lambda mode, out: self.modes.displacement(motions[mode], out))
+        motions = np.eye(3)
+        if control.forced[2]:
+            # With imposed forces the turn may be about the contact's middle: then it is not nearly dependent.
+            x, y = self.modes.middle(self._contact)
+            motions[2, :2] = y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0
+        self._cg.constrain(motions[control.forced_index], self.modes.x, self.modes.y)
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the rigid pattern W T N a to the shear, so that it has the imposed resultants."""

@@ -19,7 +19,7 @@ from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_n
 from fretsolve.kernels.numba_options import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
-CG = ["finish_search", "turn", "finish_image", "advance", "weigh_moments", "add", "largest"]
+CG = ["constrain", "start", "search", "step", "add", "largest"]
 NORMAL = ["sum_gaps", "take_gap", "gram", "sum_modes", "stretch"]
 FRICTION = ["take_slip", "move", "gram", "add_motion", "sum_motions", "violation", "scale_tangential"]
 FRICTION += ["return_to_circle", "excess"]
@@ -48,15 +48,16 @@ def arguments(function, shape, components, dtype, seed=0):
             return random.normal(size=nx if name == "x" else ny)
         if name == "limit":
             return random.random(shape) * contact
-        if name in ("growth", "length", "unit", "factor"):
+        if name in ("rho", "rho_before", "unit", "factor"):
             return 0.7
         if name == "stiffest":
             return 1.5
         plane = {
             "stiffness": shape,
             "constraints": (2, components, *shape),
-            "moments": (2,),
-            "amplitudes": (2,),
+            "motions": (2, 3),
+            "gram": (2, 2),
+            "inverse_gram": (2, 2),
             "rigid": (3,),
         }
         size = plane.get(name, (components, *shape))
@@ -217,20 +218,24 @@ def test_a_nan_of_the_slip_is_not_lost(module, slips):
 @pytest.mark.parametrize("module", [cg_numpy, cg_numba])
 @pytest.mark.parametrize("components", [1, 2])
 def test_a_nan_of_the_residual_is_not_lost(module, components):
-    fields = [np.zeros((components, 4, 4)) for _ in range(4)]
-    fields[1][-1, 1, 1] = np.nan
-    nothing = np.zeros((0, components, 4, 4)), np.zeros(0)
-    assert np.isnan(module.largest(fields[1]))
-    assert np.isnan(module.advance(*fields, *nothing, 0.5))
+    solution, residual, direction, image = (np.ones((components, 4, 4)) for _ in range(4))
+    residual[-1, 1, 1] = np.nan
+    planes = np.zeros((4, 4)), np.zeros((2, 4, 4)), np.ones((4, 4), bool), np.ones((4, 4))
+    nothing = np.zeros((0, components, 4, 4)), np.zeros((0, 0))
+    assert np.isnan(module.largest(residual))
+    assert np.isnan(module.step(solution, residual.copy(), direction, image, *planes, *nothing, 1.0)[1])
+    assert np.isnan(module.start(solution, direction, residual, image, *planes, *nothing))
 
 
 @pytest.mark.parametrize("module", [cg_numpy, cg_numba])
 def test_nothing_from_outside_of_the_zone_comes_in(module):
-    field, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
-    field[0, 0, 0] = 1.0
-    direction, unused, nothing = np.zeros((1, 2, 2)), np.zeros((2, 1, 1)), (np.zeros((0, 1, 2, 2)), np.zeros(0))
-    module.finish_image(field, direction, unused[0], unused, zone, np.ones((2, 2)), *nothing)
-    assert field.tolist() == [[[1.0, 0.0], [0.0, 0.0]]]
+    residual, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
+    residual[0, 0, 0] = 1.0
+    fields = [np.ones((1, 2, 2)) for _ in range(2)]
+    unused, nothing = np.zeros((2, 1, 1)), (np.zeros((0, 1, 2, 2)), np.zeros((0, 0)))
+    image = np.full((1, 2, 2), np.nan)
+    module.start(*fields, residual, image, unused[0], unused, zone, np.ones((2, 2)), *nothing)
+    assert residual.tolist() == image.tolist() == [[[1.0, 0.0], [0.0, 0.0]]]
 
 
 SOLVE = """
