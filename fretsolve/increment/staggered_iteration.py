@@ -30,6 +30,9 @@ ENOUGH_ITERATIONS = 30
 MOST_STAGGERED_ITERATIONS = 200
 """... and, if that fails as well, after which the increment is given up (ST8)."""
 
+CONTRACTION = 0.02
+"""Typical change of an iteration over that of the one before, by which the last iteration is foreseen (ST6)."""
+
 EASIER = "loosen solver.tolerance, or take more increments"
 TOO_FEW_DIGITS = "the changes may be too small for solver.precision: single, take double; else "
 
@@ -76,6 +79,7 @@ class StaggeredIteration:
         while True:
             # ST2: tolerance of a twentieth of the last change
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
+            gap_error, shear_is_solved = 0.0, True
             # ST3: N1 to N8 between these surfaces
             if self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
@@ -89,6 +93,7 @@ class StaggeredIteration:
                     work.gap_scale,
                 )
                 self._accept_pressure(found, work, tolerance)
+                gap_error = min(found.residual, tolerance)
             if self._must_solve_shear(increment, start, work):
                 # ST4: friction limit b = mu p, and loads that it can carry (T12)
                 np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
@@ -113,10 +118,12 @@ class StaggeredIteration:
                     if solved_together():
                         return
                     raise NotConvergedError(self._why_not_solved(found, tolerance, control))
+                shear_is_solved = min(found.residual, tolerance) <= 3.0 * target
             # ST7: the surfaces deformed by the new shear, and their change c
             self._finish(work)
-            # ST8: stop, where the last shear was solved well enough: after a small step the change alone says little
-            if work.change <= max(target, ROUNDING) and tolerance <= 3.0 * target:
+            # ST8: stop, where the change leaves the gap small enough and the last shear was solved well enough: after a
+            # small step the change alone says little
+            if gap_error + work.change <= max(3.0 * target, ROUNDING) and shear_is_solved:
                 return
             # else solve both together, or give up
             if work.staggered_iterations == ENOUGH_ITERATIONS and solved_together():
@@ -229,12 +236,13 @@ class StaggeredIteration:
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:
         """Return the tolerance of the shear and the scales of slips.
 
-        The tolerance is a hundredth of the slip error that the last change caused, and at least `tolerance`.
+        The tolerance is a hundredth of the slip error that the last change caused, and at least `tolerance`; if the
+        next change is expected to be small enough to stop (ST8), it is `tolerance`.
         """
         moved = np.abs(work.rigid - start.rigid) * self.level.tangential.modes.arms
         elastic, least = start.largest_displacement, self._least_slip
         motion = max(*map(float, moved[:3]), LEAST_MOTION * elastic, least)
-        if self._coupled:
+        if self._coupled and CONTRACTION * work.change > 2.0 * self._target:
             disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
             tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)

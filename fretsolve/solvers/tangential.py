@@ -30,6 +30,10 @@ from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 STIFFEST = 1e25
 """Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""
 
+REDUCTION, LATER_REDUCTION = 0.1, 0.03
+"""Factors by which CG reduces the residual of the Newton equation (TG5): in the first solve of an increment, and in
+later ones, whose zones hardly change."""
+
 PATIENCE = 5
 """Rounds without halving the residual after which rounding is allowed for (TG4) ..."""
 
@@ -102,12 +106,13 @@ class TangentialSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             corrected = residual > tolerance
             only_loads_missed = 0 if corrected else only_loads_missed + 1
-            # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones to a tenth
+            # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones
             if corrected:
                 self._prepare_cg(control, largest)
                 floor, limit = 0.3 * tolerance * scale / largest, max_iterations - iterations
                 elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
-                iterations += self._cg.solve(elastic, inverse, 0.1, floor, limit)
+                reduction = LATER_REDUCTION if scales.last else REDUCTION
+                iterations += self._cg.solve(elastic, inverse, reduction, floor, limit)
             np.copyto(self._slip, shear)
             if corrected:
                 cg.add(shear, self._cg.solution, largest / self.operator.unit)
