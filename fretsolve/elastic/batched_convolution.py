@@ -40,7 +40,7 @@ class BatchedConvolution:
         for row, field in zip(forward.rows, fields, strict=True):
             row[...] = field
         forward.execute()
-        _multiply(self._factors_of(kernels, turned), forward.spectrum, backward.spectrum, backward.product)
+        _multiply(self._factors_of(kernels, turned), forward, backward)
         backward.execute()
         for row, displacement in zip(backward.rows, displacements, strict=True):
             displacement[...] = row
@@ -86,15 +86,17 @@ class BatchedConvolution:
 
 
 class _Transforms:
-    """Two plans that run one after the other, between the cells' part of padded `rows` and `spectrum`.
+    """Two plans that run one after the other, between `rows`, the cells' part of padded rows, and a spectrum.
 
-    product: of the shape of `spectrum`, for products that are added to it.
+    numbers: the spectrum and an array of its shape for products; parts: these two with real and imaginary parts as
+    neighbours.
     """
 
     def __init__(
         self, rows: FloatArray, spectrum: ComplexArray, product: ComplexArray, plans: tuple[pyfftw.FFTW, pyfftw.FFTW]
     ):
-        self.rows, self.spectrum, self.product = rows, spectrum, product
+        self.rows, self.numbers = rows, (spectrum, product)
+        self.parts = spectrum.view(rows.dtype), product.view(rows.dtype)
         self._first, self._second = (one.execute for one in plans)
 
     def execute(self) -> None:
@@ -103,13 +105,11 @@ class _Transforms:
         self._second()
 
 
-def _multiply(
-    factors: NDArray[np.inexact], spectra: ComplexArray, results: ComplexArray, product: ComplexArray
-) -> None:
-    """Compute ``results = factors @ spectra``. Real factors multiply real and imaginary parts as neighbours."""
-    if not np.iscomplexobj(factors):
-        part = factors.dtype
-        spectra, results, product = spectra.view(part), results.view(part), product.view(part)
+def _multiply(factors: NDArray[np.inexact], forward: _Transforms, backward: _Transforms) -> None:
+    """Compute the spectra of `backward` as ``factors @`` those of `forward`; real factors multiply their parts."""
+    complex_factors = factors.dtype.kind == "c"
+    spectra, _ = forward.numbers if complex_factors else forward.parts
+    results, product = backward.numbers if complex_factors else backward.parts
     np.multiply(factors[:, 0], spectra[0], out=results)
     for column in range(1, len(spectra)):
         np.multiply(factors[:, column], spectra[column], out=product)

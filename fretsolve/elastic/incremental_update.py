@@ -39,7 +39,8 @@ def add_displacement(
     change (MPa): (1, nx, ny) or (2, nx, ny); `change` may be in ``workspace.double``, whose contents are lost; allowed:
     error (mm) that is as large as the tolerance; expected: about how large the displacement is (mm).
     """
-    largest = cg.largest(change)
+    field, image = workspace.direction[: len(change)], workspace.image[: len(displacement)]
+    largest = cg.normalise(change, field)
     factor = operator.unit * largest
     # The surfaces move by less than the left side.
     if factor * max(displacement.shape) <= NOTHING * allowed:
@@ -47,8 +48,6 @@ def add_displacement(
     limit = SHARE * allowed / SINGLE_ROUNDING
     only_single = operator.dtype is np.float32
     if only_single or limit > expected:
-        field, image = workspace.direction[: len(change)], workspace.image[: len(displacement)]
-        np.divide(change, largest, out=field, casting="same_kind")
         method(operator.inner, field, image)
         if only_single or factor * cg.largest(image) <= limit:
             cg.add(displacement, image, sign * factor)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip, named_rounding
 from fretsolve.increment.stick_and_slip import zones
+from fretsolve.kernels import cg, friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
@@ -94,8 +95,8 @@ class Examiner:
             # C5: slip of sticking cells, direction of the others'
             stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
             # C6: shear beyond the friction limit, and loads (T3)
-            excess = float(np.max(np.hypot(solution.shear[0], solution.shear[1]) - friction_limit))
-            excess = float(np.maximum(excess, 0.0)) / max(float(friction_limit.max()), TINY)
+            excess = float(np.maximum(friction.excess(solution.shear, friction_limit), 0.0))
+            excess /= max(float(friction_limit.max()), TINY)
         of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
         resultants = np.concatenate([of_pressure, of_shear])
         carried = float(friction_limit.sum(dtype=np.float64)) * self.grid.cell_area
@@ -140,7 +141,7 @@ class Examiner:
         They are the largest rigid displacement increment (rotations: times their arms) and the `largest` slip, but
         not below least values.
         """
-        elastic = max(float(max(field.max(), -field.min())) for field in (solution.uz, solution.displacement))
+        elastic = max(cg.largest(solution.uz[None]), cg.largest(solution.displacement))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
         moved = np.abs(solution.motion) * self._arms
         motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
@@ -161,11 +162,11 @@ class Examiner:
         if not np.isfinite(distance).all():
             return np.inf, np.inf
         motion, largest = self.slip_scales(solution, float(distance.max()))
-        stick = float(np.max(distance, where=sticking, initial=0.0)) / motion
-        slipped = np.nonzero((distance > 0.0) & ~sticking)
-        if not self.friction or not slipped[0].size:
+        stick = float(distance[sticking].max(initial=0.0)) / motion
+        slipped = (distance > 0.0) & ~sticking
+        if not self.friction or not slipped.any():
             return stick, 0.0
-        q_x, q_y, s_x, s_y = (part[slipped] for field in (solution.shear, slip) for part in field)
+        (q_x, q_y), (s_x, s_y) = solution.shear[:, slipped], slip[:, slipped]
         weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[slipped]
         return stick, float(np.max(weighted)) / largest
 
@@ -174,9 +175,14 @@ class Examiner:
     ) -> float:
         """Return the largest error of an imposed load over P, or over what friction can carry (`carried`, N), or of an
         imposed displacement over the largest rigid displacement; a moment or rotation: times its arm."""
-        arms, forced = self._arms, np.array([*normal.forced, *tangential.forced])
-        farthest = float(np.abs(rigid * arms).max())
-        error = np.abs(np.where(forced, resultants, rigid) - (*normal.values, *tangential.values))
-        scale = np.where(forced, np.repeat([resultants[0], carried], 3) * arms, farthest / arms)
-        with np.errstate(over="ignore"):  # infinite where nothing carries a load
-            return float(np.max(error / np.maximum(scale, TINY)))
+        arms, moved, loads = self._arms.tolist(), rigid.tolist(), resultants.tolist()
+        farthest = max(abs(value) * arm for value, arm in zip(moved, arms, strict=True))
+        capacities = [loads[0]] * 3 + [carried] * 3
+        errors = []
+        for mode, (forced, imposed) in enumerate(
+            zip((*normal.forced, *tangential.forced), (*normal.values, *tangential.values), strict=True)
+        ):
+            found = loads[mode] if forced else moved[mode]
+            scale = capacities[mode] * arms[mode] if forced else farthest / arms[mode]
+            errors.append(abs(found - imposed) / max(scale, TINY))
+        return float(np.max(errors))  # keeps a NaN

@@ -201,6 +201,19 @@ def largest(field):
 
 
 @kernel
+def normalise(field, result):
+    components, nx, ny = field.shape
+    size = largest(field)
+    if size == 0.0:
+        return size
+    for part in range(components):
+        for i in range(nx):
+            for j in range(ny):
+                result[part, i, j] = field[part, i, j] / size
+    return size
+
+
+@kernel
 def add(field, change, factor):
     components, nx, ny = field.shape
     for part in range(components):

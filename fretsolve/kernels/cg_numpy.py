@@ -123,6 +123,17 @@ def step(
     return kappa, _advance(solution, residual, direction, image, weight, constraints, amplitudes, rho / kappa)
 
 
+def normalise(field: FloatArray, result: FloatArray) -> float:
+    """Compute ``result = field / size``, in its precision, and return the size, the field's largest absolute value.
+
+    If that is 0, the result is not written.
+    """
+    size = largest(field)
+    if size:
+        np.divide(field, size, out=result, casting="same_kind")
+    return size
+
+
 def _apply(
     image: FloatArray,
     direction: FloatArray,

@@ -10,6 +10,47 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
+def gram(weight, normal, x, y):
+    nx, ny = weight.shape
+    result = np.zeros((3, 3))
+    for i in range(nx):
+        xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(ny):
+            w, n_x, n_y = float(weight[i, j]), normal[0, i, j], normal[1, i, j]
+            along = n_y * x[i] - n_x * y[j]
+            xx += w * (1.0 - n_x * n_x)
+            yy += w * (1.0 - n_y * n_y)
+            xy -= w * n_x * n_y
+            xt -= w * (y[j] + n_x * along)
+            yt += w * (x[i] - n_y * along)
+            tt += w * (x[i] * x[i] + y[j] * y[j] - along * along)
+        result[0, 0] += xx
+        result[1, 1] += yy
+        result[0, 1] += xy
+        result[0, 2] += xt
+        result[1, 2] += yt
+        result[2, 2] += tt
+    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
+    return result
+
+
+@kernel
+def sum_motions(field, x, y):
+    _, nx, ny = field.shape
+    sums = np.zeros(3)
+    for i in range(nx):
+        sum_x, sum_y, turned = 0.0, 0.0, 0.0
+        for j in range(ny):
+            sum_x += field[0, i, j]
+            sum_y += field[1, i, j]
+            turned -= y[j] * field[0, i, j]
+        sums[0] += sum_x
+        sums[1] += sum_y
+        sums[2] += turned + x[i] * sum_y
+    return sums
+
+
+@kernel
 def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
     nx, ny = weight.shape
     sums = np.zeros(3)
@@ -30,7 +71,7 @@ def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
         sums[0] += sum_x
         sums[1] += sum_y
         sums[2] += turned + x[i] * sum_y
-    return sums
+    return sums, gram(weight, normal, x, y)
 
 
 @kernel
@@ -58,28 +99,8 @@ def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, st
 
 
 @kernel
-def gram(weight, normal, x, y):
-    nx, ny = weight.shape
-    result = np.zeros((3, 3))
-    for i in range(nx):
-        xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for j in range(ny):
-            w, n_x, n_y = float(weight[i, j]), normal[0, i, j], normal[1, i, j]
-            along = n_y * x[i] - n_x * y[j]
-            xx += w * (1.0 - n_x * n_x)
-            yy += w * (1.0 - n_y * n_y)
-            xy -= w * n_x * n_y
-            xt -= w * (y[j] + n_x * along)
-            yt += w * (x[i] - n_y * along)
-            tt += w * (x[i] * x[i] + y[j] * y[j] - along * along)
-        result[0, 0] += xx
-        result[1, 1] += yy
-        result[0, 1] += xy
-        result[0, 2] += xt
-        result[1, 2] += yt
-        result[2, 2] += tt
-    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
-    return result
+def balance(shear, weight, normal, x, y):
+    return sum_motions(shear, x, y), gram(weight, normal, x, y)
 
 
 @kernel
@@ -92,22 +113,6 @@ def add_motion(shear, rigid, x, y, weight, normal):
             along = m_x * n_x + m_y * n_y
             shear[0, i, j] += w * (m_x - along * n_x)
             shear[1, i, j] += w * (m_y - along * n_y)
-
-
-@kernel
-def sum_motions(field, x, y):
-    _, nx, ny = field.shape
-    sums = np.zeros(3)
-    for i in range(nx):
-        sum_x, sum_y, turned = 0.0, 0.0, 0.0
-        for j in range(ny):
-            sum_x += field[0, i, j]
-            sum_y += field[1, i, j]
-            turned -= y[j] * field[0, i, j]
-        sums[0] += sum_x
-        sums[1] += sum_y
-        sums[2] += turned + x[i] * sum_y
-    return sums
 
 
 @kernel

@@ -22,17 +22,17 @@ def take_slip(
     y: FloatArray,
     normal: FloatArray,
     weight: FloatArray,
-) -> DoubleArray:
+) -> tuple[DoubleArray, DoubleArray]:
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2).
 
-    Return the weighted sums of T slip times each of the rigid motions.
+    Return the weighted sums of T slip times each of the rigid motions, and `gram`.
     """
     np.copyto(slip, elastic_slip)
     _add_motion(slip, rigid, x, y)
     slip *= weight > 0.0
     tangential = _tangential(slip, normal)
     tangential *= weight
-    return sum_motions(tangential, x, y)
+    return sum_motions(tangential, x, y), gram(weight, normal, x, y)
 
 
 def move(
@@ -80,6 +80,13 @@ def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray) -
     xt, yt = -(weight * across_y + w_x * along).sum(), (weight * across_x - w_y * along).sum()
     tt = (weight * (across_x**2 + across_y**2 - along**2)).sum()
     return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+
+
+def balance(
+    shear: FloatArray, weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray
+) -> tuple[DoubleArray, DoubleArray]:
+    """Return the sums of the shear times each of the rigid motions, and `gram` (TG7)."""
+    return sum_motions(shear, x, y), gram(weight, normal, x, y)
 
 
 def add_motion(

@@ -40,6 +40,16 @@ def take_gap(separation, uz, rigid, x, y, contact, gap):
 
 
 @kernel
+def largest_change(before, after, contact):
+    nx, ny = before.shape
+    sizes = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            sizes[j] = larger(abs(after[i, j] - before[i, j]) if contact[i, j] else 0.0, sizes[j])
+    return largest_of(sizes)
+
+
+@kernel
 def gram(weight, x, y):
     nx, ny = weight.shape
     result = np.zeros((3, 3))

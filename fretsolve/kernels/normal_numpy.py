@@ -40,6 +40,12 @@ def take_gap(
     return in_contact, penetration, float(np.max(uz, where=contact, initial=0.0))
 
 
+def largest_change(before: FloatArray, after: FloatArray, contact: BoolArray) -> float:
+    """Return the largest absolute difference in the contact (ST7)."""
+    change = np.subtract(after, before, where=contact, out=np.zeros_like(after))
+    return float(np.abs(change, out=change).max())
+
+
 def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray) -> DoubleArray:
     """Return the weighted sums of products of 1, y, x, (3, 3)."""
     along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)

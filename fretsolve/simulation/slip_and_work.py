@@ -26,10 +26,14 @@ def limit_to_contact(
     before: at the start; solution, evidence: at the end; contact_modulus: E* (MPa).
     """
     touched, touches = before.pressure > 0.0, solution.pressure > 0.0
-    parted = slipped_apart(touched & ~touches, evidence.zone, before.zone == Zone.SLIP)
     row, column = np.nonzero(touches & ~touched)
-    share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
-    slip[:, row, column] *= share
+    if row.size:
+        share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
+        slip[:, row, column] *= share
+    opened = touched & ~touches
+    if not opened.any():
+        return opened
+    parted = slipped_apart(opened, evidence.zone, before.zone == Zone.SLIP)
     row, column = np.nonzero(parted)
     share = share_in_contact(before.pressure, evidence.gap, (row, column), grid, contact_modulus)
     recovered = solution.previous_displacement[:, row, column] - solution.displacement[:, row, column]

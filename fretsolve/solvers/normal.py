@@ -24,7 +24,7 @@ from fretsolve.kernels import cg
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
-from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, solve_modes
+from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, largest_error, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 REDUCTION, SETTLED_REDUCTION = 0.2, 0.03
@@ -207,12 +207,11 @@ class NormalSolver:
             return 0.0
         if not self._contact.any():
             return np.inf if control.imposed_resultant[1:].any() else 0.0
-        found, imposed = self.modes.resultants(pressure), control.imposed_resultant
-        error = np.abs(found - imposed)
-        load = max(float(found[0]), float(imposed[0]))
+        found = self.modes.resultants(pressure)
+        load = max(float(found[0]), float(control.imposed_resultant[0]))
         if load <= 0.0:
-            return np.inf if error.any() else 0.0
-        return float(np.max((error / (self.modes.arms[:3] * load))[control.forced_index]))
+            return np.inf if (found != control.imposed_resultant).any() else 0.0
+        return largest_error(found, control, load, self.modes.arms)
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10)."""

@@ -15,6 +15,7 @@ from fretsolve.elastic.rounding import TINY
 from fretsolve.kernels import friction
 from fretsolve.kernels import normal as kernels
 from fretsolve.model.grid import Grid
+from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
 
 OPEN = 1e-6
@@ -48,13 +49,13 @@ class GapErrors:
 class _Modes:
     """Cells of a grid, their middle and moments.
 
-    arms: of all six modes, (6,): half the grid's longer side (mm) for rotations, 1 for displacements. A rotation times
-    its arm compares with displacements, a moment over its arm with forces.
+    arms: of all six modes, (6,): half the grid's longer side `arm` (mm) for rotations, 1 for displacements. A rotation
+    times its arm compares with displacements, a moment over its arm with forces.
     """
 
     def __init__(self, grid: Grid):
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
-        half_side = max(grid.size) / 2.0
+        self.arm = half_side = max(grid.size) / 2.0
         self.arms = np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
 
     def middle(self, contact: BoolArray) -> tuple[float, float]:
@@ -158,6 +159,12 @@ def is_singular(gram: DoubleArray, forced: list[int]) -> bool:
     if len(forced) == 2 and _determinant(gram, *forced) > 0.0:
         return False
     return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
+
+
+def largest_error(found: Vector, control: LoadControl, scale: float, arms: Vector) -> float:
+    """Return the largest error of the imposed ones of three resultants over `scale`, a moment: times its arm."""
+    errors = (abs(float(found[mode]) - control.values[mode]) / float(arms[mode]) for mode in control.forced_index)
+    return max(errors) / scale
 
 
 def _determinant(gram: DoubleArray, one: int, other: int) -> float:

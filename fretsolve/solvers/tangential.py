@@ -24,7 +24,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.projected_cg import ProjectedCG
-from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, solve_modes
+from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, largest_error, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 STIFFEST = 1e25
@@ -86,6 +86,7 @@ class TangentialSolver:
         the residual.
         """
         iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
+        largest_limit = float(friction_limit.max()) or TINY
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
         # TG1: zones and shear of the estimate
         np.copyto(self._slip, shear)
@@ -97,7 +98,7 @@ class TangentialSolver:
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
-            excess = friction.excess(shear, friction_limit) / (float(friction_limit.max()) or TINY)
+            excess = friction.excess(shear, friction_limit) / largest_limit
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
             solved = (residual <= tolerance or largest <= rounding) and (
                 max(self._unbalance(control, friction_limit, shear), excess) <= tolerance
@@ -172,8 +173,7 @@ class TangentialSolver:
         imposed = control.imposed_displacement
         released = True
         while released:
-            sums = friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
-            gram = friction.gram(weight, self._normal, x, y)
+            sums, gram = friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
             undetermined = is_singular(gram, control.forced_index)
             forced = -solve_modes(gram, sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
@@ -197,19 +197,19 @@ class TangentialSolver:
         Errors are slips of sticking cells, over the rigid motion, and in the slip zone the part of a slip across the
         shear, over the largest slip.
         """
-        scale = max(scales.motion, *np.abs(rigid) * self.modes.arms[3:], TINY)
+        dx, dy, turn = rigid.tolist()
+        scale = max(scales.motion, abs(dx), abs(dy), abs(turn) * self.modes.arm, TINY)
         largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
-        residual = np.maximum(in_stick / scale, in_slip / largest)
+        residual = np.maximum(in_stick / scale, in_slip / largest)  # keeps a NaN
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 
     def _unbalance(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> float:
         """Return the largest error of an imposed resultant over what friction can carry (a torque: times its arm)."""
         if not control.forced_index:
             return 0.0
-        error = np.abs(self.modes.resultants(shear) - control.imposed_resultant)
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
-        return float(np.max((error / (capacity * self.modes.arms[3:]))[control.forced_index]))
+        return largest_error(self.modes.resultants(shear), control, capacity, self.modes.arms[3:])
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
@@ -228,7 +228,6 @@ class TangentialSolver:
         if not forced:
             return
         x, y = self.modes.x, self.modes.y
-        missing = control.imposed_resultant - self.modes.resultants(shear)
-        gram = friction.gram(weight, self._normal, x, y)
-        amplitudes = solve_modes(gram, missing / self.modes.cell_area, forced)
+        sums, gram = friction.balance(shear, weight, self._normal, x, y)
+        amplitudes = solve_modes(gram, control.imposed_resultant / self.modes.cell_area - sums, forced)
         friction.add_motion(shear, amplitudes, x, y, weight, self._normal)

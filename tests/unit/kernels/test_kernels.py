@@ -19,9 +19,9 @@ from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_n
 from fretsolve.kernels.numba_options import compile_seconds
 
 SHAPES = [(1, 1), (7, 5), (40, 33)]
-CG = ["constrain", "start", "search", "step", "add", "largest"]
-NORMAL = ["sum_gaps", "take_gap", "gram", "sum_modes", "stretch"]
-FRICTION = ["take_slip", "move", "gram", "add_motion", "sum_motions", "violation", "scale_tangential"]
+CG = ["constrain", "start", "search", "step", "add", "largest", "normalise"]
+NORMAL = ["sum_gaps", "take_gap", "largest_change", "gram", "sum_modes", "stretch"]
+FRICTION = ["take_slip", "move", "gram", "balance", "add_motion", "sum_motions", "violation", "scale_tangential"]
 FRICTION += ["return_to_circle", "excess"]
 
 
@@ -32,7 +32,7 @@ def arguments(function, shape, components, dtype, seed=0):
     contact = random.random(shape) < 0.8
     slipping = contact & (random.random(shape) < 0.5)
     angle = random.uniform(0.0, 6.3, shape)
-    single = {"residual", "solution", "direction", "image", "field", "constraints", "stiffness"}
+    single = {"residual", "solution", "direction", "image", "field", "constraints", "stiffness", "result"}
 
     def value(name):
         if name in ("contact", "zone"):
@@ -91,7 +91,10 @@ def assert_same(plain, compiled, function, arguments, tolerance):
     given, taken = arguments(), arguments()
     expected, found = getattr(plain, function)(*given), getattr(compiled, function)(*taken)
     assert (expected is None) == (found is None)
-    returned = [] if expected is None else [(expected, found)]
+    if expected is None:
+        returned = []
+    else:
+        returned = list(zip(expected, found, strict=True)) if isinstance(expected, tuple) else [(expected, found)]
     for one, other in [*returned, *zip(given, taken, strict=True)]:
         np.testing.assert_allclose(np.asarray(other, float), np.asarray(one, float), rtol=tolerance, atol=tolerance)
 
