@@ -138,8 +138,9 @@ class IncrementSolver:
         no new spectra at each increment.
         """
         if self.level.coarser is None:
-            expected = np.ones_like(expected)  # too small a grid to gain from a part of it
-        region = region_around(expected, free)
+            region = ActiveRegion((0, self.grid.nx), (0, self.grid.ny))  # too small a grid to gain from a part of it
+        else:
+            region = region_around(expected, free)
         iteration = self._iterations.pop(region, None)
         if iteration is None:
             if len(self._iterations) == (1 if self._large else 2):

@@ -8,6 +8,7 @@ exerts on body 2; slip is that of body 1 relative to body 2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,7 @@ from fretsolve.case.history import Summary as Summary  # a part of the state
 from fretsolve.system.arrays import FloatArray
 
 
+@cache
 def nothing(shape: tuple[int, ...]) -> FloatArray:
     """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)

@@ -138,18 +138,17 @@ class _CellPart:
     @classmethod
     def around(cls, zone: BoolArray, grid: Grid) -> _CellPart:
         """Return the part that holds all of `zone` (nx, ny; not empty) and a margin, beyond the grid if needed."""
-        spans = [np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1)]
-        low = [int(span[0]) - MARGIN_CELLS for span in spans]
-        high = [int(span[-1]) + MARGIN_CELLS + 1 for span in spans]
-        slices = slice(max(low[0], 0), high[0]), slice(max(low[1], 0), high[1])
-        missing = [(max(-low[axis], 0), max(high[axis] - zone.shape[axis], 0)) for axis in (0, 1)]
-        pads = missing[0], missing[1]
-        inside = _with_border(zone[slices], pads, False)
+        rows, columns = (np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1))
+        top, bottom = int(rows[0]) - MARGIN_CELLS, int(rows[-1]) + MARGIN_CELLS + 1
+        left, right = int(columns[0]) - MARGIN_CELLS, int(columns[-1]) + MARGIN_CELLS + 1
+        slices = slice(max(top, 0), bottom), slice(max(left, 0), right)
+        missing = (max(-top, 0), max(bottom - grid.nx, 0)), (max(-left, 0), max(right - grid.ny, 0))
+        inside = _with_border(zone[slices], missing, False)
         deep = np.zeros_like(inside)  # the margin lies outside of the zone
         deep[1:-1, 1:-1] = (
             inside[1:-1, 1:-1] & inside[2:, 1:-1] & inside[:-2, 1:-1] & inside[1:-1, 2:] & inside[1:-1, :-2]
         )
-        return cls(slices, pads, (inside.shape[1], 1), (grid.dx, grid.dy), inside.ravel(), deep.ravel())
+        return cls(slices, missing, (inside.shape[1], 1), (grid.dx, grid.dy), inside.ravel(), deep.ravel())
 
     def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
         """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
@@ -203,7 +202,7 @@ class _Front:
         down, right = part.strides
         inside = part.inside.reshape(-1, down).view(np.uint8)
         count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
-        row, column = np.nonzero((count > 0) & (count < 4))
+        row, column = np.nonzero((count - 1) < 3)  # unsigned, so that 0 becomes large
         corner, whole = row * down + column, int(np.count_nonzero(count == 4))
         count = count[row, column]
         first = corner + np.array([[0], [right], [0], [down]])

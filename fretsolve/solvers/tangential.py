@@ -151,9 +151,10 @@ class TangentialSolver:
 
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
         """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where cells slip."""
-        row, column = np.nonzero(self._contact & ~shear.any(axis=0))
-        if not 0 < row.size < np.count_nonzero(self._contact):
+        fresh = self._contact & (shear[0] == 0.0) & (shear[1] == 0.0)
+        if not 0 < np.count_nonzero(fresh) < np.count_nonzero(self._contact):
             return
+        row, column = np.nonzero(fresh)
         padded = np.pad(shear, [(0, 0), (1, 1), (1, 1)])
         around = sum((padded[:, row + i, column + j] for i in range(3) for j in range(3)), np.zeros((2, row.size)))
         length = np.hypot(around[0], around[1])
