@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,6 +18,11 @@ from fretsolve.system.arrays import DoubleArray
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
+
+CHECKSUM = "sha256"
+"""Name of the checksum in a header's text."""
+
+STATUSES = ("complete", "failed", "running", "stopped")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +70,59 @@ class RunHeader:
         return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
 
     def to_json(self) -> str:
-        """Return text from which `from_json` rebuilds the header exactly."""
-        return json.dumps({**vars(self), "x": self.x.tolist(), "y": self.y.tolist()}, indent=1)
+        """Return text with a checksum from which `from_json` rebuilds the header exactly."""
+        return sealed({**vars(self), "x": self.x.tolist(), "y": self.y.tolist()})
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
-        values = json.loads(text)
+        values = unsealed(text)
+        values.pop(CHECKSUM, None)  # earlier versions wrote none
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
-        return cls(**{**values, **axes, "fields": tuple(values["fields"])})
+        header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
+        require_header_texts(header.attributes("stopped"))
+        if not (header.x.ndim == header.y.ndim == 1 and np.isfinite(header.x).all() and np.isfinite(header.y).all()):
+            raise ValueError("x and y must be numbers")
+        if type(header.every) is not int or header.every < 1 or type(header.errors) is not bool:
+            raise ValueError("every must be a number of increments, errors true or false")
+        header.stored_fields  # noqa: B018 - raises ValueError for an unknown field
+        return header
+
+
+def sealed(values: Mapping[str, Any]) -> str:
+    """Return `values` as JSON with a checksum, which `unsealed` compares."""
+    return json.dumps({**values, CHECKSUM: _digest(values)}, indent=1)
+
+
+def unsealed(text: str) -> dict[str, Any]:
+    """Return what `sealed` has been given, and the checksum. Raises ValueError if the text has changed.
+
+    A text without a checksum, which earlier versions wrote, is taken as it is.
+    """
+    values = json.loads(text)
+    if not isinstance(values, dict):
+        raise ValueError("a JSON object is needed")
+    rest = {name: value for name, value in values.items() if name != CHECKSUM}
+    if CHECKSUM in values and values[CHECKSUM] != _digest(rest):
+        raise ValueError("the checksum does not match, so the text was changed or is damaged")
+    return values
+
+
+def _digest(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def require_header_texts(attributes: Mapping[str, Any]) -> None:
+    """Raise ValueError or KeyError unless `attributes` can be those of a result."""
+    for name in ("fretsolve_version", "status", "case_yaml", "effective_case", "coupling", "provenance"):
+        if not isinstance(attributes[name], str):
+            raise ValueError(f"{name} is not a text")
+    if attributes["status"] not in STATUSES:
+        raise ValueError(f"the status is {attributes['status'][:40]!r}; one of {', '.join(STATUSES)} is needed")
+    case = json.loads(attributes["effective_case"])
+    parts = [case, *(case.get(part, {}) for part in ("grid", "solver", "output"))] if isinstance(case, dict) else [case]
+    if not all(isinstance(part, dict) for part in parts):
+        raise ValueError("effective_case is not a case")
 
 
 def present_case(effective_case: str) -> dict[str, Any]:

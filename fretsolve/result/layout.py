@@ -20,6 +20,10 @@ FORMAT_VERSION = 1
 FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
 CHUNK_BYTES = 2**20
 
+COLUMN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "fletcher32": True}
+PLAIN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 0, "fletcher32": True}
+"""Not compressed. zlib has a second checksum: Fletcher's takes words of zeros and of ones (as in NaN) for the same."""
+
 
 def described(units: str, long_name: str) -> dict[str, Any]:
     """Return the attributes that every dataset has; units in UDUNITS spelling."""
@@ -69,6 +73,11 @@ _CORRECTED = tuple(
     for one in HISTORY
     if one.name in CORRECTED
 )
+
+HEADER = Quantity("json", "1", "the attributes of the root as JSON text in UTF-8, with their SHA-256", "uint8")
+"""In the group `HEADER_GROUP`. fretsolve reads it instead of the attributes, whose texts have no checksum in HDF5."""
+
+HEADER_GROUP = "header"
 
 ERRORS = (
     *(_error_of(one) for one in HISTORY if one.name in ESTIMATED),
@@ -145,7 +154,7 @@ def create_field(group: Any, quantity: FieldQuantity, steps: int, shape: tuple[i
 def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None) -> Any:
     """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale."""
     data = np.array(values, quantity.dtype)
-    layout = {"chunks": data.shape, "fletcher32": True} if data.size else {}
+    layout = {"chunks": data.shape, **COLUMN_FILTERS} if data.size else {}
     column = group.create_dataset(quantity.name, data=data, **layout)
     if scale is None:
         column.make_scale(quantity.name)

@@ -14,17 +14,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
-from fretsolve.result.header import RunHeader
+from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
+    COLUMN_FILTERS,
     DISPLACEMENT,
     ERRORS,
     FORMER_NAMES,
+    HEADER,
+    HEADER_GROUP,
     HISTORY,
+    PLAIN_FILTERS,
     QUANTITIES,
     RESTART,
     STEP,
@@ -36,8 +39,10 @@ from fretsolve.result.layout import (
     create_column,
     create_field,
 )
-from fretsolve.result.state import CORRECTED_SUFFIX, Fields, State, Summary, SummaryErrors
+from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES, Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import open_hdf5, own_dataset
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
@@ -91,7 +96,7 @@ def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[
     steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
     part = Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
     with atomic_files.new_hdf5(part.path, folder) as file:
-        file.create_dataset("rows", data=rows, chunks=rows.shape, fletcher32=True)
+        file.create_dataset("rows", data=rows, chunks=rows.shape, **COLUMN_FILTERS)
         group = file.create_group("fields")
         group.create_dataset("step", data=np.array(steps, STEP.dtype))
         if steps:
@@ -121,7 +126,10 @@ def write_result(
         steps.append(last_state.summary.step)
         unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
     with atomic_files.new_hdf5(out, folder) as file:
-        file.attrs.update(header.attributes("complete" if failure is None else "failed", failure))
+        attributes = header.attributes("complete" if failure is None else "failed", failure)
+        file.attrs.update(attributes)
+        text = np.frombuffer(sealed(attributes).encode(), np.uint8)
+        create_column(file.create_group(HEADER_GROUP), HEADER, text)
         history, fields = file.create_group("history"), file.create_group("fields")
         scale = None
         for name in rows.dtype.names or ():  # the step first
@@ -147,13 +155,25 @@ def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State
     for source in sources:
         with Piece(source) as piece:
             tables.append(piece.rows())
-    return np.concatenate([*tables, np.array(rows, _row_type(header.errors))])
+    kind = _row_type(header.errors)
+    return np.concatenate([*(_widened(table, kind) for table in tables), np.array(rows, kind)])
 
 
-def _row_type(errors: bool) -> np.dtype[Any]:
-    """Return the type of a record of the history, the step first, the error bars last if there are any."""
+def _row_type(errors: bool, *, corrected: bool = True) -> np.dtype[Any]:
+    """Return the type of a record of the history, the step first, error bars and corrected values last if there are."""
     quantities = (STEP, *HISTORY, *(ERRORS if errors else ()))
-    return np.dtype([(quantity.name, quantity.dtype) for quantity in quantities])
+    chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
+    return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
+
+
+def _widened(table: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
+    """Return records of earlier versions as `kind`, with NaN for the values that they lack."""
+    if table.dtype == kind:
+        return table
+    whole = np.empty(table.shape, kind)
+    for name in kind.names or ():
+        whole[name] = table[name] if name in (table.dtype.names or ()) else np.nan
+    return whole
 
 
 def _write_fields(
@@ -182,7 +202,7 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
     for quantity in RESTART:
         values = component(state, quantity)
         if quantity not in stored or values.dtype != quantity.dtype:
-            group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), fletcher32=True)
+            group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
     return group
 
 
@@ -194,7 +214,7 @@ def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
 
 
 class Piece(AbstractContextManager["Piece"]):
-    """An open part or result file: both are read alike. Raises FileError if it is damaged.
+    """An open part or result file: both are read alike, without any attribute. Raises FileError if it is damaged.
 
     field_steps: the increments whose fields it has; field_names: the names of these.
     """
@@ -202,8 +222,10 @@ class Piece(AbstractContextManager["Piece"]):
     def __init__(self, path: Path):
         self.path = path
         with damage_reported(path), ExitStack() as opened:
-            self.file = opened.enter_context(h5py.File(path, "r"))
-            self.field_steps: list[int] = self.file["fields/step"][:].tolist()
+            self.file = opened.enter_context(open_hdf5(path))
+            steps = own_dataset(self.file, "fields/step")
+            _require(steps.ndim == 1 and steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
+            self.field_steps: list[int] = steps[:].tolist()
             self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
             opened.pop_all()
 
@@ -214,48 +236,101 @@ class Piece(AbstractContextManager["Piece"]):
         """Return the history, a record per increment, with the error bars if there are any."""
         with damage_reported(self.path, "history"):
             if "rows" not in self.file:
-                return _records(self.file["history"])
-            rows: NDArray[Any] = self.file["rows"][:]
-            if "error_rows" not in self.file:
-                return rows
-            tables = (rows, self.file["error_rows"][:])  # parts of earlier versions keep the error bars apart
-            return _records({name: table[name] for table in tables for name in table.dtype.names or ()})
+                group = self.file["history"]
+                columns = {name: _column(own_dataset(self.file, f"history/{name}")) for name in group}
+                return _records(columns)
+            tables = [own_dataset(self.file, name)[:] for name in ("rows", "error_rows") if name in self.file]
+            # Parts of earlier versions keep the error bars apart.
+            return _records({name: _column(table[name]) for table in tables for name in table.dtype.names or ()})
 
     def summaries(self) -> list[Summary]:
         """Return the summaries of all increments."""
         return [Summary(*row[:SUMMARY_LENGTH]) for row in self.rows().tolist()]
 
+    def grid(self) -> tuple[DoubleArray, DoubleArray]:
+        """Return x and y of the cell centres of a result file."""
+        with damage_reported(self.path, "grid"):
+            x, y = (own_dataset(self.file, f"fields/{axis}")[:] for axis in ("x", "y"))
+            for name, axis in (("x", x), ("y", y)):
+                _require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
+                _require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
+            return x, y
+
+    def require_fields(self, shape: tuple[int, int]) -> None:
+        """Raise FileError unless the fields have a plane of `shape` for each of `field_steps`."""
+        with damage_reported(self.path, "fields"):
+            for name in self.field_names:
+                self._field(name, (len(self.field_steps), *shape))
+
+    def _field(self, name: str, shape: tuple[int, ...]) -> Any:
+        dataset = own_dataset(self.file, f"fields/{name}")
+        kinds = ("uint8",) if name == "zone" else ("float32", "float64")
+        what = f"{' or '.join(kinds)} of {' x '.join(map(str, shape))}"
+        _require(dataset.shape == shape and dataset.dtype in kinds, f"fields/{name}", what)
+        return dataset
+
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             if step in self.field_steps and name in self.field_names:
-                return np.asarray(self.file["fields"][name][self.field_steps.index(step)])
-            if step == self.rows()["step"][-1]:
-                return np.asarray(self.file["restart"][name][:])
-        raise FileError(f"the fields of increment {step} are not kept any more", self.path)
+                plane = own_dataset(self.file, f"fields/{name}")[self.field_steps.index(step)]
+            elif step == self.rows()["step"][-1]:
+                plane = own_dataset(self.file, f"restart/{name}")[:]
+            else:
+                raise FileError(f"the fields of increment {step} are not kept any more", self.path)
+            return _plane(name, np.asarray(plane))
 
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
-        values = self.rows()[-1].item()
+        rows = self.rows()
+        has_errors = ERRORS[0].name in (rows.dtype.names or ())
+        values = _widened(rows[-1:], _row_type(has_errors))[0].item()
         summary, errors = Summary(*values[:SUMMARY_LENGTH]), values[SUMMARY_LENGTH:]
         with damage_reported(self.path, "restart"):
-            kept = {name: dataset[:] for name, dataset in self.file["restart"].items()}
+            kept = {name: _plane(name, own_dataset(self.file, f"restart/{name}")[:]) for name in self.file["restart"]}
         arrays: dict[str, list[NDArray[Any]]] = {}
         for quantity in RESTART:
             field = kept[quantity.name] if quantity.name in kept else self.read(quantity.name, summary.step)
             arrays.setdefault(quantity.array, []).append(field)
+        with damage_reported(self.path, "restart"):
+            _require(len({part.shape for array in arrays.values() for part in array}) == 1, "restart", "one grid")
         whole = {name: array[0] if len(array) == 1 else np.stack(array) for name, array in arrays.items()}
         displacement = whole.pop("displacement")
         return State(summary, Fields(**whole), displacement, SummaryErrors(*errors) if errors else None)
 
     def verify(self) -> None:
         """Read every dataset, so that its checksum is compared. Raises FileError."""
-        datasets: list[Any] = []
+        datasets: list[str] = []
         with damage_reported(self.path):
-            self.file.visititems(lambda _, node: datasets.append(node) if hasattr(node, "shape") else None)
-            for dataset in datasets:
+            self.file.visititems(lambda name, node: datasets.append(name) if hasattr(node, "shape") else None)
+            for name in datasets:
+                dataset = own_dataset(self.file, name)
                 for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
                     dataset[index]
+
+
+def _require(holds: object, name: str, what: str) -> None:
+    if not holds:
+        raise ValueError(f"{name} must hold {what}")
+
+
+def _plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return a field of one increment. Raises ValueError if its values cannot be those of the field."""
+    _require(values.ndim == 2 and values.size, name, "a number per cell")
+    if name == "zone":
+        _require(values.dtype == np.uint8 and values.max() < len(ZONE_NAMES), name, "zones")
+    else:
+        allowed = "infinite" if name == "gap" else "finite"  # off a body the gap is infinite
+        bad = np.isnan(values) if name == "gap" else ~np.isfinite(values)
+        _require(not bad.any(), name, f"numbers, finite ones or {allowed}" if name == "gap" else "finite numbers")
+    return values
+
+
+def _column(dataset: Any) -> NDArray[Any]:
+    """Return a column of numbers. Raises ValueError if it is none."""
+    name = getattr(dataset, "name", "a column")
+    _require(dataset.ndim == 1 and dataset.dtype.kind in "iuf", name, "numbers, one per increment")
+    return np.asarray(dataset[:])
 
 
 @contextmanager
@@ -273,14 +348,29 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         message, what = " ".join(str(error).split()), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
         raise FileError(next(reasons, f"cannot read {what}: {message}"), path) from error
+    except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as error:
+        raise FileError(f"cannot read {what or 'the file'}: {' '.join(str(error).split())}", path) from error
 
 
-def _records(columns: Mapping[str, Any]) -> NDArray[Any]:
-    """Return columns as a record per increment. They may have the names of earlier versions, or no corrected values."""
-    records = np.empty(columns["step"].shape, _row_type(ERRORS[0].name in columns))
+def _records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+    """Return columns, which may have the names of earlier versions, as a record per increment.
+
+    Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
+    """
+    corrected = any(CORRECTED_SUFFIX in name for name in columns)
+    records = np.empty(columns["step"].shape, _row_type(ERRORS[0].name in columns, corrected=corrected))
     for name in records.dtype.names or ():
-        if CORRECTED_SUFFIX in name and name not in columns:
-            records[name] = np.nan
-        else:
-            records[name] = columns[name if name in columns else FORMER_NAMES.get(name, name)][:]
+        column = columns[name if name in columns else FORMER_NAMES.get(name, name)]
+        whole = records.dtype[name].kind == "i"
+        _require(column.shape == records.shape, name, f"{len(records)} numbers, one per increment")
+        _require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
+        records[name] = column
+        if name not in _ERROR_NAMES:
+            _require(np.isfinite(records[name]).all(), name, "finite numbers, NaN is damage")
+    first = records["step"][0] if len(records) else 0
+    _require((records["step"] == first + np.arange(len(records))).all(), "step", "numbers that follow each other")
     return records
+
+
+_ERROR_NAMES = frozenset(quantity.name for quantity in ERRORS)
+"""Columns in which NaN stands for what is not known."""

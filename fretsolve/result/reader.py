@@ -8,21 +8,22 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import cached_property, partial
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
-from fretsolve.result.header import RunHeader, present_case
-from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, is_single
+from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
+from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
+from fretsolve.system.foreign_files import open_hdf5, own_dataset, read_small_text, require_regular, try_attributes
 
 if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, takes long to load
     import xarray
@@ -207,26 +208,53 @@ def open_result(path: str | Path) -> Result:
 
 def read_attributes(out: Path) -> dict[str, Any]:
     """Return the root attributes of a result file. Raises FileError: no result, damaged, of a newer format."""
-    if out.exists() and out.stat().st_size == 0:
+    require_regular(out)
+    if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
-    with damage_reported(out), h5py.File(out, "r") as file:
-        attributes = dict(file.attrs)
+    with damage_reported(out, "header"), open_hdf5(out) as file:
+        if HEADER_GROUP in file:
+            text = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")[:].tobytes()
+            attributes = unsealed(text.decode())
+            del attributes[CHECKSUM]
+            _require_texts_in_file(out, attributes)
+        else:
+            attributes = _unchecked_attributes(out, file)
+        attributes["format_version"] = int(attributes["format_version"])
+        _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
+        require_header_texts(attributes)
+        return attributes
+
+
+def _require_texts_in_file(out: Path, attributes: Mapping[str, Any]) -> None:
+    """Raise FileError unless the root's attributes have the texts of the header.
+
+    HDF5 stores each as it is, after its length. Reading it by HDF5 might never end, see `try_attributes`.
+    """
+    with out.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        for name, text in attributes.items():
+            stored = str(text).encode()
+            if isinstance(text, str) and content.find(len(stored).to_bytes(8, sys.byteorder) + stored) < 0:
+                raise FileError(f"the attribute {name} was changed or is damaged: it differs from the header", out)
+
+
+def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:
+    """Return the attributes of a file of an earlier version, which has them only there. Raises FileError."""
+    try_attributes(out)
+    attributes = dict(file.attrs)
     if "format_version" not in attributes or "fretsolve_version" not in attributes:
         raise FileError("an HDF5 file, but not a result of fretsolve", out)
-    attributes["format_version"] = int(attributes["format_version"])
-    _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
     return attributes
 
 
 def read_header(folder: Path) -> RunHeader:
     """Return the header in a parts folder. Raises FileError, and FileNotFoundError if there is none."""
     path = folder / HEADER_NAME
-    text = path.read_text()
+    text = read_small_text(path, "the header of a run")
     try:
         values = json.loads(text)
         _require_known_format(path, values["format_version"], values["version"])
         return RunHeader.from_json(text)
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
         raise FileError(f"not the header of a run: {error}", path) from error
 
 
@@ -246,11 +274,12 @@ def _open_file(out: Path) -> Result:
     attributes = read_attributes(out)
     with ExitStack() as opened:
         piece = opened.enter_context(Piece(out))
-        rows = piece.rows()
-        with damage_reported(out, "grid"):
-            x, y = piece.file["fields/x"][:], piece.file["fields/y"][:]
+        rows, (x, y) = piece.rows(), piece.grid()
+        piece.require_fields((len(x), len(y)))
         opened.pop_all()
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
+    if not set(steps) <= set(rows["step"].tolist()) or sorted(set(steps)) != list(steps):
+        raise FileError("fields/step does not name increments of the history", out)
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 

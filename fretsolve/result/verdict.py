@@ -72,11 +72,17 @@ def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) ->
     ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
     known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
     columns = {name: best_column(name, history) for name in known}
-    bars = np.array([history[columns[name] + ERROR_SUFFIX][ends] / scale for name, scale in known.items()])
+    bars = np.array([_bars(name, columns[name], history)[ends] / scale for name, scale in known.items()])
     which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
     name = list(known)[which]
     stage = int(history["stage"][ends[end]])
     return Verdict(accuracy, float(bars[which, end]), name, stage, columns[name] != name)
+
+
+def _bars(name: str, column: str, history: Mapping[str, DoubleArray]) -> DoubleArray:
+    """Return the bars of `column`, and where they are unknown, as in increments of earlier versions, those as run."""
+    best, as_run = history[column + ERROR_SUFFIX], history[name + ERROR_SUFFIX]
+    return np.where(np.isnan(best), as_run, best)
 
 
 def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:

@@ -69,7 +69,7 @@ def test_what_is_not_stored_is_a_key_error(tmp_path: Path) -> None:
 
 def test_h5py_sees_the_documented_attributes(tmp_path: Path) -> None:
     with h5py.File(write_fake(tmp_path / "out.h5", "failed")) as file:
-        assert set(file) == {"history", "fields", "restart"}
+        assert set(file) == {"header", "history", "fields", "restart"}
         assert file.attrs["status"] == "failed"
         assert file.attrs["failure"] == "sliding"
         assert file.attrs["format_version"] == FORMAT_VERSION
@@ -132,6 +132,7 @@ def foreign(path: Path) -> None:
 
 def newer(path: Path) -> None:
     with h5py.File(path, "r+") as file:
+        del file["header"]
         file.attrs["format_version"] = FORMAT_VERSION + 1
         file.attrs["fretsolve_version"] = "3.1.0"
 
@@ -264,6 +265,7 @@ def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
     header, states = fake_header(errors=True, error_bars=True), list(fake_states(2, errors=True))
     out = write_fake(tmp_path / "out.h5", "failed", 2, errors=True, error_bars=True)
     with h5py.File(out, "r+") as file:
+        del file["header"]
         for name, former in FORMER_NAMES.items():
             file["history"].move(name, former)
         file.attrs["effective_case"] = file.attrs["effective_case"].replace("error_bars", "error_estimate")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
+import h5py
 import pytest
 from fake_states import assert_same_state, fake_header, fake_states
 
@@ -29,9 +31,10 @@ def write(out: Path, header: RunHeader, stop_after: int | None = None, count: in
         writer.finish("complete")
 
 
-def flip_middle(data: bytes) -> bytes:
-    middle = len(data) // 2
-    return data[:middle] + bytes([data[middle] ^ 255]) + data[middle + 1 :]
+def flip_in_pressure(data: bytes) -> bytes:
+    with h5py.File(io.BytesIO(data)) as file:
+        flipped = file["fields/pressure"].id.get_chunk_info(0).byte_offset + 5
+    return data[:flipped] + bytes([data[flipped] ^ 255]) + data[flipped + 1 :]
 
 
 @pytest.fixture()
@@ -247,7 +250,7 @@ def test_parts_are_merged_and_keep_one_restart(out: Path) -> None:
 def test_damaged_part_is_dropped_with_a_note_and_computed_again(tmp_path: Path) -> None:
     write(tmp_path / "whole.h5", fake_header())
     out = tmp_path / "out.h5"
-    for damage in (lambda data: data[: len(data) // 2], flip_middle, lambda data: b""):
+    for damage in (lambda data: data[: len(data) // 2], flip_in_pressure, lambda data: b""):
         write(out, fake_header(), stop_after=5, overwrite=True)
         part = parts_folder(out) / "000003-000003.h5"
         part.write_bytes(damage(part.read_bytes()))

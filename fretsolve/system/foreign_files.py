@@ -1,0 +1,129 @@
+"""Read files that others may have made or damaged: regular files of a plausible size, and HDF5 that holds its own data.
+
+Loads no h5py until an HDF5 file is opened.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fretsolve.errors import FileError
+from fretsolve.system.files import reported
+
+LARGEST_RATIO = 1100
+"""Bytes of numbers for a stored byte. zlib reaches 1032; data that take more are not in the file."""
+
+TRIAL_SECONDS = 10
+"""Processor time for all attributes of an HDF5 file, which takes milliseconds."""
+
+_TRIAL = f"""
+import resource, sys
+import h5py
+resource.setrlimit(resource.RLIMIT_CPU, ({TRIAL_SECONDS}, {TRIAL_SECONDS}))
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+with h5py.File(sys.argv[1], "r") as file:
+    dict(file.attrs)
+    file.visititems(lambda name, node: dict(node.attrs) and None)
+"""
+
+
+def require_regular(path: Path, most: float = float("inf")) -> None:
+    """Raise FileError unless `path` is a regular file of at most `most` bytes: a pipe or a device might never end.
+
+    Raises OSError if it is not there.
+    """
+    found = path.stat()
+    if stat.S_ISDIR(found.st_mode):
+        raise FileError("is a folder; the name of a file is needed", path)
+    if not stat.S_ISREG(found.st_mode):
+        raise FileError("is not a regular file, but a pipe, a socket or a device; it is not read", path)
+    if found.st_size > most:
+        raise FileError(f"has {found.st_size} bytes; at most {most:.0f} are read", path)
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return the content of a regular file of at most `most` bytes. Raises OSError, FileError."""
+    # A pipe that takes the file's place after the check does not block the opening.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with open(descriptor, "rb") as file:  # noqa: PTH123 - a descriptor
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            require_regular(path)
+        content = file.read(most + 1)
+    if len(content) > most:
+        require_regular(path, most)
+    return content
+
+
+def read_small_text(path: Path, what: str, most: int = 2**28) -> str:
+    """Return the UTF-8 text of a file that fretsolve has written. what: it in words. Raises OSError, FileError."""
+    try:
+        return read_bytes(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(f"not {what}: byte {error.start} is not UTF-8 text", path) from None
+
+
+def open_hdf5(path: Path) -> Any:
+    """Open an HDF5 file for reading. Raises FileError if it is not a regular file, OSError."""
+    import h5py
+
+    require_regular(path)
+    return h5py.File(path, "r")
+
+
+def try_attributes(path: Path) -> None:
+    """Raise FileError if HDF5 crashes or does not come to an end with the attributes of `path`.
+
+    Texts in them have no checksum, and HDF5 may loop without end on damage. So another process tries it first.
+    """
+    with reported("cannot be read", path):
+        found = path.stat()
+    _try_attributes(path.absolute(), found.st_size, found.st_mtime_ns)
+
+
+@cache
+def _try_attributes(path: Path, size: int, changed: int) -> None:
+    require_regular(path)
+    done = subprocess.run([sys.executable, "-c", _TRIAL, os.fspath(path)], capture_output=True, check=False)
+    if done.returncode < 0:
+        raise FileError("is damaged: the HDF5 library cannot read its attributes", path)
+
+
+def own_dataset(file: Any, name: str) -> Any:
+    """Return the dataset `name` of an open HDF5 file, whose values lie in the file itself.
+
+    Raises KeyError if there is none, ValueError if its values lie in other files, or not in the file at all.
+    """
+    import h5py
+
+    node = file
+    for part in name.split("/"):
+        if not isinstance(node, h5py.Group):
+            raise ValueError(f"{node.name} is not a group")
+        link = node.get(part, getlink=True)
+        if link is None:
+            raise KeyError(f"there is no {name}")
+        if not isinstance(link, h5py.HardLink):
+            raise ValueError(f"{name} is a link to another place, which is not followed")
+        node = node[part]
+    require_own_data(node, name)
+    return node
+
+
+def require_own_data(dataset: Any, name: str) -> None:
+    """Raise ValueError unless `dataset` is an HDF5 dataset all of whose values lie in its own file."""
+    import h5py
+
+    if not isinstance(dataset, h5py.Dataset):
+        raise ValueError(f"{name} is not a dataset")
+    if dataset.shape is None:
+        raise ValueError(f"{name} has no values")
+    if dataset.is_virtual or dataset.external:
+        raise ValueError(f"the values of {name} lie in other files, which are not read")
+    if dataset.nbytes > LARGEST_RATIO * dataset.id.get_storage_size():
+        raise ValueError(f"{name} of {dataset.nbytes} bytes is not in the file")
