@@ -6,6 +6,7 @@ arose is added by whoever knows the file (`fretsolve.case.source`), as ``FILE:LI
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 EXIT_BUG = 70
@@ -101,6 +102,21 @@ class BusyError(FileError):
     """Another run is writing the file."""
 
 
+_CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Characters that move the cursor, end lines, or change the order of text, and halves of characters."""
+
+
+def printable(text: str) -> str:
+    """Return a text from a user or a file for the console, its control characters as in ``\\u001b``."""
+    return _CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
+def shortened(text: str, most: int = 160) -> str:
+    """Return the message of a library on one line, without its middle if it is long."""
+    line = " ".join(text.split())
+    return line if len(line) <= most else f"{line[: most - 60]} ... {line[-55:]}"
+
+
 def dotted(key: KeyPath) -> str:
     """Return ``("load_path", 0, "P")`` as ``load_path.0.P``, the form that ``--set`` takes, on one line."""
     return ".".join(str(part) if str(part).isprintable() else repr(part) for part in key)
@@ -109,7 +125,7 @@ def dotted(key: KeyPath) -> str:
 def located(message: str, key: KeyPath, file: Path | str | None, line: int | None) -> str:
     """One line ``FILE:LINE: key.path: message`` of whatever of its parts is known."""
     place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
-    return ": ".join([*place, *([dotted(key)] if key else []), message])
+    return printable(": ".join([*place, *([dotted(key)] if key else []), message]))
 
 
 class PictureError(FretsolveError):

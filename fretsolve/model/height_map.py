@@ -15,10 +15,11 @@ by up to spacing^2/8R per direction.
 from __future__ import annotations
 
 import math
+import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +27,15 @@ from numpy.typing import NDArray
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.surface_specs import HDF5_SUFFIXES, HeightsSurface
-from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.foreign_files import LARGEST_RATIO, open_hdf5, require_own_data, require_regular, try_attributes
 
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
+
+LARGEST_FILE, MOST_HEIGHTS = 2**33, 2**28
+"""Bytes of a file, and heights of a map: 16384 x 16384."""
 
 SNAP = 1e-6
 """Slack for rounding, in spacings, at the border of the map and at the reach of a hole."""
@@ -102,7 +107,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     """
     file, suffix = source.file, source.file.suffix.lower()
     try:
-        file.open("rb").close()
+        require_regular(file, LARGEST_FILE)
         if suffix in HDF5_SUFFIXES:
             content = _read_hdf5(file, source.dataset, (*key, "dataset"))
         elif suffix in NUMPY_SUFFIXES:
@@ -112,8 +117,10 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
         else:
             known = ", ".join(HDF5_SUFFIXES + NUMPY_SUFFIXES + TEXT_SUFFIXES)
             raise CaseError(f"{file.name!r} has an unknown ending; one of {known} is needed", (*key, "file"))
-    except (OSError, EOFError, TypeError, ValueError, BadZipFile) as error:
-        reason = (isinstance(error, OSError) and error.strerror) or " ".join(str(error).split())
+    except FretsolveError:
+        raise
+    except Exception as error:  # whatever the libraries raise on a damaged file
+        reason = (isinstance(error, OSError) and error.strerror) or shortened(str(error)) or type(error).__name__
         raise FileError(f"the height map cannot be read: {reason}", file) from error
     _require_unit(content.units, source, (*key, "unit"))
     values = _checked(content.values, file, (*key, "file"))
@@ -174,36 +181,60 @@ def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[f
 
 def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read a dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
+    try_attributes(file)
     import h5py
 
-    with h5py.File(file, "r") as stored:
+    with open_hdf5(file) as stored:
         nodes: dict[str, Any] = {}
-        stored.visititems(lambda name, node: nodes.update({name: node}))
+        stored.visititems(lambda name, node: nodes.update({name: node}))  # follows no links
         datasets = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
-        node = datasets[_chosen(dataset and dataset.strip("/"), list(datasets), file, key)]
+        name = _chosen(dataset and dataset.strip("/"), list(datasets), file, key)
+        node = datasets[name]
+        require_own_data(node, name)
+        _require_plausible(node.shape)
         separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
         spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))
         units = node.attrs.get("units", "")
         return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
 
 
+def _require_plausible(shape: Sequence[int]) -> None:
+    """Raise ValueError for more heights than a map has."""
+    if math.prod(shape) > MOST_HEIGHTS:
+        sides = " x ".join(map(str, shape))
+        raise ValueError(f"it has {sides} heights, at most {MOST_HEIGHTS} in all are read; give a part of it")
+
+
 def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read the array of an ``.npy`` file, or the chosen one of an ``.npz`` file."""
+    values: NDArray[Any]
     try:
-        with file.open("rb") as stream:
-            stored = np.load(stream, allow_pickle=False)
-            if isinstance(stored, np.ndarray):
-                if dataset is not None:
-                    raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
-                return _Content(stored)
-            return _Content(stored[_chosen(dataset, list(stored.files), file, key)])
-    except ValueError as error:  # its text gives advice on pickle
-        raise ValueError("it is not a NumPy file of numbers, or it is cut short") from error
+        if not zipfile.is_zipfile(file):
+            if dataset is not None:
+                raise CaseError(f"{file.name!r} holds one array and no datasets; leave {dataset!r} out", key)
+            values = np.lib.format.open_memmap(file, "r")  # mapped, so its size is known before it is read
+        else:
+            with zipfile.ZipFile(file) as archive:
+                members = {one.filename.removesuffix(".npy"): one for one in archive.infolist()}
+                member = members[_chosen(dataset, list(members), file, key)]
+                if member.file_size > min(LARGEST_FILE, LARGEST_RATIO * member.compress_size):
+                    raise ValueError("more than the file can hold")
+                with archive.open(member) as stream:
+                    values = np.lib.format.read_array(stream, allow_pickle=False)
+    except CaseError:
+        raise
+    except Exception as error:  # their texts give advice on pickle, or come from Python's parser
+        raise ValueError("it is not a NumPy file of numbers, or it is cut short or damaged") from error
+    _require_plausible(values.shape)
+    return _Content(values)
 
 
 def _read_text(file: Path, unit: float) -> _Content:
     """Read a matrix, or points x, y, z (all in `unit`) of a regular grid."""
-    lines = file.read_text(encoding="utf-8-sig").splitlines()
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8 text") from None
     first = next((line for line in lines if line.split("#")[0].strip()), None)
     if first is None:
         raise ValueError("it holds no numbers")

@@ -7,6 +7,8 @@ modified. A merged part makes those it was merged from superfluous, which may st
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -17,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.errors import FileError
+from fretsolve.errors import FileError, shortened
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     COLUMN_FILTERS,
@@ -45,7 +47,7 @@ from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset
 
 HEADER_NAME = "header.json"
-_PART_NAME = re.compile(r"(\d{6,})-(\d{6,})\.h5")
+_PART_NAME = re.compile(r"([0-9]{6,18})-([0-9]{6,18})\.h5")
 _REASONS = {
     "truncated file": "the file is truncated: it was not copied or written to its end",
     "file signature not found": "not an HDF5 file, so no result of a run",
@@ -53,6 +55,9 @@ _REASONS = {
     "checksum": "{} is damaged: the checksum does not match",
 }
 """The meaning of parts of HDF5's messages."""
+
+CONTENT = "content"
+"""Name of `content_digest` in the text of the header."""
 
 SUMMARY_LENGTH = 1 + len(HISTORY)
 """Values of a record of the history before its error bars."""
@@ -74,9 +79,13 @@ def parts_folder(out: Path) -> Path:
 
 def all_parts(folder: Path) -> list[Part]:
     """Return every committed part, superfluous ones included, in order, merged ones first. Raises OSError."""
-    matches = [(path, _PART_NAME.fullmatch(path.name)) for path in folder.iterdir()]
-    parts = [Part(path, int(match[1]), int(match[2])) for path, match in matches if match]
+    parts = filter(None, map(_part_of, folder.iterdir()))
     return sorted(parts, key=lambda part: (part.first, -part.last))
+
+
+def _part_of(path: Path) -> Part | None:
+    match = _PART_NAME.fullmatch(path.name)
+    return Part(path, int(match[1]), int(match[2])) if match else None
 
 
 def contiguous_parts(folder: Path) -> list[Part]:
@@ -128,7 +137,9 @@ def write_result(
     with atomic_files.new_hdf5(out, folder) as file:
         attributes = header.attributes("complete" if failure is None else "failed", failure)
         file.attrs.update(attributes)
-        text = np.frombuffer(sealed(attributes).encode(), np.uint8)
+        names = [quantity.name for quantity in header.stored_fields]
+        content = content_digest(rows, header.x, header.y, steps, names)
+        text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
         create_column(file.create_group(HEADER_GROUP), HEADER, text)
         history, fields = file.create_group("history"), file.create_group("fields")
         scale = None
@@ -143,6 +154,16 @@ def write_result(
         if failure is not None and last_state is not None:
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
                 dataset.attrs.update(QUANTITIES[name].attributes)
+
+
+def content_digest(
+    rows: NDArray[Any], x: DoubleArray, y: DoubleArray, steps: Sequence[int], names: Sequence[str]
+) -> str:
+    """Return the SHA-256 of a result's history, its axes, and the increments and names of its fields."""
+    digest = hashlib.sha256(json.dumps([list(rows.dtype.names or ()), list(steps), list(names)]).encode())
+    for array in (rows, x, y):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
@@ -241,7 +262,11 @@ class Piece(AbstractContextManager["Piece"]):
                 return _records(columns)
             tables = [own_dataset(self.file, name)[:] for name in ("rows", "error_rows") if name in self.file]
             # Parts of earlier versions keep the error bars apart.
-            return _records({name: _column(table[name]) for table in tables for name in table.dtype.names or ()})
+            rows = _records({name: _column(table[name]) for table in tables for name in table.dtype.names or ()})
+            part = _part_of(self.path)
+            of_name = part is None or rows["step"].tolist() == list(range(part.first, part.last + 1))
+            _require(of_name, "rows", "the increments that the name says")
+            return rows
 
     def summaries(self) -> list[Summary]:
         """Return the summaries of all increments."""
@@ -260,14 +285,9 @@ class Piece(AbstractContextManager["Piece"]):
         """Raise FileError unless the fields have a plane of `shape` for each of `field_steps`."""
         with damage_reported(self.path, "fields"):
             for name in self.field_names:
-                self._field(name, (len(self.field_steps), *shape))
-
-    def _field(self, name: str, shape: tuple[int, ...]) -> Any:
-        dataset = own_dataset(self.file, f"fields/{name}")
-        kinds = ("uint8",) if name == "zone" else ("float32", "float64")
-        what = f"{' or '.join(kinds)} of {' x '.join(map(str, shape))}"
-        _require(dataset.shape == shape and dataset.dtype in kinds, f"fields/{name}", what)
-        return dataset
+                dataset = own_dataset(self.file, f"fields/{name}")
+                right = dataset.shape == (len(self.field_steps), *shape)
+                _require(right, f"fields/{name}", f"{len(self.field_steps)} planes of {shape[0]} x {shape[1]} cells")
 
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
@@ -316,13 +336,14 @@ def _require(holds: object, name: str, what: str) -> None:
 
 def _plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
     """Return a field of one increment. Raises ValueError if its values cannot be those of the field."""
-    _require(values.ndim == 2 and values.size, name, "a number per cell")
+    kinds = ("uint8",) if name == "zone" else ("float32", "float64")
+    _require(values.ndim == 2 and values.size and values.dtype in kinds, name, "a number per cell")
     if name == "zone":
-        _require(values.dtype == np.uint8 and values.max() < len(ZONE_NAMES), name, "zones")
+        _require(values.max() < len(ZONE_NAMES), name, "zones")
+    elif name == "gap":
+        _require(not np.isnan(values).any(), name, "numbers")  # infinite ones off a body
     else:
-        allowed = "infinite" if name == "gap" else "finite"  # off a body the gap is infinite
-        bad = np.isnan(values) if name == "gap" else ~np.isfinite(values)
-        _require(not bad.any(), name, f"numbers, finite ones or {allowed}" if name == "gap" else "finite numbers")
+        _require(np.isfinite(values).all(), name, "finite numbers")
     return values
 
 
@@ -347,9 +368,9 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
     except (OSError, KeyError, RuntimeError) as error:
         message, what = " ".join(str(error).split()), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
-        raise FileError(next(reasons, f"cannot read {what}: {message}"), path) from error
+        raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error
     except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as error:
-        raise FileError(f"cannot read {what or 'the file'}: {' '.join(str(error).split())}", path) from error
+        raise FileError(f"cannot read {what or 'the file'}: {shortened(str(error))}", path) from error
 
 
 def _records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:

@@ -20,7 +20,17 @@ from fretsolve.errors import FileError
 from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import HEADER_NAME, Part, Piece, contiguous_parts, damage_reported, parts_folder, read_rows
+from fretsolve.result.parts import (
+    CONTENT,
+    HEADER_NAME,
+    Part,
+    Piece,
+    content_digest,
+    contiguous_parts,
+    damage_reported,
+    parts_folder,
+    read_rows,
+)
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, read_small_text, require_regular, try_attributes
@@ -129,9 +139,14 @@ class Result(AbstractContextManager["Result"]):
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
         for _ in range(READ_ATTEMPTS):
             try:
-                return self._piece(wanted).read(name, wanted)
+                piece = self._piece(wanted)
+                plane = piece.read(name, wanted)
             except FileNotFoundError:
                 self._parts = _parts_of(self.path)
+                continue
+            if plane.shape != (len(self.x), len(self.y)):
+                raise FileError(f"{name} of increment {wanted} does not have the cells of the grid", piece.path)
+            return plane
         raise FileError("the parts of the result keep changing or were removed", self.path)
 
     def to_xarray(self, group: Literal["fields", "history"] = "fields") -> xarray.Dataset:
@@ -208,6 +223,11 @@ def open_result(path: str | Path) -> Result:
 
 def read_attributes(out: Path) -> dict[str, Any]:
     """Return the root attributes of a result file. Raises FileError: no result, damaged, of a newer format."""
+    return _read_attributes(out)[0]
+
+
+def _read_attributes(out: Path) -> tuple[dict[str, Any], str | None]:
+    """Return the root attributes of a result file, and the digest of its content; earlier versions wrote none."""
     require_regular(out)
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
@@ -215,14 +235,15 @@ def read_attributes(out: Path) -> dict[str, Any]:
         if HEADER_GROUP in file:
             text = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")[:].tobytes()
             attributes = unsealed(text.decode())
+            content = str(attributes.pop(CONTENT))
             del attributes[CHECKSUM]
             _require_texts_in_file(out, attributes)
         else:
-            attributes = _unchecked_attributes(out, file)
+            attributes, content = _unchecked_attributes(out, file), None
         attributes["format_version"] = int(attributes["format_version"])
         _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
         require_header_texts(attributes)
-        return attributes
+        return attributes, content
 
 
 def _require_texts_in_file(out: Path, attributes: Mapping[str, Any]) -> None:
@@ -271,7 +292,7 @@ def _parts_of(out: Path) -> list[Part]:
 
 
 def _open_file(out: Path) -> Result:
-    attributes = read_attributes(out)
+    attributes, content = _read_attributes(out)
     with ExitStack() as opened:
         piece = opened.enter_context(Piece(out))
         rows, (x, y) = piece.rows(), piece.grid()
@@ -280,6 +301,8 @@ def _open_file(out: Path) -> Result:
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
     if not set(steps) <= set(rows["step"].tolist()) or sorted(set(steps)) != list(steps):
         raise FileError("fields/step does not name increments of the history", out)
+    if content not in (None, content_digest(rows, x, y, steps, fields)):
+        raise FileError("the history, the grid or the list of fields was changed: it differs from the header", out)
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 

@@ -26,10 +26,11 @@ from fretsolve.result.parts import (
     write_part,
     write_result,
 )
-from fretsolve.result.reader import read_attributes, read_header
+from fretsolve.result.reader import open_result, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reported, require_free
+from fretsolve.system.foreign_files import require_regular
 
 MERGE_EVERY = 32
 """Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
@@ -86,9 +87,11 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise ValueError("resume and overwrite exclude each other")
         with reported("cannot begin the result", out):
             require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
-            if overwrite and out.exists() and out.stat().st_size and not h5py.is_hdf5(out):
-                message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
-                raise FileError(message, out)
+            if out.exists():
+                require_regular(out)
+                if overwrite and out.stat().st_size and not h5py.is_hdf5(out):
+                    message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
+                    raise FileError(message, out)
             writer = cls(out, header, pause, advice)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not writer._folder.exists() and writer._take_final(retry):
@@ -176,9 +179,10 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
     def _take_final(self, retry: bool) -> bool:
         """Take OUT as it is if nothing is left to do, and return whether. Raises FileError if it is of another run."""
-        attributes = read_attributes(self.out)
-        require_same_run(self.out, attributes, self.header)
-        if attributes["status"] == "complete" or not retry:
+        with open_result(self.out) as result:
+            require_same_run(self.out, result.attributes, self.header)
+            status = result.status
+        if status == "complete" or not retry:
             with Piece(self.out) as piece:
                 self.summaries = piece.summaries()
             self.complete = True

@@ -22,10 +22,12 @@ LARGEST_RATIO = 1100
 TRIAL_SECONDS = 10
 """Processor time for all attributes of an HDF5 file, which takes milliseconds."""
 
-_TRIAL = f"""
+_TRIAL = """
 import resource, sys
 import h5py
-resource.setrlimit(resource.RLIMIT_CPU, ({TRIAL_SECONDS}, {TRIAL_SECONDS}))
+used, most = resource.getrusage(resource.RUSAGE_SELF), int(sys.argv[2])
+most += int(used.ru_utime + used.ru_stime)
+resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 with h5py.File(sys.argv[1], "r") as file:
     dict(file.attrs)
@@ -89,7 +91,8 @@ def try_attributes(path: Path) -> None:
 @cache
 def _try_attributes(path: Path, size: int, changed: int) -> None:
     require_regular(path)
-    done = subprocess.run([sys.executable, "-c", _TRIAL, os.fspath(path)], capture_output=True, check=False)
+    line = [sys.executable, "-c", _TRIAL, os.fspath(path), str(TRIAL_SECONDS)]
+    done = subprocess.run(line, capture_output=True, check=False)
     if done.returncode < 0:
         raise FileError("is damaged: the HDF5 library cannot read its attributes", path)
 

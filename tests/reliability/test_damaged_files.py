@@ -1,0 +1,223 @@
+"""Damaged and hostile inputs end in a documented exit code within seconds, and never in another number.
+
+Some hundred inputs by default; FRETSOLVE_DAMAGED_INPUTS=3000 tries so many of each kind.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import invoke
+from damage import damaged, restructured
+from fake_states import fake_header, fake_states, write_fake
+from pebble import ProcessPool
+from small_cases import CASE, write_case
+
+from fretsolve.errors import FretsolveError
+from fretsolve.result import HistoryWriter
+from fretsolve.result.parts import parts_folder
+
+COUNT = int(os.environ.get("FRETSOLVE_DAMAGED_INPUTS", "40"))
+PATIENCE = 20.0
+MOST_MEMORY = 2**31
+SEED = int(os.environ.get("FRETSOLVE_SEED", "1"))
+
+Attempt = Callable[[Path, random.Random], None]
+"""Damages a copy of the sample in a folder, reads it, and asserts that it is read right or refused."""
+
+
+def outcome(*words: object) -> tuple[int, str]:
+    """Exit code and output of a command, which is a documented code; refusals are short lines without control codes."""
+    result = invoke(*words)
+    assert result.exit_code in (0, 2, 3, 4), f"{words}: exit code {result.exit_code}: {result.output}"
+    assert "Traceback" not in result.output
+    if result.exit_code:
+        assert 0 < len(result.stderr.splitlines()) <= 12, result.stderr
+        assert max(map(len, result.stderr.splitlines())) < 1000, result.stderr
+        assert all(character.isprintable() or character == "\n" for character in result.stderr), repr(result.stderr)
+    return result.exit_code, result.stdout
+
+
+def readings(out: Path) -> tuple[str, bytes, dict[str, Any]]:
+    """All that show and export say of a result; AssertionError unless they work."""
+    code, shown = outcome("show", out, "--all")
+    assert code == 0
+    for ending in ("csv", "npz"):
+        assert outcome("export", out, "--to", ending, "--overwrite", "-o", out.parent / f"t.{ending}")[0] == 0
+    with np.load(out.parent / "t.npz") as arrays:
+        return shown, (out.parent / "t.csv").read_bytes(), dict(arrays)
+
+
+def assert_same_or_refused(out: Path, before: tuple[str, bytes, dict[str, Any]]) -> None:
+    shown, table, arrays = before
+    code, found = outcome("show", out, "--all")
+    assert code == 4 or (code == 0 and found == shown), found
+    target = out.parent / "t.csv"
+    code, _ = outcome("export", out, "--to", "csv", "--overwrite", "-o", target)
+    assert code == 4 or (code == 0 and target.read_bytes() == table)
+    target = out.parent / "t.npz"
+    code, _ = outcome("export", out, "--to", "npz", "--overwrite", "-o", target)
+    if code == 0:
+        with np.load(target) as found_arrays:
+            assert set(found_arrays) <= set(arrays)
+            for name in found_arrays:
+                np.testing.assert_array_equal(found_arrays[name], arrays[name], err_msg=name)
+    else:
+        assert code == 4
+
+
+SHAPE = (7, 6)
+
+
+def finish(out: Path, **options: bool) -> None:
+    """Run to the end, as the command `run` does."""
+    header = fake_header(SHAPE, increments=6, errors=True)
+    with HistoryWriter.open(out, header, **options) as writer:
+        if not writer.complete:
+            for state in fake_states(6, writer.last_state, shape=SHAPE, errors=True):
+                writer.append(state)
+            writer.finish("complete")
+
+
+class Samples:
+    """Undamaged files, made once in each process that tries damage."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.made: dict[str, Any] = {}
+
+    def result(self, end: str) -> tuple[Path, Any]:
+        if end not in self.made:
+            folder = self.folder / end
+            folder.mkdir()
+            out = write_fake(folder / "out.h5", end, shape=SHAPE, errors=True, increments=6)
+            self.made[end] = out, readings(out)
+        return self.made[end]
+
+
+_samples: list[Samples] = []
+
+
+def begin(folder: Path) -> None:
+    own = folder / str(os.getpid())
+    own.mkdir()
+    _samples.append(Samples(own))
+
+
+def damage_result(folder: Path, chance: random.Random) -> None:
+    sample, before = _samples[0].result(chance.choice(["complete", "failed"]))
+    out = folder / "out.h5"
+    if chance.random() < 0.4:
+        shutil.copy(sample, out)
+        what = restructured(out, chance)
+    else:
+        out.write_bytes(damaged(sample.read_bytes(), chance))
+        what = "bytes"
+    assert_same_or_refused(out, before)
+    assert what
+    whole = _samples[0].folder / "whole.h5"
+    if not whole.exists():
+        finish(whole)
+    try:
+        finish(out, resume=True)
+    except FretsolveError as error:
+        assert error.exit_code == 4, error
+        assert "\n" not in str(error)
+    else:
+        assert_same_or_refused(out, readings(whole) if sample.parent.name == "failed" else before)
+
+
+def damage_parts(folder: Path, chance: random.Random) -> None:
+    sample, before = _samples[0].result("stopped")
+    out = folder / "out.h5"
+    shutil.copytree(parts_folder(sample), parts_folder(out))
+    path = chance.choice(sorted(parts_folder(out).iterdir()))
+    if path.suffix == ".h5" and chance.random() < 0.4:
+        restructured(path, chance)
+    elif path.stat().st_size:
+        path.write_bytes(damaged(path.read_bytes(), chance))
+    assert_same_or_refused(out, before)
+    whole = _samples[0].folder / "whole.h5"
+    if not whole.exists():
+        finish(whole)
+    try:
+        finish(out, resume=True)
+    except FretsolveError as error:
+        assert error.exit_code in (2, 4), error
+        assert "\n" not in str(error)
+    else:
+        assert out.read_bytes() == whole.read_bytes()
+
+
+def write_map(path: Path, kind: str) -> None:
+    heights = np.random.default_rng(1).normal(size=(12, 9))
+    match kind:
+        case "npy":
+            np.save(path, heights)
+        case "npz":
+            np.savez_compressed(path, z=heights)
+        case "h5" | "old.h5":
+            import h5py
+
+            with h5py.File(path, "w", libver=("v110", "v110") if kind == "h5" else "earliest") as file:
+                file["z"] = heights
+                file["z"].attrs.update({"spacing": [0.001, 0.001], "units": "um"})
+                file["more/t"] = np.arange(3)
+        case _:
+            np.savetxt(path, heights, delimiter=",")
+
+
+def damage_map(folder: Path, chance: random.Random) -> None:
+    kind = chance.choice(["npy", "npz", "h5", "old.h5", "csv"])
+    path = folder / f"map.{kind}"
+    write_map(path, kind)
+    if path.suffix == ".h5" and chance.random() < 0.4:
+        restructured(path, chance)
+    else:
+        path.write_bytes(damaged(path.read_bytes(), chance))
+    spec = f"{{file: {path.name}, unit: um, spacing: 1 um{', dataset: z' if path.suffix == '.h5' else ''}}}"
+    case = CASE.replace("{sphere: {radius: 10 mm}}", f"[{{sphere: {{radius: 10 mm}}}}, {{heights: {spec}}}]")
+    outcome("validate", write_case(folder, case.replace("points: 16", "points: 16, size: 0.4 mm")))
+
+
+KINDS: dict[str, Attempt] = {"result": damage_result, "parts": damage_parts, "map": damage_map}
+
+
+def attempt(kind: str, folder: Path, seed: int) -> int:
+    """Try one damaged input in a process that may hang or crash; return its largest memory so far."""
+    chance = random.Random(seed)
+    own = folder / f"{kind}-{seed}"
+    own.mkdir()
+    try:
+        KINDS[kind](own, chance)
+    finally:
+        shutil.rmtree(own)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def attempts(kind: str, folder: Path) -> Iterator[str]:
+    """Yield a line for each seed whose input was not met as promised."""
+    with ProcessPool(1, initializer=begin, initargs=(folder,)) as pool:
+        futures = {
+            seed: pool.schedule(attempt, (kind, folder, seed), timeout=PATIENCE) for seed in range(SEED, SEED + COUNT)
+        }
+        for seed, future in futures.items():
+            try:
+                if future.result() > MOST_MEMORY:
+                    yield f"{kind} {seed}: too much memory"
+            except Exception as error:
+                yield f"{kind} {seed}: {type(error).__name__}: {str(error)[:600]}"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_input_is_read_right_or_refused(kind: str, tmp_path: Path) -> None:
+    failures = list(attempts(kind, tmp_path))
+    assert not failures, "\n".join([f"{len(failures)} of {COUNT}", *failures[:25]])

@@ -1,0 +1,195 @@
+"""Files that would hang a reader, show what lies elsewhere, or pass for what they are not, end in exit code 4."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import invoke, refused
+from fake_states import write_fake
+from small_cases import CASE, write_case
+
+from fretsolve import open_result
+from fretsolve.errors import FileError
+from fretsolve.result.parts import parts_folder
+from fretsolve.system import foreign_files
+
+SAMPLE = Path(__file__).parents[1] / "data" / "result_v1.h5"
+
+
+@pytest.fixture()
+def out(tmp_path: Path) -> Path:
+    return write_fake(tmp_path / "out.h5", shape=(7, 6))
+
+
+def heaps(data: bytes) -> list[int]:
+    """Return where the texts of attributes begin, which HDF5 keeps in global heaps without a checksum."""
+    found = [match.start() for match in re.finditer(b"GCOL", data)]
+    assert found
+    return found
+
+
+def test_attributes_of_an_earlier_version_that_hang_hdf5(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(foreign_files, "TRIAL_SECONDS", 1)
+    data = SAMPLE.read_bytes()
+    path = tmp_path / "old.h5"
+    met = set()
+    for at in range(16, 80, 16):
+        start = heaps(data)[0] + at
+        path.write_bytes(data[:start] + bytes(64) + data[start + 64 :])
+        line = refused(4, "show", path)
+        met.add(line.partition(": ")[2])
+    assert "is damaged: the HDF5 library cannot read its attributes\n" in met
+
+
+def test_every_block_of_the_attributes_may_be_wiped(out: Path) -> None:
+    """The header is read instead, so nothing hangs; a text that differs from it is named."""
+    data, before = out.read_bytes(), invoke("show", out, "--all").stdout
+    met = 0
+    for heap in heaps(data):
+        for start in range(heap, min(heap + 4096, len(data) - 64), 48):
+            out.write_bytes(data[:start] + bytes(64) + data[start + 64 :])
+            result = invoke("show", out, "--all")
+            assert (result.exit_code, result.stdout) in ((0, before), (4, ""))
+            met += "differs from the header" in result.stderr
+    assert met > 3
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("status", b"\0complete", b"\0finished"),
+        ("effective_case", b'"P": 400.0', b'"P": 300.0'),
+        ("case_yaml", b"title: made up", b"title: made \x15p"),
+        ("coupling", b"\x0a" + bytes(7) + b"tangential", b"\x0a" + bytes(7) + b"tangentiam"),
+    ],
+)
+def test_altered_attributes_are_named(out: Path, name: str, old: bytes, new: bytes) -> None:
+    data = out.read_bytes()
+    assert data.count(old) == 1
+    out.write_bytes(data.replace(old, new))
+    for words in (("show", out), ("export", out, "--to", "csv")):
+        line = refused(4, *words)
+        assert line == f"{out}: the attribute {name} was changed or is damaged: it differs from the header\n"
+
+
+@pytest.mark.parametrize("name", ["P", "P_error", "work_total"])
+def test_a_column_without_numbers_is_refused(tmp_path: Path, name: str) -> None:
+    out = write_fake(tmp_path / "out.h5", errors=True)
+    with h5py.File(out, "r+") as file:
+        file[f"history/{name}"][:] = np.nan
+    assert refused(4, "show", out).startswith(f"{out}: ")
+    with h5py.File(out, "r+") as file:
+        del file["header"]  # as in earlier versions
+    if not name.endswith("_error"):
+        assert f"{name} must hold finite numbers, NaN is damage" in refused(4, "export", out, "--to", "csv")
+
+
+def test_a_header_that_was_altered(tmp_path: Path) -> None:
+    out = write_fake(tmp_path / "out.h5", "stopped")
+    header = parts_folder(out) / "header.json"
+    text = header.read_text()
+    header.write_text(text.replace("400.0", "300.0"))
+    assert "the checksum does not match" in refused(4, "show", out)
+    header.write_bytes(text.encode("utf-16"))
+    assert "not the header of a run: byte 0 is not UTF-8 text" in refused(4, "show", out)
+    header.write_text("[" * 100_000)
+    assert "not the header of a run" in refused(4, "show", out)
+    kept = [line for line in text.splitlines() if '"sha256"' not in line]
+    header.write_text("\n".join(kept).replace(",\n}", "\n}"))  # as in earlier versions
+    assert invoke("show", out).exit_code == 0
+
+
+def heights_case(folder: Path, name: str, more: str = "") -> Path:
+    spec = f"{{file: {name}, unit: um, spacing: 1 um{more}}}"
+    return write_case(folder, CASE.replace("{sphere: {radius: 10 mm}}", f"{{heights: {spec}}}"))
+
+
+@pytest.mark.parametrize("name", ["map.txt", "map.npy", "map.npz", "map.h5"])
+def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
+    case = heights_case(tmp_path, name, ", dataset: z" if name == "map.h5" else "")
+    os.mkfifo(tmp_path / name)
+    assert "is not a regular file, but a pipe, a socket or a device; it is not read" in refused(4, "validate", case)
+    assert "is not a regular file" in refused(4, "run", case)
+    (tmp_path / name).unlink()
+    (tmp_path / name).symlink_to("/dev/zero")
+    assert "is not a regular file" in refused(4, "validate", case)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", name]
+
+
+def test_maps_of_no_plausible_size(tmp_path: Path) -> None:
+    case = heights_case(tmp_path, "map.h5", ", dataset: z")
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        file.create_dataset("z", (26000, 26000), "f8", chunks=(1000, 1000))
+    assert "is not in the file" in refused(4, "validate", case)
+    case = heights_case(tmp_path, "map.npy")
+    with (tmp_path / "map.npy").open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (26000, 26000)})
+        file.truncate(128 + 8 * 26000**2)
+    assert "it has 26000 x 26000 heights, at most" in refused(4, "validate", case)
+    case = heights_case(tmp_path, "map.txt")
+    with (tmp_path / "map.txt").open("wb") as file:
+        file.truncate(10**11)
+    assert "has 100000000000 bytes; at most" in refused(4, "validate", case)
+
+
+SECRET = np.arange(100.0, 142.0)
+
+
+def lead_away(path: Path, name: str, how: str) -> None:
+    """Replace a dataset by one whose values lie in another file."""
+    elsewhere = path.with_name("secret")
+    elsewhere.write_bytes(SECRET.tobytes())
+    with h5py.File(path.with_name("secret.h5"), "w") as file:
+        file["z"] = SECRET.reshape(7, 6)
+    with h5py.File(path, "a") as file:
+        if name in file:
+            del file[name]
+        if how == "external storage":
+            file.create_dataset(name, (7, 6), "float64", external=[(elsewhere.name, 0, SECRET.nbytes)])
+        elif how == "virtual":
+            layout = h5py.VirtualLayout((7, 6), "float64")
+            layout[:] = h5py.VirtualSource("secret.h5", "z", (7, 6))
+            file.create_virtual_dataset(name, layout)
+        elif how == "external link":
+            file[name] = h5py.ExternalLink("secret.h5", "/z")
+        else:
+            file["away"] = h5py.ExternalLink("secret.h5", "/")
+            file[name] = h5py.SoftLink("/away/z")
+
+
+@pytest.mark.parametrize("how", ["external storage", "virtual", "external link", "soft link"])
+@pytest.mark.parametrize("name", ["history/P", "fields/pressure", "fields/x", "header/json"])
+def test_values_in_other_files_are_not_read(out: Path, name: str, how: str) -> None:
+    lead_away(out, name, how)
+    line = refused(4, "export", out, "--to", "npz")
+    assert "lie in other files, which are not read" in line or "is a link to another place" in line
+    shutil.copytree(out.parent, out.parent / "again")
+    map_file = out.parent / "again" / "map.h5"
+    lead_away(map_file, "z", how)
+    case = heights_case(map_file.parent, "map.h5", ", dataset: z")
+    code = 2 if how.endswith("link") else 4
+    line = refused(code, "validate", case)
+    assert "there is no dataset 'z'" in line or "lie in other files, which are not read" in line
+
+
+def test_a_result_that_is_no_regular_file(tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    os.mkfifo(out)
+    assert "is not a regular file" in refused(4, "show", out)
+    case = write_case(tmp_path)
+    for option in ("--resume", "--overwrite"):
+        assert "is not a regular file" in refused(4, "run", case, "-o", out, option)
+
+
+def test_open_result_of_an_earlier_version(tmp_path: Path) -> None:
+    with open_result(SAMPLE) as result:
+        assert result.status == "complete"
+    (tmp_path / "cut.h5").write_bytes(SAMPLE.read_bytes()[:3000])
+    with pytest.raises(FileError, match="the file is truncated"):
+        open_result(tmp_path / "cut.h5")
