@@ -17,6 +17,7 @@ from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
+from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, writing
 from fretsolve.system.progress import print_warnings
 
@@ -164,4 +165,4 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
     # XML cannot hold control characters
     printable = "".join(character if character.isprintable() or character == "\n" else "?" for character in text)
     with writing(path):
-        path.write_text(printable + "\n", encoding="utf-8")
+        atomic_files.write_text(path, printable + "\n")

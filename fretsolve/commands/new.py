@@ -6,6 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
+from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, require_free, writing
 
 HEIGHTS = "HEIGHTS"
@@ -60,6 +61,6 @@ def print_schema(path: Path | None, *, overwrite: bool) -> int:
     text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
     if path is not None:
         with writing(path):
-            path.write_text(text + "\n", encoding="utf-8")
+            atomic_files.write_text(path, text + "\n")
     print(text if path is None else path)
     return 0

@@ -9,6 +9,7 @@ from pathlib import Path
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
 from fretsolve.result import Result, open_result
+from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
 
@@ -98,6 +99,6 @@ def _format(path: Path) -> str:
 
 def write_picture(path: Path, content: bytes) -> None:
     """Write a file and print its name. Raises FileError."""
-    with writing(path):
-        path.write_bytes(content)
+    with writing(path), atomic_files.new_file(path, durable=False) as file:
+        file.write(content)
     print(path, flush=True)

@@ -43,6 +43,8 @@ def run_case(
     require_ending(out, "a result", *RESULT_ENDINGS)
     setup = set_up(loaded)
     require_memory(setup)
+    if height_maps(loaded):
+        setup.separation()  # reads the maps, before anything is written
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
     header = run_header(setup, threads, overrides)

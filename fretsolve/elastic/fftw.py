@@ -14,7 +14,9 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from fretsolve.errors import FileError
 from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import read_bytes
 
 _hidden = [name for name in ("dask", "scipy.fftpack") if name not in sys.modules]
 sys.modules.update(dict.fromkeys(_hidden))  # type: ignore[arg-type]
@@ -23,6 +25,9 @@ try:
 finally:
     for _name in _hidden:
         del sys.modules[_name]
+
+LARGEST_WISDOM = 2**26
+"""Bytes; a hundred grids take some 100 kB."""
 
 TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
 """Time per point of a transform whose length holds the factor 2 that many times, over that of lengths with a factor of
@@ -80,8 +85,8 @@ def load_wisdom() -> bool:
     """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
     global _known
     before, _known = _known, None
-    with contextlib.suppress(OSError, RuntimeError):
-        content = wisdom_file().read_bytes()
+    with contextlib.suppress(OSError, RuntimeError, FileError):
+        content = read_bytes(wisdom_file(), LARGEST_WISDOM)
         parts = content.split(b"\0")
         if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
             _known = content

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretsolve.errors import BusyError
+from fretsolve.errors import BusyError, FileError
 from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import read_small_text
 
 if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
     from filelock import BaseFileLock
@@ -34,12 +35,17 @@ class RunLock:
 
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
-        """Lock `folder`, and create it if needed. Raises BusyError if another run holds the lock, and OSError."""
+        """Lock `folder`, and create it if needed.
+
+        Raises BusyError if another run holds the lock, FileError if a link leads elsewhere, OSError.
+        """
         from filelock import FileLock, Timeout  # on demand, as above
 
+        _require_own(folder)
         lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
         for _ in range(LOCK_ATTEMPTS):
             atomic_files.add_folder(folder)
+            _require_own(folder)
             try:
                 lock.acquire(poll_interval=POLL)
             except FileNotFoundError:  # a run that ended just now has removed the folder
@@ -47,11 +53,13 @@ class RunLock:
             except Timeout:
                 break
             with suppress(OSError):  # the holder is only for the message of the next run
-                (folder / HOLDER_NAME).write_text(f"process {os.getpid()} on {socket.gethostname()}")
+                (folder / HOLDER_NAME).unlink(missing_ok=True)
+                with (folder / HOLDER_NAME).open("x") as file:
+                    file.write(f"process {os.getpid()} on {socket.gethostname()}")
             return cls(folder, lock)
         holder = ""
-        with suppress(OSError):
-            holder = f" ({(folder / HOLDER_NAME).read_text()})"
+        with suppress(OSError, FileError):
+            holder = f" ({read_small_text(folder / HOLDER_NAME, 'a name', 1000)})"
         raise BusyError(f"another run is writing this output{holder}", folder)
 
     def release(self) -> None:
@@ -63,11 +71,21 @@ class RunLock:
         self.lock.release()
 
 
+def _require_own(folder: Path) -> None:
+    """Raise FileError if `folder`, or the lock in it, is a link: what it leads to is not for a run to write or remove."""
+    for path in (folder, folder / LOCK_NAME):
+        if path.is_symlink():
+            raise FileError("is a link, which a run does not follow: remove it, or give another name with -o", path)
+
+
 def is_locked(folder: Path) -> bool:
     """Return whether a run is writing in `folder`. A shared lock, which filelock lacks, keeps no other reader out."""
-    with suppress(OSError), (folder / LOCK_NAME).open() as file:
+    with suppress(OSError):
+        file = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
+        finally:
+            os.close(file)
     return False

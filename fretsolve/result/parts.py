@@ -127,14 +127,14 @@ def write_result(
 
     unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none.
     failure: why the run failed and the kind of failure, None if it is complete; a failed result keeps what a restart
-    needs. Raises OSError, FileError.
+    needs. Raises FileExistsError if `out` exists, OSError, FileError.
     """
     rows = read_rows(header, sources, unsaved)
     steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if last_state is not None and last_state.summary.step not in steps:
         steps.append(last_state.summary.step)
         unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
-    with atomic_files.new_hdf5(out, folder) as file:
+    with atomic_files.new_hdf5(out, folder, exclusive=True) as file:
         attributes = header.attributes("complete" if failure is None else "failed", failure)
         file.attrs.update(attributes)
         names = [quantity.name for quantity in header.stored_fields]

@@ -7,7 +7,8 @@ the run is complete or has failed. If OUT exists, it is the result and its parts
 from __future__ import annotations
 
 import time
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
@@ -29,7 +30,7 @@ from fretsolve.result.parts import (
 from fretsolve.result.reader import open_result, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reported, require_free
+from fretsolve.system.files import reason_of, reported, require_free
 from fretsolve.system.foreign_files import require_regular
 
 MERGE_EVERY = 32
@@ -52,7 +53,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     def __init__(self, out: Path, header: RunHeader, pause: float = 0.0, advice: str = RESUME):
         self.out = out
         self.header = header
-        self._kept = f"; the increments so far are kept, {advice}"
+        self._advice = advice
         self._pause = pause
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
@@ -125,7 +126,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
     def save(self) -> None:
         """Commit the increments that a pause has left unsaved. Raises FileError."""
-        with reported("cannot save the increment", self._folder, self._kept):
+        with self._reported("cannot save the increment", self._folder):
             if not (self._folder / HEADER_NAME).exists():
                 self._write_header()
             while self._unsaved:
@@ -140,25 +141,50 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
-        """Write OUT from the parts and remove them. message, kind: why the run failed. Raises FileError."""
+        """Write OUT from the parts and remove them. message, kind: why the run failed.
+
+        Raises FileError, also if another file has taken OUT's name under way; the increments stay in the parts then.
+        """
         failure = (message, kind) if status == "failed" else None
-        with reported("cannot write the result", self.out, self._kept):
+        with self._reported("cannot write the result", self.out):
             parts = [part.path for part in self._parts]
-            write_result(self.out, self._folder, self.header, parts, self._unsaved, self.last_state, failure)
+            try:
+                write_result(self.out, self._folder, self.header, parts, self._unsaved, self.last_state, failure)
+            except OSError:
+                self.save()  # what a pause has left unsaved
+                raise
             self._clear()
         self.stop()
+
+    @contextmanager
+    def _reported(self, problem: str, file: Path) -> Iterator[None]:
+        """Turn an OSError in the block into a FileError that says whether the increments so far are kept."""
+        try:
+            yield
+        except OSError as error:
+            lost = not self._folder.is_dir() or not all(part.path.exists() for part in self._parts)
+            kept = "saved increments were removed under way" if lost else "the increments so far are kept"
+            reason, advice = reason_of(error), "" if lost else f", {self._advice}"
+            if isinstance(error, FileExistsError):
+                reason = "another file has taken this name under way and is not touched; move it away"
+            raise FileError(f"{problem}: {reason}; {kept}{advice}", file) from error
 
     def stop(self) -> None:
         """Leave the committed increments for a later resume, and let other runs write."""
         if self._lock is not None:
+            with suppress(OSError):
+                if not all_parts(self._folder):
+                    atomic_files.remove(self._folder / HEADER_NAME)  # nothing to go on from
             self._lock.release()
             self._lock = None
 
     def _begin(self, resume: bool, overwrite: bool, retry: bool) -> None:
         # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
-        atomic_files.remove(*sorted(self._folder.glob("*" + atomic_files.TEMPORARY_SUFFIX)))  # left by a kill
+        atomic_files.remove(*atomic_files.temporaries(self._folder))  # left by a kill
         if overwrite:
+            # The header goes last: saved increments without it could not be told from those of another run.
+            atomic_files.remove(*[part.path for part in reversed(all_parts(self._folder))])
             self._clear()
             atomic_files.remove(self.out)
         elif self.out.exists():
@@ -167,8 +193,12 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             else:
                 self._take_up_failed()
             return
-        if not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
+        if not all_parts(self._folder):
             self._clear()
+        elif not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
+            missing = "the first of them" if (self._folder / HEADER_NAME).exists() else HEADER_NAME
+            message = f"holds saved increments, but {missing} is missing, so they cannot be used"
+            raise FileError(f"{message}: put it back, or start anew with --overwrite", self._folder)
         elif resume:
             self._take_up_stopped()
         else:
@@ -207,11 +237,17 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             try:
                 self._take_up(part.path)
             except FileError as error:
+                if not self._parts:
+                    message = f"{error.message}, and there is no saved increment before it: --overwrite starts anew"
+                    raise FileError(message, error.file) from error
                 self.notes.append(f"{error}; going on from increment {part.first}")
                 break
             self._parts.append(part)
-        kept = {part.path for part in self._parts}
-        atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])
+        kept, next_step = {part.path for part in self._parts}, len(self.summaries)
+        left = [part for part in all_parts(self._folder) if part.path not in kept]
+        if not self.notes and left and max(part.last for part in left) >= next_step:
+            self.notes.append(f"increment {next_step} is missing in {self._folder}; going on from there")
+        atomic_files.remove(*[part.path for part in left])
 
     def _take_up(self, path: Path) -> None:
         """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""

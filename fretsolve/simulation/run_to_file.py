@@ -23,6 +23,7 @@ from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
+from fretsolve.system.foreign_files import require_regular
 
 
 class Stop(Protocol):
@@ -88,7 +89,9 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
     case, digests = setup.case, {}
     for number, file in enumerate(height_maps(case), start=1):
         with reported("cannot be read", file):
-            digests[f"height map {number}"] = hashlib.sha256(file.read_bytes()).hexdigest()
+            require_regular(file)
+            with file.open("rb") as content:
+                digests[f"height map {number}"] = hashlib.file_digest(content, "sha256").hexdigest()
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,

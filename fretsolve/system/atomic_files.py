@@ -7,9 +7,9 @@ Every call that changes something goes through this module's `os`, which the tes
 from __future__ import annotations
 
 import errno
-import glob
 import io
 import os
+import re
 import secrets
 import time
 from collections.abc import Iterator
@@ -17,7 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-TEMPORARY_SUFFIX = ".tmp"
+_TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
+"""Names of files that are being written; earlier versions drew 8 digits at random."""
 
 STALE = 3600.0
 """Seconds after which a temporary file counts as left by a kill, if other processes may write the same file."""
@@ -67,22 +68,28 @@ class WriteThroughFile(io.FileIO):
 
 
 @contextmanager
-def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) -> Iterator[WriteThroughFile]:
+def new_file(
+    target: Path, folder: Path | None = None, *, durable: bool = True, exclusive: bool = False
+) -> Iterator[WriteThroughFile]:
     """Open a new file, which replaces `target` in one step once the block ends without an error.
 
     Until then it has a name of its own, so that several processes may write `target` at once. folder: where it lies, on
     the same file system; by default beside `target`, where it also removes what kills have left. durable: wait until
-    file and name are on the disk. Raises OSError.
+    file and name are on the disk. exclusive: raise FileExistsError instead if `target` exists. Raises OSError.
     """
+    if exclusive:
+        _require_absent(target)
     if folder is None:
         remove_stale(target)
-    temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(4)}{TEMPORARY_SUFFIX}"
+    temporary = (folder or target.parent) / f"{target.name}.{secrets.token_hex(8)}.tmp"
     try:
         with WriteThroughFile(temporary) as file:
             yield file
             file.check()
             if durable:
                 os.fsync(file.fileno())
+        if exclusive:
+            _require_absent(target)
         os.replace(temporary, target)
     except BaseException:
         with suppress(OSError):
@@ -92,12 +99,17 @@ def new_file(target: Path, folder: Path | None = None, *, durable: bool = True) 
         sync_folder(target.parent)
 
 
+def _require_absent(target: Path) -> None:
+    if os.path.lexists(target):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
+
+
 @contextmanager
-def new_hdf5(target: Path, folder: Path | None = None) -> Iterator[Any]:
+def new_hdf5(target: Path, folder: Path | None = None, *, exclusive: bool = False) -> Iterator[Any]:
     """Open a new `h5py.File` as `new_file` does. Raises OSError."""
     import h5py
 
-    with new_file(target, folder) as raw:
+    with new_file(target, folder, exclusive=exclusive) as raw:
         try:
             # HDF5 1.10 and later read such a file, and all of its metadata have checksums.
             with h5py.File(raw, "w", libver=("v110", "v110")) as file:
@@ -154,7 +166,18 @@ def remove_folder(folder: Path, *files: Path) -> None:
 def remove_stale(target: Path) -> None:
     """Remove what kills have left of a file that other processes may be writing. Raises OSError."""
     begun = time.time() - STALE
-    for path in target.parent.glob(f"{glob.escape(target.name)}.*{TEMPORARY_SUFFIX}"):
+    for path in temporaries(target.parent):
         with suppress(FileNotFoundError):
-            if path.stat().st_mtime < begun:
+            if _written(path) == target.name and path.lstat().st_mtime < begun:
                 remove(path)
+
+
+def temporaries(folder: Path) -> list[Path]:
+    """Return the files in `folder` that `new_file` is writing, or that kills have left. Raises OSError."""
+    return sorted(path for path in folder.iterdir() if _written(path))
+
+
+def _written(path: Path) -> str:
+    """Return the name of the file that a temporary one is to replace; empty if it is none of `new_file`."""
+    match = _TEMPORARY.fullmatch(path.name)
+    return match[1] if match and not path.is_symlink() else ""

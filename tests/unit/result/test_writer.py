@@ -125,7 +125,7 @@ def test_leftover_parts_of_a_complete_result_are_cleared(out: Path) -> None:
     parts_folder(out).mkdir()
     for name, data in kept.items():
         (parts_folder(out) / name).write_bytes(data)
-    (parts_folder(out) / "out.h5.tmp").write_bytes(b"half")
+    (parts_folder(out) / "out.h5.0123abcd.tmp").write_bytes(b"half")
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert writer.complete
     assert not parts_folder(out).exists()
@@ -165,8 +165,11 @@ def test_stopped_run_is_not_touched_without_an_option(out: Path) -> None:
 
 
 def test_run_killed_before_its_first_increment_needs_no_option(out: Path) -> None:
-    HistoryWriter.open(out, fake_header()).stop()
-    assert parts_folder(out).exists()
+    killed = HistoryWriter.open(out, fake_header())
+    header = (parts_folder(out) / "header.json").read_bytes()
+    killed.stop()
+    parts_folder(out).mkdir()
+    (parts_folder(out) / "header.json").write_bytes(header)
     write(out, fake_header(title="another"))
     assert open_result(out).increments == 6
 
