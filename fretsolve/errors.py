@@ -106,9 +106,9 @@ _CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u206
 """Characters that move the cursor, end lines, or change the order of text, and halves of characters."""
 
 
-def printable(text: str) -> str:
-    """Return a text from a user or a file for the console, its control characters as in ``\\u001b``."""
-    return _CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+def printable(text: str, kept: str = "") -> str:
+    """Return a text from a user or a file for the console, its control characters but `kept` as in ``\\u001b``."""
+    return _CONTROLS.sub(lambda match: match[0] if match[0] in kept else f"\\u{ord(match[0]):04x}", text)
 
 
 def shortened(text: str, most: int = 160) -> str:

@@ -89,7 +89,7 @@ def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:
         raise ValidationError.from_exception_data("case", lines)  # type: ignore[arg-type]
 
 
-Count = Annotated[int, Field(strict=True, ge=1)]
+Count = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 Length = Annotated[float, InUnits(LENGTH)]
 PositiveLength = Annotated[float, InUnits(LENGTH, above=0)]
 Radius = Annotated[float, InUnits(LENGTH, nonzero=True)]

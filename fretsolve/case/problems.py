@@ -84,6 +84,10 @@ class _Reader:
         kind, limits, value = details["type"], details.get("ctx", {}), shown(details["input"])
         if kind == "refused":
             return str(limits["message"])
+        if kind == "less_than_equal":
+            return f"{value} is too large; a whole number <= {limits['le']} is needed"
+        if kind == "too_short" and limits["field_type"] == "Dictionary":
+            return f"{value} has no keys; at least one is needed"
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
             array = next(node for node in self._nodes(key) if node.get("type") == "array")
             length = f"{array['maxItems']} are" if "maxItems" in array else f"at least {array['minItems']} is"

@@ -154,7 +154,10 @@ def _parts(value: object) -> tuple[float | None, str]:
 
 def split_quantity(value: object) -> tuple[float, str]:
     """Split a number with or without a unit into number and unit. Raises `QuantityError`."""
-    number, unit = _parts(value)
+    try:
+        number, unit = _parts(value)
+    except OverflowError:
+        number, unit = math.inf, ""
     if number is None:
         raise QuantityError(f"{shown(value)} is not a number with a unit or without, such as '400 N' or 0.1")
     if not math.isfinite(number):

@@ -5,6 +5,7 @@ Only click is imported here, as in `fretsolve.cli.main`.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -16,7 +17,7 @@ import click
 from click.core import ParameterSource
 
 from fretsolve.cli.streams import tolerant_streams
-from fretsolve.errors import EXIT_BUG, CaseError, FretsolveError
+from fretsolve.errors import EXIT_BUG, CaseError, FileError, FretsolveError
 from fretsolve.system.signals import end_by
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -48,6 +49,10 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         message, code = "interrupted", 128 + signal.SIGINT
     except FretsolveError as error:
         message, code = str(error), error.exit_code
+    except OSError as error:
+        if error.errno not in (errno.EMFILE, errno.ENFILE):
+            raise
+        message, code = f"{error.strerror}: a higher limit (ulimit -n) is needed", FileError.exit_code
     except MemoryError:
         message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
     except Exception as error:

@@ -6,25 +6,34 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO, cast
 
+from fretsolve.errors import printable
 from fretsolve.system.files import writing
 
 
 class TolerantStream:
-    """Write to `stream`, and drop what is written once its reader has gone.
+    """Write to `stream`, control characters escaped, and drop what is written once its reader has gone.
 
-    name: for messages. Raises FileError for other reasons, such as a full disk.
+    name: for messages; kept: control characters that are written as they are, None for all. Raises FileError for other
+    reasons, such as a full disk.
     """
 
-    def __init__(self, stream: TextIO, name: str):
+    def __init__(self, stream: TextIO, name: str, kept: str | None = "\n\t"):
         self._stream = stream
         self._name = name
+        self._kept = kept
+
+    @property
+    def unescaped(self) -> TolerantStream:
+        """The same for a library that moves the cursor, and escapes the texts that it is given."""
+        return TolerantStream(self._stream, self._name, None)
 
     def write(self, text: str) -> int:
         with self._tolerance():
-            self._stream.write(text)
+            self._stream.write(text if self._kept is None else printable(text, self._kept))
         return len(text)
 
     def flush(self) -> None:
@@ -54,6 +63,9 @@ def tolerant_streams() -> Iterator[None]:
     with Path(os.devnull).open("w") as nowhere:
         output = cast(TextIO, TolerantStream(sys.stdout or nowhere, "standard output"))
         messages = cast(TextIO, TolerantStream(sys.stderr or nowhere, "standard error"))
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")  # what the locale cannot write
         with redirect_stdout(output), redirect_stderr(messages):
             yield
 

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from fretsolve.errors import NoSolutionError
+from fretsolve.errors import NoSolutionError, printable
 from fretsolve.result.state import Summary
 from fretsolve.study.variation import words
 from fretsolve.sweep.base_case import PreparedCase
@@ -49,7 +49,8 @@ class CaseMessages:
         equal = f", {unique} of them different" if unique < count else ""
         there = f", {unique - left} done already" if left < unique else ""
         cases = f"{count} case{'s' if count > 1 else ''} of {', '.join(self.manifest.keys)}{equal}{there}"
-        print(self.manifest.title, f"results: {folder}", cases, *more, sep="\n", flush=True)
+        lines = (self.manifest.title, f"results: {folder}", cases, *more)
+        print(*map(printable, lines), sep="\n", flush=True)
 
     def progress(self) -> AbstractContextManager[object]:
         """Show the bar, if there is one, within a block."""
@@ -59,7 +60,7 @@ class CaseMessages:
         """Show an increment that is saved."""
         if self.bar is not None:
             done, increments = summary.step + 1, case.setup.load_path.increments
-            detail = f"{words(case.settings)}: increment {done}/{increments}"
+            detail = printable(f"{words(case.settings)}: increment {done}/{increments}")
             completed = self.before + self.expected.get(case.id, 0.0) * done / increments
             self.bar.update(self.bar.task_ids[0], completed=completed, detail=detail)
 

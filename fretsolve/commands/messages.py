@@ -13,6 +13,7 @@ from typing import Any
 
 from fretsolve import __version__, kernels
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
+from fretsolve.errors import printable
 from fretsolve.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
@@ -91,8 +92,8 @@ class TextMessages(QuietMessages):
     def start(self, writer: HistoryWriter) -> None:
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
-        print(setup.case.title or self.source.path.name)
-        print(f"result: {self.out}")
+        print(printable(setup.case.title or self.source.path.name))
+        print(printable(f"result: {self.out}"))
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
-from fretsolve.errors import CaseError, PictureError
+from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.study.result_files import HDF5_NAME
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
@@ -105,10 +105,11 @@ def status(folder: Path) -> int:
     """Print how far a sweep is."""
     manifest = read_manifest(folder)
     found = list(states(manifest))
-    print(f"{manifest.title}: {counted(found)}")
+    print(printable(f"{manifest.title}: {counted(found)}"))
     ended = [one for name in ("error", "no solution") for one in found if one.status == name]
     for one in ended[:MOST_REASONS]:
-        print(f"{one.row.index}: {one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}")
+        reason = f"{one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}"
+        print(f"{one.row.index}: {printable(reason)}")
     if len(ended) > MOST_REASONS:
         print(f"and {len(ended) - MOST_REASONS} more such cases; sweep collect has the reasons of all")
     left = [one.row.index for one in found if not one.has_result and one.status != "running"]

@@ -12,11 +12,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import verdict
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.progress import unescaped_output
 
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
@@ -27,6 +29,7 @@ TextColumn = tuple[str, ...]
 
 def report_console(file: IO[str] | None = None) -> Console:
     """Return a console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
+    file = file or unescaped_output()
     console = Console(file=file, highlight=False)
     if not console.is_terminal or console.width < 60:
         console = Console(file=file, highlight=False, width=WIDTH)
@@ -55,7 +58,8 @@ def _summary(result: Result) -> list[str]:
         status += f": {result.attributes['failure']}"
     grid = f"grid {len(result.x)} x {len(result.y)} cells{_grid_size(result)}"
     version = result.attributes["fretsolve_version"]
-    return [str(title), status, f"coupling {result.coupling}, {grid}, fretsolve {version}"]
+    lines = [str(title), status, f"coupling {result.coupling}, {grid}, fretsolve {version}"]
+    return [printable(line) for line in lines]
 
 
 def _grid_size(result: Result) -> str:

@@ -72,7 +72,7 @@ class RunLock:
 
 
 def _require_own(folder: Path) -> None:
-    """Raise FileError if `folder`, or the lock in it, is a link: what it leads to is not for a run to write or remove."""
+    """Raise FileError if `folder` or the lock in it is a link: a run neither writes nor removes what that leads to."""
     for path in (folder, folder / LOCK_NAME):
         if path.is_symlink():
             raise FileError("is a link, which a run does not follow: remove it, or give another name with -o", path)

@@ -19,6 +19,7 @@ from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.system import atomic_files
 from fretsolve.system.signals import EXIT_STOPPED
 
 Show = Callable[[PreparedCase, Summary], None]
@@ -167,4 +168,5 @@ def leave_note(manifest: Manifest, row: ManifestRow, report: Report) -> None:
         if report.has_result or (report.code == EXIT_STOPPED and not report.reason):
             note.unlink(missing_ok=True)
         elif not report.busy:
-            note.write_text(json.dumps({"exit_code": report.code, "reason": report.reason}), encoding="utf-8")
+            with atomic_files.new_file(note, durable=False) as file:
+                file.write(json.dumps({"exit_code": report.code, "reason": report.reason}).encode())

@@ -8,10 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated
 
-from fretsolve.errors import CaseError, FileError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from fretsolve.errors import CaseError, FileError, dotted, shortened
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, writing
+from fretsolve.system.foreign_files import read_small_text
 
 MANIFEST_NAME = "manifest.json"
 RESULTS_NAME = "results"
@@ -79,6 +83,31 @@ class Manifest:
         return self.results / f"{row.id}.note"
 
 
+class _StoredRow(BaseModel):
+    """A case in the manifest's file. Its id becomes the name of a file, so it is nothing but a digest."""
+
+    model_config = ConfigDict(strict=True)
+    index: int
+    id: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+    settings: dict[str, str]
+    seconds: float
+
+
+class _Stored(BaseModel):
+    """The manifest's file."""
+
+    model_config = ConfigDict(strict=True)
+    format: int
+    sweep: str
+    title: str
+    case: str
+    overrides: tuple[str, ...]
+    quantities: tuple[str, ...]
+    threads: Annotated[int, Field(ge=1, le=10**6)]
+    memory: float
+    cases: Annotated[tuple[_StoredRow, ...], Field(min_length=1)]
+
+
 def require_own(folder: Path, sweep: Path) -> None:
     """Raise CaseError if `folder` holds another sweep, whose file still exists. An edited file is the same sweep."""
     try:
@@ -97,35 +126,43 @@ def write_manifest(manifest: Manifest) -> None:
     cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **vars(row)} for row in manifest.rows]
     values = {"format": FORMAT, **common, "cases": cases}
     path = manifest.folder / MANIFEST_NAME
+    text = json.dumps(values, indent=1, ensure_ascii=False, default=str) + "\n"
+    if not text.isascii() and text != text.encode(errors="replace").decode():
+        raise FileError("cannot be written: the name of a file or folder in it is not UTF-8 text", path)
     with writing(path):
         manifest.results.mkdir(parents=True, exist_ok=True)
-        atomic_files.write_text(path, json.dumps(values, indent=1, ensure_ascii=False, default=str) + "\n")
+        atomic_files.write_text(path, text)
 
 
 def read_manifest(folder: Path) -> Manifest:
     """Read the manifest in `folder`. Raises FileError."""
     path = folder / MANIFEST_NAME
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-        if values["format"] != FORMAT:
-            raise FileError(f"has format {values['format']}; this fretsolve reads format {FORMAT}", path)
+        text = read_small_text(path, "the manifest of a sweep")
+        values = _Stored.model_validate_json(text)
+        if values.format != FORMAT:
+            raise FileError(f"has format {values.format}; this fretsolve reads format {FORMAT}", path)
+        if [case.index for case in values.cases] != list(range(len(values.cases))):
+            raise ValueError("the cases are not numbered from 0 on")
         return Manifest(
             folder,
-            Path(values["sweep"]),
-            values["title"],
-            Path(values["case"]),
-            tuple(values["overrides"]),
-            tuple(values["quantities"]),
-            values["threads"],
-            values["memory"],
-            tuple(
-                ManifestRow(case["index"], case["id"], case["settings"], case["seconds"]) for case in values["cases"]
-            ),
+            Path(values.sweep),
+            values.title,
+            Path(values.case),
+            values.overrides,
+            values.quantities,
+            values.threads,
+            values.memory,
+            tuple(ManifestRow(case.index, case.id, case.settings, case.seconds) for case in values.cases),
         )
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = f"{dotted(first['loc'])}: " if first["loc"] else ""
+        raise FileError(f"not the manifest of a sweep: {place}{shortened(first['msg'])}", path) from None
     except OSError as error:
         needed = "a folder made by sweep run is needed"
         raise FileError(f"cannot be read: {reason_of(error)}; {needed}", path) from None
-    except (ValueError, KeyError, TypeError) as error:
+    except ValueError as error:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
 
 

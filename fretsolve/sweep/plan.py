@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from fretsolve.sweep.points import Point, Value, all_of, common_values, override
 from fretsolve.sweep.quantity import CORRECTED_NAMES, read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import missing
+from fretsolve.system.foreign_files import require_regular
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
     extra = ["solver.error_bars=true"] if spec.error_bars else []
     values: dict[str, Value] = {}
     try:
+        with suppress(OSError):
+            require_regular(case)
         text = read_case(case)
     except FileError as error:
         raise source.problem(str(error), ("case",)) from None

@@ -17,11 +17,24 @@ from fretsolve.case.problems import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
-from fretsolve.sweep.spec import Axis, CsvAxis, Interval, LatinHypercube, LatinHypercubeAxis, Range, SweepSpec
+from fretsolve.sweep.spec import (
+    MOST_CASES,
+    Axis,
+    CsvAxis,
+    Interval,
+    LatinHypercube,
+    LatinHypercubeAxis,
+    Range,
+    SweepSpec,
+)
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import require_regular
 
 EVERY_STAGE = "load_path.*."
 """Beginning of a key that stands for that of every stage, those of cycles included."""
+
+LARGEST_CSV = 2**28
+"""Bytes of a file of points."""
 
 MOST_SHOWN = 10
 """Problems that are reported one by one."""
@@ -88,8 +101,8 @@ def points_of(spec: SweepSpec, source: CaseSource) -> list[Point]:
     if problems:
         raise all_of(problems)
     count = math.prod(map(len, axes))
-    if count > 1_000_000:
-        raise source.problem(f"the axes cross to {count} cases; at most 1000000 are possible", ("axes",))
+    if count > MOST_CASES:
+        raise source.problem(f"the axes cross to {count} cases; at most {MOST_CASES} are possible", ("axes",))
     return crossed(axes)
 
 
@@ -148,7 +161,10 @@ def _spread(name: str, interval: Interval, shares: DoubleArray, source: CaseSour
         raise source.problem(f"from and to are both {shown(interval.start)}; two values are needed", key)
     if log and not low * high > 0.0:
         raise source.problem("log spacing needs two ends above 0, or two below", key)
-    numbers = low * (high / low) ** shares if log else low + (high - low) * shares
+    with np.errstate(over="ignore", invalid="ignore"):
+        numbers = low * (high / low) ** shares if log else low + (high - low) * shares
+    if not np.isfinite(numbers).all():
+        raise source.problem(f"from {shown(interval.start)} to {shown(interval.to)} is too wide for numbers", key)
     # 10 digits, so that 0.1 is written as 0.1
     return [_value(name, f"{number:.10g} {unit}".rstrip(), source, key) for number in numbers.tolist()]
 
@@ -165,6 +181,7 @@ def _sampled(sample: LatinHypercube, source: CaseSource, key: KeyPath) -> list[P
 def _read_csv(path: Path, source: CaseSource, key: KeyPath) -> Iterator[Point]:
     """Yield the points of a CSV file. Raises CaseError with its line, FileError."""
     try:
+        require_regular(path, LARGEST_CSV)
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if any(row)]
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a NUL in the name

@@ -9,6 +9,8 @@ from pydantic import Discriminator, Field, StrictBool, StrictFloat, StrictInt, T
 from fretsolve.case.base import CaseModel, Count, refused_at
 from fretsolve.case.quantities import shown
 
+MOST_CASES = 1_000_000
+
 Number = StrictInt | StrictFloat | str
 """A number, or text of a number with its unit."""
 
@@ -24,13 +26,13 @@ class Interval(CaseModel):
 class Range(Interval):
     """Values between two ends, both included."""
 
-    count: Annotated[int, Field(strict=True, ge=2)] = Field(description="how many values, such as 5")
+    count: Annotated[int, Field(strict=True, ge=2, le=MOST_CASES)] = Field(description="how many values, such as 5")
 
 
 class LatinHypercube(CaseModel):
     """Points that fill a box of several keys evenly, drawn at random from a seed."""
 
-    samples: Count = Field(description="how many points, such as 100")
+    samples: Annotated[int, Field(strict=True, ge=1, le=MOST_CASES)] = Field(description="how many points, such as 100")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="of the random numbers")
     over: dict[str, Interval] = Field(min_length=1, description="keys, each with from, to and spacing")
 

@@ -14,6 +14,7 @@ from fretsolve.result.parts import contiguous_parts, parts_folder
 from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.system.foreign_files import read_small_text
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 """complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
@@ -63,9 +64,9 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     if is_locked(folder):
         return CaseState(row, "running")
     try:
-        note = json.loads(manifest.note(row).read_text(encoding="utf-8"))
+        note = json.loads(read_small_text(manifest.note(row), "a note"))
         return CaseState(row, "error", int(note["exit_code"]), str(note["reason"]))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, FileError, ValueError, KeyError, TypeError):
         pass
     try:
         increments = sum(part.last - part.first + 1 for part in contiguous_parts(folder))

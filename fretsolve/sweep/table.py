@@ -25,6 +25,16 @@ from fretsolve.sweep.status import CaseState, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a text that a spreadsheet takes for a formula."""
+
+
+def _is_quantity(text: str) -> bool:
+    with suppress(QuantityError):
+        split_quantity(text)
+        return True
+    return False
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -57,13 +67,15 @@ def write_table_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] 
     def cell(value: Any) -> str:
         if isinstance(value, float):
             return f"{value:.10g}" if np.isfinite(value) else ""
-        return str(value)
+        text = str(value)
+        # A spreadsheet takes such a text for a formula. In tables, "-36 N" is a value of a setting.
+        return f"'{text}" if text.startswith(FORMULA) and not _is_quantity(text) else text
 
     columns = list(columns)
     rows = zip(*(column.values.tolist() for column in columns), strict=True)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([column.heading for column in columns])
+    writer.writerow([cell(column.heading) for column in columns])
     writer.writerows(map(cell, row) for row in ([first, *rows] if first else rows))
     with writing(path):
         atomic_files.write_text(path, text.getvalue())

@@ -6,7 +6,9 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO, cast
+
+from fretsolve.errors import printable
 
 if TYPE_CHECKING:  # rich takes 0.1 s to load, and output that is not a terminal has no bar
     from rich.progress import Progress
@@ -19,12 +21,19 @@ def progress_bar(*texts: str, counted: bool = False) -> Progress:
 
     texts: rich's templates, the first before the bar and the rest behind it; counted: show ``n/total`` as well.
     """
+    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     before, *behind = map(TextColumn, texts)
     count = [MofNCompleteColumn()] if counted else []
     columns = (before, BarColumn(), *count, *behind, TimeRemainingColumn())
-    return Progress(*columns, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+    console = Console(file=unescaped_output())
+    return Progress(*columns, console=console, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+
+
+def unescaped_output() -> TextIO:
+    """Return standard output for rich, which writes control characters; the command line escapes them otherwise."""
+    return cast(TextIO, getattr(sys.stdout, "unescaped", sys.stdout))
 
 
 def key_value_line(**values: Any) -> None:
@@ -45,7 +54,7 @@ def json_line(event: str, **values: Any) -> None:
 
 def print_error_line(line: str) -> None:
     """Print a line to standard error, at once."""
-    print(line, file=sys.stderr, flush=True)
+    print(printable(line), file=sys.stderr, flush=True)
 
 
 def print_warnings(file: Path, *texts: str) -> None:
