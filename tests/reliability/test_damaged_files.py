@@ -20,10 +20,12 @@ from damage import damaged, restructured
 from fake_states import fake_header, fake_states, write_fake
 from pebble import ProcessPool
 from small_cases import CASE, write_case
+from sweeping import manifest_of, write_sweep
 
 from fretsolve.errors import FretsolveError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.parts import parts_folder
+from fretsolve.sweep.plan import make_sweep_plan
 
 COUNT = int(os.environ.get("FRETSOLVE_DAMAGED_INPUTS", "40"))
 PATIENCE = 20.0
@@ -188,7 +190,84 @@ def damage_map(folder: Path, chance: random.Random) -> None:
     outcome("validate", write_case(folder, case.replace("points: 16", "points: 16, size: 0.4 mm")))
 
 
-KINDS: dict[str, Attempt] = {"result": damage_result, "parts": damage_parts, "map": damage_map}
+def damaged_text(text: str, chance: random.Random) -> bytes:
+    """Return the bytes of a text after damage, or after words of YAML have got into it."""
+    if chance.random() < 0.5:
+        return damaged(text.encode(), chance)
+    for _ in range(chance.randint(1, 4)):
+        at, size = chance.randrange(len(text)), chance.choice((0, 1, 3, 12))
+        text = text[:at] + chance.choice(FRAGMENTS) + text[at + size :]
+    return text.encode()
+
+
+FRAGMENTS = (
+    "{}",
+    "[]",
+    "~",
+    ": ",
+    "- ",
+    "\n",
+    "&a [*a]",
+    "!!python/object:os.system ",
+    "1" + "0" * 400,
+    "-1",
+    ".nan",
+    "1e308",
+)
+FRAGMENTS += (
+    "*",
+    "auto",
+    "\x00",
+    "\x1b[2J",
+    "\u202e",
+    "'",
+    '"',
+    "|",
+    "1_000",
+    "0x10",
+    "1e-300",
+    "[[[[[[",
+    "../../../etc/passwd",
+)
+
+
+def damage_case(folder: Path, chance: random.Random) -> None:
+    (folder / "case.yaml").write_bytes(damaged_text(CASE, chance))
+    outcome("validate", folder / "case.yaml")
+
+
+def damage_sweep(folder: Path, chance: random.Random) -> None:
+    """A sweep is planned, and looked at; it is not run."""
+    file = write_sweep(folder)
+    which = chance.choice([file, file.with_name("case.yaml")])
+    which.write_bytes(damaged_text(which.read_text(), chance))
+    try:
+        make_sweep_plan(file, folder / "sweep.sweep")
+    except FretsolveError as error:
+        assert error.exit_code in (2, 4), error
+        assert max(map(len, str(error).splitlines())) < 1000
+
+
+def damage_manifest(folder: Path, chance: random.Random) -> None:
+    manifest = manifest_of(folder)
+    path = manifest.folder / "manifest.json"
+    (manifest.results / f"{manifest.rows[1].id}.note").write_text('{"exit_code": 4, "reason": "made up"}')
+    which = chance.choice([path, path, path, manifest.note(manifest.rows[1])])
+    which.write_bytes(damaged(which.read_bytes(), chance))
+    before = sorted(folder.parent.rglob("*"))
+    outcome("sweep", "status", manifest.folder)
+    assert sorted(folder.parent.rglob("*")) == before
+    outcome("sweep", "collect", manifest.folder)
+
+
+KINDS: dict[str, Attempt] = {
+    "result": damage_result,
+    "parts": damage_parts,
+    "map": damage_map,
+    "case": damage_case,
+    "sweep": damage_sweep,
+    "manifest": damage_manifest,
+}
 
 
 def attempt(kind: str, folder: Path, seed: int) -> int:

@@ -1,0 +1,231 @@
+"""Nothing that fretsolve has not made is written over, removed or led to, and what it has saved stays."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from command_line import assert_same_result, invoke, refused
+from fake_states import fake_header, fake_states, write_fake
+from small_cases import CASE, write_case
+from sweeping import manifest_of
+
+from fretsolve.errors import FileError
+from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result.parts import parts_folder
+from fretsolve.system import atomic_files
+
+TEXT = "the user's own\n"
+
+
+@pytest.fixture()
+def own(tmp_path: Path) -> Path:
+    path = tmp_path / "own"
+    path.mkdir()
+    for name in ("thesis.txt", "000000-000003.h5", "header.json", "lock", "notes.tmp"):
+        (path / name).write_text(TEXT)
+    return path
+
+
+def untouched(own: Path) -> bool:
+    return sorted(path.read_text() for path in own.iterdir()) == [TEXT] * 5
+
+
+@pytest.mark.parametrize("option", ["--resume", "--overwrite", "-q"])
+def test_parts_that_are_a_link(tmp_path: Path, own: Path, option: str) -> None:
+    case = write_case(tmp_path)
+    parts_folder(case.with_suffix(".h5")).symlink_to(own)
+    line = refused(4, "run", case, option)
+    assert line == f"{case.with_suffix('.h5')}.parts: {LINK}\n"
+    assert untouched(own)
+
+
+LINK = "is a link, which a run does not follow: remove it, or give another name with -o"
+
+
+@pytest.mark.parametrize("name", ["lock", "holder"])
+def test_a_link_among_the_parts(tmp_path: Path, own: Path, name: str) -> None:
+    case = write_case(tmp_path)
+    parts = parts_folder(case.with_suffix(".h5"))
+    parts.mkdir()
+    (parts / name).symlink_to(own / "thesis.txt")
+    if name == "lock":
+        assert refused(4, "run", case) == f"{parts / name}: {LINK}\n"
+    else:
+        assert invoke("run", case, "-q").exit_code == 0
+    assert untouched(own)
+
+
+def test_temporary_files_of_others_stay(tmp_path: Path) -> None:
+    out = write_fake(tmp_path / "out.h5")
+    target = tmp_path / "t.csv"
+    names = ["t.csv.tmp", "t.csv.mine.tmp", "t.csv.0123abcg.tmp", "t.csv.0123abcd.tmp.tmp"]
+    for name in names:
+        (tmp_path / name).write_text(TEXT)
+        os.utime(tmp_path / name, (0.0, 0.0))
+    (tmp_path / "t.csv.0123abcd.tmp").symlink_to(tmp_path / names[0])
+    assert invoke("export", out, "--to", "csv", "-o", target).exit_code == 0
+    assert [(tmp_path / name).read_text() for name in names] == [TEXT] * 4
+    assert (tmp_path / "t.csv.0123abcd.tmp").is_symlink()
+    parts = parts_folder(tmp_path / "other.h5")
+    parts.mkdir()
+    (parts / "mine.tmp").write_text(TEXT)
+    write_fake(tmp_path / "other.h5")
+    assert (parts / "mine.tmp").read_text() == TEXT
+
+
+def test_temporary_names_cannot_be_guessed_or_lead_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target, victim = tmp_path / "t.csv", tmp_path / "victim"
+    victim.write_text(TEXT)
+    monkeypatch.setattr("secrets.token_hex", lambda size: "0" * (2 * size))
+    (tmp_path / f"t.csv.{'0' * 16}.tmp").symlink_to(victim)
+    with pytest.raises(FileExistsError):
+        atomic_files.write_text(target, "new")
+    assert (victim.read_text(), target.exists()) == (TEXT, False)
+
+
+@pytest.mark.parametrize("words", [("export", "--to", "csv", "--overwrite"), ("plot", "loop")])
+def test_what_a_link_leads_to_is_not_written(tmp_path: Path, words: tuple[str, ...]) -> None:
+    out, victim = write_fake(tmp_path / "out.h5"), tmp_path / "victim"
+    target = tmp_path / ("t.csv" if words[0] == "export" else "t.png")
+    victim.write_text(TEXT)
+    target.symlink_to(victim)
+    assert invoke(words[0], out, *words[1:], "-o", target).exit_code == 0
+    assert victim.read_text() == TEXT
+    assert not target.is_symlink()
+
+
+def run(out: Path, stop_after: int = 9, **options: bool) -> list[str]:
+    """A run of six made-up increments, and its notes."""
+    with HistoryWriter.open(out, fake_header(), **options) as writer:
+        for state in fake_states(6, writer.last_state):
+            writer.append(state)
+            if state.summary.step + 1 == stop_after:
+                return writer.notes
+        writer.finish("complete")
+    return writer.notes
+
+
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("name", ["header.json", "000000-000000.h5"])
+def test_saved_increments_are_not_removed(tmp_path: Path, name: str, resume: bool) -> None:
+    out = tmp_path / "out.h5"
+    run(out, 3)
+    (parts_folder(out) / name).rename(tmp_path / "moved")
+    before = sorted(path.name for path in parts_folder(out).glob("*.h5"))
+    with pytest.raises(FileError, match=r"holds saved increments, but .* is missing.*put it back, or start anew with"):
+        run(out, resume=resume)
+    assert sorted(path.name for path in parts_folder(out).glob("*.h5")) == before
+    (tmp_path / "moved").rename(parts_folder(out) / name)
+    assert run(out, resume=True) == []
+    assert open_result(out).increments == 6
+    out.unlink()
+    run(out, 3)
+    (parts_folder(out) / name).unlink()
+    run(out, overwrite=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
+
+
+def test_a_damaged_first_part_is_not_removed(tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    run(out, 3)
+    (parts_folder(out) / "000000-000000.h5").write_bytes(b"damaged")
+    with pytest.raises(FileError, match="there is no saved increment before it: --overwrite starts anew"):
+        run(out, resume=True)
+    assert len(list(parts_folder(out).glob("*.h5"))) == 3
+
+
+def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    run(out, 4)
+    (parts_folder(out) / "000001-000001.h5").unlink()
+    assert run(out, resume=True) == [f"increment 1 is missing in {parts_folder(out)}; going on from there"]
+
+
+@pytest.mark.parametrize("pause", [0.0, 1000.0])
+def test_a_file_that_takes_the_name_of_the_result(tmp_path: Path, pause: float) -> None:
+    out = tmp_path / "out.h5"
+    with HistoryWriter.open(out, fake_header(), pause=pause) as writer:
+        for state in fake_states(6):
+            writer.append(state)
+        out.write_text(TEXT)
+        with pytest.raises(
+            FileError, match="another file has taken this name under way and is not touched; move it"
+        ) as c:
+            writer.finish("complete")
+    assert str(c.value).endswith("away; the increments so far are kept, --resume goes on")
+    assert out.read_text() == TEXT
+    out.rename(tmp_path / "moved")
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == 6
+        writer.finish("complete")
+    run(tmp_path / "whole.h5")
+    assert_same_result(out, tmp_path / "whole.h5")
+
+
+def test_a_folder_that_is_removed_under_way(tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    with HistoryWriter.open(out, fake_header()) as writer:
+        states = fake_states(6)
+        writer.append(next(states))
+        shutil.rmtree(parts_folder(out))
+        with pytest.raises(FileError, match="cannot save the increment: No such file or directory; saved") as caught:
+            writer.append(next(states))
+    assert str(caught.value).endswith("; saved increments were removed under way")
+
+
+HEIGHTS = "{heights: {file: map.txt, unit: um, spacing: 1 um}}"
+
+
+@pytest.mark.parametrize("size", ["", ", size: 0.02 mm"])
+@pytest.mark.parametrize("content", [b"1 2\n3 x\n", b"\xff\xfe", b"", b"1 2 3\n"])
+def test_a_refused_map_leaves_nothing_behind(tmp_path: Path, content: bytes, size: str) -> None:
+    text = CASE.replace("{sphere: {radius: 10 mm}}", HEIGHTS).replace("points: 16", f"points: 16{size}")
+    case = write_case(tmp_path, text)
+    (tmp_path / "map.txt").write_bytes(content)
+    assert invoke("run", case).exit_code in (2, 4)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", "map.txt"]
+
+
+def test_text_maps_are_not_quoted_at_length(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", HEIGHTS))
+    (tmp_path / "map.txt").write_text("secret" * 10_000 + " 2\n1 2\n")
+    line = refused(4, "validate", case)
+    assert len(line) < 300 + len(str(tmp_path))
+    assert "at row 0, column 1" in line
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return manifest_of(tmp_path_factory.mktemp("sweep")).folder
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("id", "../../x"),
+        ("id", "/etc/passwd"),
+        ("id", "0123456789abcdeF"),
+        ("id", "0123456789abcdef\n"),
+        ("index", 7),
+        ("settings", {"friction": 0.1}),
+        ("settings", None),
+        ("seconds", "long"),
+    ],
+)
+@pytest.mark.parametrize("words", [("status",), ("work", "--cases", "0"), ("collect",)])
+def test_a_manifest_cannot_lead_elsewhere(
+    sweep: Path, tmp_path: Path, key: str, value: object, words: tuple[str, ...]
+) -> None:
+    folder = tmp_path / "deep" / "er"
+    shutil.copytree(sweep, folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["cases"][0][key] = value
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    before = sorted(tmp_path.rglob("*"))
+    line = refused(4, "sweep", words[0], folder, *words[1:])
+    assert line.startswith(f"{folder / 'manifest.json'}: not the manifest of a sweep: ")
+    assert sorted(tmp_path.rglob("*")) == before
