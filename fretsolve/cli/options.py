@@ -58,6 +58,9 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     except Exception as error:
         if os.environ.get("FRETSOLVE_DEBUG"):
             raise
+        if "can't start new thread" in str(error):
+            print("not enough memory, or too many processes, for another thread", file=sys.stderr)
+            return CaseError.exit_code
         what = " ".join(f"{type(error).__name__}: {error}".split())
         message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
         code = EXIT_BUG

@@ -40,6 +40,9 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
 
     from fretsolve.case.models import Case
 
+TEXTS_WITHIN = 2**26
+"""Bytes at the beginning of a result in which the texts of its attributes lie, since they are written first."""
+
 READ_ATTEMPTS = 20
 """Number of looks before giving up if a run merges or finishes its parts at the same moment."""
 
@@ -251,7 +254,8 @@ def _require_texts_in_file(out: Path, attributes: Mapping[str, Any]) -> None:
 
     HDF5 stores each as it is, after its length. Reading it by HDF5 might never end, see `try_attributes`.
     """
-    with out.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+    begin = min(out.stat().st_size, TEXTS_WITHIN)
+    with out.open("rb") as file, mmap(file.fileno(), begin, access=ACCESS_READ) as content:
         for name, text in attributes.items():
             stored = str(text).encode()
             if isinstance(text, str) and content.find(len(stored).to_bytes(8, sys.byteorder) + stored) < 0:

@@ -19,11 +19,14 @@ from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.system.environment import compiler_wanted
+from fretsolve.system.environment import address_space, compiler_wanted
 
 PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
 """Python with its libraries; numba, where it is installed; blocks of the transforms that stay in cache, for the normal
 problem and for each term that is kept."""
+
+UNUSED_BYTES = 350e6
+"""Address space that libraries reserve and do not use."""
 
 CELL_COSTS: dict[ModelPart, tuple[float, float]] = {
     "normal problem": (115.0, 0.033e-6),
@@ -140,9 +143,15 @@ def memory_problem(setup: ProblemSetup) -> CaseError | None:
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (ValueError, OSError, AttributeError):
         return None
+    nx, ny = setup.grid.shape
+    if needed + UNUSED_BYTES > (allowed := address_space()):
+        return setup.case.source.problem(
+            f"{nx} x {ny} cells take about {rounded_bytes(needed + UNUSED_BYTES)} of address space, the limit (ulimit"
+            f" -v or -d) is {rounded_bytes(allowed)}; a higher one or fewer points are needed",
+            ("grid", "points"),
+        )
     if needed <= there:
         return None
-    nx, ny = setup.grid.shape
     return setup.case.source.problem(
         f"{nx} x {ny} cells take about {rounded_bytes(needed)} of memory, this machine has {rounded_bytes(there)};"
         " fewer points are needed",

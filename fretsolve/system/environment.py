@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import os
+import resource
 import sys
 from importlib.util import find_spec
 
+from fretsolve.errors import CaseError
+
+LEAST_ADDRESS_SPACE = 600 * 2**20
+"""Bytes in which every command works, with a small case. With less OpenBLAS may try without end while it is loaded."""
+
 
 def set_up_numerics() -> None:
-    """Keep OpenBLAS, which is not used here, from starting a thread per core. Must run before NumPy is imported."""
+    """Keep OpenBLAS, which is not used here, from starting a thread per core. Must run before NumPy is imported.
+
+    Raises CaseError if the process may not use the memory that the libraries take.
+    """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if address_space() < LEAST_ADDRESS_SPACE:
+        limit, needed = round(address_space() / 1024), LEAST_ADDRESS_SPACE // 1024
+        raise CaseError(f"not enough memory: the limit (ulimit -v or -d) is {limit} kB; {needed} kB are needed")
+
+
+def address_space() -> float:
+    """Return how many bytes this process may allocate by its limits, infinity if there is none."""
+    limits = (resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA))
+    return min((float(limit) for limit in limits if limit != resource.RLIM_INFINITY), default=math.inf)
 
 
 def processors() -> int:

@@ -188,3 +188,36 @@ def test_numerics_are_set_up_before_they_are_loaded() -> None:
         "print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     assert python(code).split() == ["False", "1"]
+
+
+@pytest.mark.parametrize("kilobytes", [250_000, 300_000, 400_000, 450_000, 500_000])
+@pytest.mark.parametrize("words", [("run", "-q"), ("check",), ("validate",)])
+def test_too_low_a_limit_of_memory_ends_in_a_line(tmp_path: Path, kilobytes: int, words: tuple[str, ...]) -> None:
+    limit = 1024 * kilobytes
+    code, _, messages = finish(
+        words[0],
+        write_case(tmp_path),
+        *words[1:],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
+    assert code == 2
+    assert messages == f"not enough memory: the limit (ulimit -v or -d) is {kilobytes} kB; 614400 kB are needed\n"
+
+
+def test_a_grid_beyond_the_limit_of_memory(tmp_path: Path) -> None:
+    case, limit = write_case(tmp_path, CASE.replace("points: 16", "points: 2048")), 2**30
+    code, _, messages = finish("run", case, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+    assert (code, messages.count("\n")) == (2, 1)
+    assert "2048 x 2048 cells take about" in messages
+    assert "of address space, the limit (ulimit -v or -d) is 1.1 GB; a higher one or fewer points" in messages
+    assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
+
+
+@pytest.mark.parametrize("files", [6, 7, 8, 12])
+def test_too_low_a_limit_of_open_files(case: Path, files: int) -> None:
+    code, _, messages = finish(
+        "run", case, "-q", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
+    )
+    assert code in (0, 4)
+    assert messages.count("\n") == (code == 4)
+    assert code == 0 or "Too many open files" in messages
