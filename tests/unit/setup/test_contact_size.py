@@ -9,6 +9,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.simulation import run
 
 
 def load(p=LOAD, mx=None, my=None):
@@ -72,3 +73,35 @@ def test_a_surface_that_cannot_be_had_is_the_reason(tmp_path):
     case = build(surface=[map_file], grid={"points": 8})
     with pytest.raises(CaseError, match="spacing is missing"):
         set_up(case)
+
+
+UNLIKE_BODIES = [{"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42}]
+
+
+@pytest.mark.parametrize(
+    ("friction", "moved"),
+    [
+        (1.0, {"Qx": 0.97 * LOAD}),
+        (3.0, {"Qx": 2.97 * LOAD}),
+        (10.0, {"Qx": 9.0 * LOAD}),
+        (10.0, {"Qx": 6.0 * LOAD, "Qy": -6.0 * LOAD}),
+        (3.0, {"delta_x": 0.05}),
+        (3.0, {"delta_x": 0.03, "delta_y": 0.03}),
+        (10.0, {"delta_x": -0.05}),
+    ],
+)
+def test_auto_holds_a_contact_that_shear_moves(friction, moved):
+    """Friction above 1 on unlike bodies moves the contact by up to its own radius."""
+    path = [{"P": LOAD, "increments": 1}, {**moved, "increments": 4}]
+    case = build(bodies=UNLIKE_BODIES, friction=friction, grid={"points": 32}, load_path=path)
+    states = list(run(case))
+    assert len(states) == 5
+    pressure = states[-1].fields.pressure
+    assert not pressure[[0, -1]].any() and not pressure[:, [0, -1]].any()
+
+
+def test_usual_friction_leaves_the_size_as_it_is():
+    path = [{"P": LOAD}, {"Qx": 0.29 * LOAD}]
+    found = set_up(build(bodies=UNLIKE_BODIES, friction=0.3, grid={"points": 32}, load_path=path))
+    radius = found.closed_forms.largest.contact_radius
+    assert found.grid.size == pytest.approx((2 * AREA_MARGIN * radius,) * 2, rel=1e-12)
