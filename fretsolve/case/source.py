@@ -148,7 +148,7 @@ def read_text(path: Path) -> str:
 def parse(text: str) -> Parsed:
     """Parse YAML. Raises `CaseError` with the line if that is impossible; values that cannot be used become flaws."""
     try:
-        _refuse_deep_nesting(text)
+        _refuse_excess(text)
         loader = _Loader(text)
         try:
             node = loader.get_single_node()
@@ -172,10 +172,13 @@ def _line(node: yaml.Node | yaml.Event) -> int:
     return node.start_mark.line + 1 if node.start_mark is not None else 1
 
 
-def _refuse_deep_nesting(text: str) -> None:
-    """Refuse deep nesting: libyaml's composer recurses without a limit and would overflow the C stack."""
-    depth = 0
+def _refuse_excess(text: str) -> None:
+    """Refuse deep nesting, for which libyaml's composer would overflow the C stack, and more values than are used."""
+    depth = values = 0
     for event in yaml.parse(text, Loader=_Loader):
+        values += isinstance(event, yaml.NodeEvent)
+        if values > 2 * _LARGEST_SIZE:  # keys are such events as well
+            raise CaseError(f"there are more than {_LARGEST_SIZE} values", line=_line(event))
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST_NESTING:
             raise CaseError(f"values are nested more than {_DEEPEST_NESTING} levels deep", line=_line(event))

@@ -126,3 +126,31 @@ def test_numbers_and_words_beyond_any_range(tmp_path: Path, value: str) -> None:
 def test_empty_axes(tmp_path: Path) -> None:
     file = write_sweep(tmp_path, "case: case.yaml\naxes: [{}, {friction: [0.1]}]\n", SWEPT)
     assert refused(2, "sweep", "run", file) == f"{file}:2: axes.0: {{}} has no keys; at least one is needed\n"
+
+
+BOMB = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n"
+BOMB += "".join(f"a{i + 1}: &a{i + 1} [{', '.join([f'*a{i}'] * 9)}]\n" for i in range(12))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (BOMB.encode() + CASE.encode(), "its aliases expand to more than 100000 values"),
+        (CASE.encode("utf-16"), "byte 0xff is not UTF-8 text; a YAML text file in UTF-8 is needed"),
+        (CASE.encode("utf-32"), "byte 0xff is not UTF-8 text"),
+        (b"a: " + b"[" * 5000 + b"]" * 5000, "values are nested more than 50 levels deep"),
+        (b"".join(b" " * i + b"a:\n" for i in range(1000)), "values are nested more than 50 levels deep"),
+        (b"a: &a {<<: *a}\n", "the alias contains itself"),
+        (b"a: [" + b"1," * 500_000 + b"1]", "there are more than 100000 values"),
+        (b"a: " + b"x" * 2**22, "the file is larger than 4 MiB"),
+        (b"!!python/object/apply:os.system [true]", "unknown tag"),
+    ],
+    ids=["bomb", "UTF-16", "UTF-32", "5000 brackets", "1000 levels", "loop", "wide", "large", "tag"],
+)
+def test_yaml_that_takes_too_much(tmp_path: Path, content: bytes, message: str) -> None:
+    case = tmp_path / "case.yaml"
+    case.write_bytes(content)
+    result = invoke("validate", case)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert message in result.stderr
+    assert max(map(len, result.stderr.splitlines())) < 400
