@@ -108,10 +108,7 @@ def own_dataset(file: Any, name: str) -> Any:
     for part in name.split("/"):
         if not isinstance(node, h5py.Group):
             raise ValueError(f"{node.name} is not a group")
-        link = node.get(part, getlink=True)
-        if link is None:
-            raise KeyError(f"there is no {name}")
-        if not isinstance(link, h5py.HardLink):
+        if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:  # KeyError if there is none
             raise ValueError(f"{name} is a link to another place, which is not followed")
         node = node[part]
     require_own_data(node, name)
@@ -126,7 +123,8 @@ def require_own_data(dataset: Any, name: str) -> None:
         raise ValueError(f"{name} is not a dataset")
     if dataset.shape is None:
         raise ValueError(f"{name} has no values")
-    if dataset.is_virtual or dataset.external:
+    layout = dataset.id.get_create_plist()
+    if layout.get_layout() == h5py.h5d.VIRTUAL or layout.get_external_count():
         raise ValueError(f"the values of {name} lie in other files, which are not read")
     if dataset.nbytes > LARGEST_RATIO * dataset.id.get_storage_size():
         raise ValueError(f"{name} of {dataset.nbytes} bytes is not in the file")
