@@ -34,8 +34,8 @@ from fretsolve.system.foreign_files import LARGEST_RATIO, open_hdf5, require_own
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
-LARGEST_FILE, MOST_HEIGHTS = 2**33, 2**28
-"""Bytes of a file, and heights of a map: 16384 x 16384."""
+LARGEST_FILE, LARGEST_TEXT, MOST_HEIGHTS = 2**33, 2**30, 2**28
+"""Bytes of a file and of one of text, and heights of a map: 16384 x 16384."""
 
 SNAP = 1e-6
 """Slack for rounding, in spacings, at the border of the map and at the reach of a hole."""
@@ -107,7 +107,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     """
     file, suffix = source.file, source.file.suffix.lower()
     try:
-        require_regular(file, LARGEST_FILE)
+        require_regular(file, LARGEST_TEXT if suffix in TEXT_SUFFIXES else LARGEST_FILE)
         if suffix in HDF5_SUFFIXES:
             content = _read_hdf5(file, source.dataset, (*key, "dataset"))
         elif suffix in NUMPY_SUFFIXES:

@@ -65,6 +65,7 @@ def assert_same_or_refused(out: Path, before: tuple[str, bytes, dict[str, Any]])
     target = out.parent / "t.csv"
     code, _ = outcome("export", out, "--to", "csv", "--overwrite", "-o", target)
     assert code == 4 or (code == 0 and target.read_bytes() == table)
+    assert outcome("export", out, "--to", "vtk", "--overwrite", "-o", out.parent / "t.pvd")[0] in (0, 4)
     target = out.parent / "t.npz"
     code, _ = outcome("export", out, "--to", "npz", "--overwrite", "-o", target)
     if code == 0:

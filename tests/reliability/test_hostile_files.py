@@ -15,6 +15,7 @@ from fake_states import write_fake
 from small_cases import CASE, write_case
 
 from fretsolve import open_result
+from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
@@ -120,6 +121,14 @@ def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
     (tmp_path / name).symlink_to("/dev/zero")
     assert "is not a regular file" in refused(4, "validate", case)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", name]
+
+
+def test_wisdom_that_is_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FRETSOLVE_CACHE", str(tmp_path))
+    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero"), lambda path: path.write_bytes(b"\0" * 10**6)):
+        make(fftw.wisdom_file())
+        assert not fftw.load_wisdom()
+        fftw.wisdom_file().unlink()
 
 
 def test_maps_of_no_plausible_size(tmp_path: Path) -> None:
