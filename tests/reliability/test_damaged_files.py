@@ -9,13 +9,14 @@ import os
 import random
 import resource
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import PATIENCE, invoke
 from damage import damaged, restructured
 from fake_states import fake_header, fake_states, write_fake
 from pebble import ProcessPool
@@ -28,7 +29,8 @@ from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.plan import make_sweep_plan
 
 COUNT = int(os.environ.get("FRETSOLVE_DAMAGED_INPUTS", "40"))
-PATIENCE = 20.0
+LONGEST = 20.0
+"""Seconds of processor time for an input; one that hangs is given up after `PATIENCE`."""
 MOST_MEMORY = 2**31
 SEED = int(os.environ.get("FRETSOLVE_SEED", "1"))
 
@@ -273,13 +275,14 @@ KINDS: dict[str, Attempt] = {
 
 def attempt(kind: str, folder: Path, seed: int) -> int:
     """Try one damaged input in a process that may hang or crash; return its largest memory so far."""
-    chance = random.Random(seed)
+    chance, began = random.Random(seed), time.process_time()
     own = folder / f"{kind}-{seed}"
     own.mkdir()
     try:
         KINDS[kind](own, chance)
     finally:
         shutil.rmtree(own)
+    assert time.process_time() - began < LONGEST
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
