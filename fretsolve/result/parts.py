@@ -7,10 +7,8 @@ modified. A merged part makes those it was merged from superfluous, which may st
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
+from fretsolve.result.checks import checked_plane, content_digest, read_column, require, row_records, row_type, widened
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     COLUMN_FILTERS,
     DISPLACEMENT,
-    ERRORS,
-    FORMER_NAMES,
     HEADER,
     HEADER_GROUP,
     HISTORY,
@@ -41,10 +38,10 @@ from fretsolve.result.layout import (
     create_column,
     create_field,
 )
-from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES, Fields, State, Summary, SummaryErrors
+from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import open_hdf5, own_dataset
+from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
 
 HEADER_NAME = "header.json"
 _PART_NAME = re.compile(r"([0-9]{6,18})-([0-9]{6,18})\.h5")
@@ -156,16 +153,6 @@ def write_result(
                 dataset.attrs.update(QUANTITIES[name].attributes)
 
 
-def content_digest(
-    rows: NDArray[Any], x: DoubleArray, y: DoubleArray, steps: Sequence[int], names: Sequence[str]
-) -> str:
-    """Return the SHA-256 of a result's history, its axes, and the increments and names of its fields."""
-    digest = hashlib.sha256(json.dumps([list(rows.dtype.names or ()), list(steps), list(names)]).encode())
-    for array in (rows, x, y):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
-
-
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
     """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
     rows = [
@@ -176,25 +163,8 @@ def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State
     for source in sources:
         with Piece(source) as piece:
             tables.append(piece.rows())
-    kind = _row_type(header.errors)
-    return np.concatenate([*(_widened(table, kind) for table in tables), np.array(rows, kind)])
-
-
-def _row_type(errors: bool, *, corrected: bool = True) -> np.dtype[Any]:
-    """Return the type of a record of the history, the step first, error bars and corrected values last if there are."""
-    quantities = (STEP, *HISTORY, *(ERRORS if errors else ()))
-    chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
-    return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
-
-
-def _widened(table: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    """Return records of earlier versions as `kind`, with NaN for the values that they lack."""
-    if table.dtype == kind:
-        return table
-    whole = np.empty(table.shape, kind)
-    for name in kind.names or ():
-        whole[name] = table[name] if name in (table.dtype.names or ()) else np.nan
-    return whole
+    kind = row_type(header.errors)
+    return np.concatenate([*(widened(table, kind) for table in tables), np.array(rows, kind)])
 
 
 def _write_fields(
@@ -245,7 +215,7 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(path), ExitStack() as opened:
             self.file = opened.enter_context(open_hdf5(path))
             steps = own_dataset(self.file, "fields/step")
-            _require(steps.ndim == 1 and steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
+            require(steps.ndim == 1 and steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
             self.field_steps: list[int] = steps[:].tolist()
             self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
             opened.pop_all()
@@ -257,15 +227,15 @@ class Piece(AbstractContextManager["Piece"]):
         """Return the history, a record per increment, with the error bars if there are any."""
         with damage_reported(self.path, "history"):
             if "rows" not in self.file:
-                group = self.file["history"]
-                columns = {name: _column(own_dataset(self.file, f"history/{name}")) for name in group}
-                return _records(columns)
+                group = own_node(self.file, "history")
+                columns = {name: read_column(own_dataset(group, name)) for name in group}
+                return row_records(columns)
             tables = [own_dataset(self.file, name)[:] for name in ("rows", "error_rows") if name in self.file]
             # Parts of earlier versions keep the error bars apart.
-            rows = _records({name: _column(table[name]) for table in tables for name in table.dtype.names or ()})
+            rows = row_records({name: read_column(table[name]) for table in tables for name in table.dtype.names or ()})
             part = _part_of(self.path)
             of_name = part is None or rows["step"].tolist() == list(range(part.first, part.last + 1))
-            _require(of_name, "rows", "the increments that the name says")
+            require(of_name, "rows", "the increments that the name says")
             return rows
 
     def summaries(self) -> list[Summary]:
@@ -277,8 +247,8 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(self.path, "grid"):
             x, y = (own_dataset(self.file, f"fields/{axis}")[:] for axis in ("x", "y"))
             for name, axis in (("x", x), ("y", y)):
-                _require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
-                _require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
+                require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
+                require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
             return x, y
 
     def require_fields(self, shape: tuple[int, int]) -> None:
@@ -287,7 +257,7 @@ class Piece(AbstractContextManager["Piece"]):
             for name in self.field_names:
                 dataset = own_dataset(self.file, f"fields/{name}")
                 right = dataset.shape == (len(self.field_steps), *shape)
-                _require(right, f"fields/{name}", f"{len(self.field_steps)} planes of {shape[0]} x {shape[1]} cells")
+                require(right, f"fields/{name}", f"{len(self.field_steps)} planes of {shape[0]} x {shape[1]} cells")
 
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
@@ -298,22 +268,22 @@ class Piece(AbstractContextManager["Piece"]):
                 plane = own_dataset(self.file, f"restart/{name}")[:]
             else:
                 raise FileError(f"the fields of increment {step} are not kept any more", self.path)
-            return _plane(name, np.asarray(plane))
+            return checked_plane(name, np.asarray(plane))
 
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
         rows = self.rows()
-        has_errors = ERRORS[0].name in (rows.dtype.names or ())
-        values = _widened(rows[-1:], _row_type(has_errors))[0].item()
+        values = widened(rows[-1:], row_type(len(rows.dtype) > SUMMARY_LENGTH))[0].item()
         summary, errors = Summary(*values[:SUMMARY_LENGTH]), values[SUMMARY_LENGTH:]
         with damage_reported(self.path, "restart"):
-            kept = {name: _plane(name, own_dataset(self.file, f"restart/{name}")[:]) for name in self.file["restart"]}
+            group = own_node(self.file, "restart")
+            kept = {name: checked_plane(name, own_dataset(group, name)[:]) for name in group}
         arrays: dict[str, list[NDArray[Any]]] = {}
         for quantity in RESTART:
             field = kept[quantity.name] if quantity.name in kept else self.read(quantity.name, summary.step)
             arrays.setdefault(quantity.array, []).append(field)
         with damage_reported(self.path, "restart"):
-            _require(len({part.shape for array in arrays.values() for part in array}) == 1, "restart", "one grid")
+            require(len({part.shape for array in arrays.values() for part in array}) == 1, "restart", "one grid")
         whole = {name: array[0] if len(array) == 1 else np.stack(array) for name, array in arrays.items()}
         displacement = whole.pop("displacement")
         return State(summary, Fields(**whole), displacement, SummaryErrors(*errors) if errors else None)
@@ -327,31 +297,6 @@ class Piece(AbstractContextManager["Piece"]):
                 dataset = own_dataset(self.file, name)
                 for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
                     dataset[index]
-
-
-def _require(holds: object, name: str, what: str) -> None:
-    if not holds:
-        raise ValueError(f"{name} must hold {what}")
-
-
-def _plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Return a field of one increment. Raises ValueError if its values cannot be those of the field."""
-    kinds = ("uint8",) if name == "zone" else ("float32", "float64")
-    _require(values.ndim == 2 and values.size and values.dtype in kinds, name, "a number per cell")
-    if name == "zone":
-        _require(values.max() < len(ZONE_NAMES), name, "zones")
-    elif name == "gap":
-        _require(not np.isnan(values).any(), name, "numbers")  # infinite ones off a body
-    else:
-        _require(np.isfinite(values).all(), name, "finite numbers")
-    return values
-
-
-def _column(dataset: Any) -> NDArray[Any]:
-    """Return a column of numbers. Raises ValueError if it is none."""
-    name = getattr(dataset, "name", "a column")
-    _require(dataset.ndim == 1 and dataset.dtype.kind in "iuf", name, "numbers, one per increment")
-    return np.asarray(dataset[:])
 
 
 @contextmanager
@@ -371,27 +316,3 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error
     except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as error:
         raise FileError(f"cannot read {what or 'the file'}: {shortened(str(error))}", path) from error
-
-
-def _records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
-    """Return columns, which may have the names of earlier versions, as a record per increment.
-
-    Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
-    """
-    corrected = any(CORRECTED_SUFFIX in name for name in columns)
-    records = np.empty(columns["step"].shape, _row_type(ERRORS[0].name in columns, corrected=corrected))
-    for name in records.dtype.names or ():
-        column = columns[name if name in columns else FORMER_NAMES.get(name, name)]
-        whole = records.dtype[name].kind == "i"
-        _require(column.shape == records.shape, name, f"{len(records)} numbers, one per increment")
-        _require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
-        records[name] = column
-        if name not in _ERROR_NAMES:
-            _require(np.isfinite(records[name]).all(), name, "finite numbers, NaN is damage")
-    first = records["step"][0] if len(records) else 0
-    _require((records["step"] == first + np.arange(len(records))).all(), "step", "numbers that follow each other")
-    return records
-
-
-_ERROR_NAMES = frozenset(quantity.name for quantity in ERRORS)
-"""Columns in which NaN stands for what is not known."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
+from fretsolve.result.checks import content_digest
 from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
@@ -25,7 +26,6 @@ from fretsolve.result.parts import (
     HEADER_NAME,
     Part,
     Piece,
-    content_digest,
     contiguous_parts,
     damage_reported,
     parts_folder,

@@ -97,22 +97,31 @@ def _try_attributes(path: Path, size: int, changed: int) -> None:
         raise FileError("is damaged: the HDF5 library cannot read its attributes", path)
 
 
-def own_dataset(file: Any, name: str) -> Any:
-    """Return the dataset `name` of an open HDF5 file, whose values lie in the file itself.
+def own_node(group: Any, name: str) -> Any:
+    """Return the group or dataset `name` of an HDF5 file or group, without following a link.
 
-    Raises KeyError if there is none, ValueError if its values lie in other files, or not in the file at all.
+    Raises KeyError if there is none, ValueError if a link leads there.
     """
     import h5py
 
-    node = file
+    node = group
     for part in name.split("/"):
         if not isinstance(node, h5py.Group):
             raise ValueError(f"{node.name} is not a group")
         if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:  # KeyError if there is none
             raise ValueError(f"{name} is a link to another place, which is not followed")
         node = node[part]
-    require_own_data(node, name)
     return node
+
+
+def own_dataset(group: Any, name: str) -> Any:
+    """Return the dataset `name` of an HDF5 file or group, whose values lie in the file itself.
+
+    Raises KeyError if there is none, ValueError if its values lie in other files, or not in the file at all.
+    """
+    dataset = own_node(group, name)
+    require_own_data(dataset, name)
+    return dataset
 
 
 def require_own_data(dataset: Any, name: str) -> None:

@@ -11,12 +11,13 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke, refused
-from fake_states import write_fake
+from fake_states import fake_header, write_fake
 from small_cases import CASE, write_case
 
 from fretsolve import open_result
 from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
+from fretsolve.result import HistoryWriter
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
 
@@ -185,6 +186,19 @@ def test_values_in_other_files_are_not_read(out: Path, name: str, how: str) -> N
     code = 2 if how.endswith("link") else 4
     line = refused(code, "validate", case)
     assert "there is no dataset 'z'" in line or "lie in other files, which are not read" in line
+
+
+@pytest.mark.parametrize("group", ["header", "history", "fields", "restart"])
+def test_groups_that_are_links_to_a_pipe(tmp_path: Path, group: str) -> None:
+    out = write_fake(tmp_path / "out.h5", "failed", increments=6)
+    os.mkfifo(tmp_path / "pipe")
+    with h5py.File(out, "r+") as file:
+        del file[group]
+        file[group] = h5py.ExternalLink("pipe", "/")
+    if group != "restart":
+        assert "is a link to another place, which is not followed" in refused(4, "show", out)
+    with pytest.raises(FileError, match="is a link to another place"):
+        HistoryWriter.open(out, fake_header(increments=6), resume=True)
 
 
 def test_a_result_that_is_no_regular_file(tmp_path: Path) -> None:

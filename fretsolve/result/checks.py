@@ -1,0 +1,94 @@
+"""Refuse what cannot be the history, the grid or a field of a result, whatever has happened to its file.
+
+All functions raise ValueError or KeyError, which `damage_reported` turns into a message.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, STEP
+from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES
+from fretsolve.system.arrays import DoubleArray
+
+_ERROR_NAMES = frozenset(quantity.name for quantity in ERRORS)
+"""Columns in which NaN stands for what is not known."""
+
+
+def require(holds: object, name: str, what: str) -> None:
+    """Raise ValueError unless `holds`; name: of the dataset; what: it must hold that."""
+    if not holds:
+        raise ValueError(f"{name} must hold {what}")
+
+
+def checked_plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return a field of one increment. Raises ValueError if its values cannot be those of the field."""
+    kinds = ("uint8",) if name == "zone" else ("float32", "float64")
+    require(values.ndim == 2 and values.size and values.dtype in kinds, name, "a number per cell")
+    if name == "zone":
+        require(values.max() < len(ZONE_NAMES), name, "zones")
+    elif name == "gap":
+        require(not np.isnan(values).any(), name, "numbers")  # infinite ones off a body
+    else:
+        require(np.isfinite(values).all(), name, "finite numbers")
+    return values
+
+
+def read_column(dataset: Any) -> NDArray[Any]:
+    """Return a column of numbers. Raises ValueError if it is none."""
+    name = getattr(dataset, "name", "a column")
+    require(dataset.ndim == 1 and dataset.dtype.kind in "iuf", name, "numbers, one per increment")
+    return np.asarray(dataset[:])
+
+
+def row_type(errors: bool, *, corrected: bool = True) -> np.dtype[Any]:
+    """Return the type of a record of the history, the step first, error bars and corrected values last if there are."""
+    quantities = (STEP, *HISTORY, *(ERRORS if errors else ()))
+    chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
+    return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
+
+
+def widened(rows: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
+    """Return records of earlier versions as `kind`, with NaN for the values that they lack."""
+    if rows.dtype == kind:
+        return rows
+    whole = np.empty(rows.shape, kind)
+    for name in kind.names or ():
+        whole[name] = rows[name] if name in (rows.dtype.names or ()) else np.nan
+    return whole
+
+
+def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+    """Return columns, which may have the names of earlier versions, as a record per increment.
+
+    Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
+    """
+    corrected = any(CORRECTED_SUFFIX in name for name in columns)
+    rows = np.empty(columns["step"].shape, row_type(ERRORS[0].name in columns, corrected=corrected))
+    for name in rows.dtype.names or ():
+        column = columns[name if name in columns else FORMER_NAMES.get(name, name)]
+        whole = rows.dtype[name].kind == "i"
+        require(column.shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
+        require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
+        rows[name] = column
+        if name not in _ERROR_NAMES:
+            require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
+    first = rows["step"][0] if len(rows) else 0
+    require((rows["step"] == first + np.arange(len(rows))).all(), "step", "numbers that follow each other")
+    return rows
+
+
+def content_digest(
+    rows: NDArray[Any], x: DoubleArray, y: DoubleArray, steps: Sequence[int], names: Sequence[str]
+) -> str:
+    """Return the SHA-256 of a result's history, its axes, and the increments and names of its fields."""
+    digest = hashlib.sha256(json.dumps([list(rows.dtype.names or ()), list(steps), list(names)]).encode())
+    for array in (rows, x, y):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
