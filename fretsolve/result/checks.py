@@ -34,7 +34,7 @@ def checked_plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
     if name == "zone":
         require(values.max() < len(ZONE_NAMES), name, "zones")
     elif name == "gap":
-        require(not np.isnan(values).any(), name, "numbers")  # infinite ones off a body
+        require((values > -np.inf).all(), name, "numbers, infinite only off a body")  # False for NaN
     else:
         require(np.isfinite(values).all(), name, "finite numbers")
     return values

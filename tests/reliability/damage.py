@@ -92,7 +92,7 @@ _REPLACEMENTS: dict[str, Any] = {
     "compound": lambda file, name, values: _put(file, name, np.zeros(3, [("a", "f8"), ("b", "i4")])),
     "complex": lambda file, name, values: _put(file, name, np.zeros(np.shape(values), complex)),
     "nan": lambda file, name, values: _put(file, name, np.full(np.shape(values), np.nan)),
-    "infinite": lambda file, name, values: _put(file, name, np.full(np.shape(values), np.inf)),
+    "infinite": lambda file, name, values: _put(file, name, np.full(np.shape(values), -np.inf)),
     "huge": lambda file, name, values: file.create_dataset(name, (2**40,), "f8", chunks=(1024,)) and None,
     "huge planes": lambda file, name, values: file.create_dataset(name, (4, 2**20, 2**20), "f8", chunks=True) and None,
     "soft link": lambda file, name, values: _put(file, name, h5py.SoftLink(f"/{name}")),
