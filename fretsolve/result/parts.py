@@ -273,7 +273,7 @@ class Piece(AbstractContextManager["Piece"]):
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
         rows = self.rows()
-        values = widened(rows[-1:], row_type(len(rows.dtype) > SUMMARY_LENGTH))[0].item()
+        values = widened(rows[-1:], row_type(len(rows.dtype.names or ()) > SUMMARY_LENGTH))[0].item()
         summary, errors = Summary(*values[:SUMMARY_LENGTH]), values[SUMMARY_LENGTH:]
         with damage_reported(self.path, "restart"):
             group = own_node(self.file, "restart")
