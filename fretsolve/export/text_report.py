@@ -102,7 +102,7 @@ def _error_table(result: Result) -> list[Table]:
     columns: list[TextColumn] = [("at the", "end", "", *names), ("", "as run", "", *values)]
     columns.append(("estimated", "error", "", *errors))
     corrected, its_errors = zip(*(_last_with_error(result, name + CORRECTED_SUFFIX) for name in names), strict=True)
-    if any(text and text != value for text, value in zip(corrected, values, strict=True)):
+    if any(text not in ("", "unknown", value) for text, value in zip(corrected, values, strict=True)):
         columns += [("corrected for", "increments", "", *corrected), ("estimated", "error", "", *its_errors)]
     return [_table([*columns, ("", "units", "", *map(result.units, names))])]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -295,3 +296,37 @@ def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(t
             assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
     with HistoryWriter.open(out, header, resume=True) as writer:
         assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+
+
+@pytest.mark.parametrize("end", ["complete", "failed", "stopped"])
+def test_results_of_earlier_versions_lack_corrected_values(tmp_path: Path, end: str) -> None:
+    """They open without these columns, and a run that goes on has them from there on."""
+    header, states = fake_header(errors=True), list(fake_states(3, errors=True))
+    out = write_fake(tmp_path / "out.h5", end, 2, errors=True)
+    missing = [quantity.name for quantity in ERRORS if "_corrected" in quantity.name]
+    for path in parts_folder(out).glob("*.h5") if end == "stopped" else [out]:
+        with h5py.File(path, "r+") as file:
+            if end == "stopped":
+                rows = file["rows"][:]
+                del file["rows"]
+                file["rows"] = rows[[name for name in rows.dtype.names if name not in missing]].copy()
+                continue
+            del file["header"]
+            for name in missing:
+                del file["history"][name]
+    with open_result(out) as result:
+        assert all(np.isnan(result.history[name]).all() for name in missing if name in result.history)
+        assert end == "stopped" or not set(missing) & set(result.history)
+        assert result.history["delta_x_error"].tolist() == [state.errors.delta_x_error for state in states[:2]]
+    if end == "complete":
+        return
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert writer.last_state is not None and writer.last_state.errors is not None
+        assert writer.last_state.errors.delta_x_error == states[1].errors.delta_x_error
+        assert math.isnan(writer.last_state.errors.delta_x_corrected)
+        writer.append(states[2])
+        writer.finish("complete")
+    with open_result(out) as result:
+        column = result.history["delta_x_corrected"]
+        assert np.isnan(column[:2]).all()
+        assert column[2] == states[2].errors.delta_x_corrected
