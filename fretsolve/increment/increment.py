@@ -137,10 +137,7 @@ class IncrementSolver:
         Those of the last two regions are kept, on a large grid of one: a contact that changes between two sizes needs
         no new spectra at each increment.
         """
-        if self.level.coarser is None:
-            region = ActiveRegion((0, self.grid.nx), (0, self.grid.ny))  # too small a grid to gain from a part of it
-        else:
-            region = region_around(expected, free)
+        region = region_around(expected, free)
         iteration = self._iterations.pop(region, None)
         if iteration is None:
             if len(self._iterations) == (1 if self._large else 2):
