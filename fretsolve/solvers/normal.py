@@ -253,8 +253,10 @@ class NormalSolver:
         """
         load, mx, my = control.imposed_resultant
         for mode, moment, axis, places in ((1, mx, 0, self.modes.y), (2, my, 1, self.modes.x)):
+            if not (control.forced[mode] and load > 0.0):
+                continue
             ends = places[contact.any(axis=axis)]
-            if control.forced[mode] and load > 0.0 and ends.size:
+            if ends.size:
                 point = float(moment / load)
                 if not ends.min() <= point <= ends.max():
                     yield axis, places, point, 1 if point > ends.max() else -1
