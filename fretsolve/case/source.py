@@ -6,6 +6,7 @@ text, ``010`` is ten and ``1:30`` is text.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -131,7 +132,9 @@ class Parsed:
 def read_text(path: Path) -> str:
     """Return the text of a case file. Raises `FileError` if it cannot be read, `CaseError` if it cannot be a case."""
     try:
-        with path.open("rb") as file:
+        # A pipe that nobody writes to counts as empty, instead of being waited for.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+            os.set_blocking(file.fileno(), True)
             content = file.read(_LARGEST_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None

@@ -62,7 +62,7 @@ def read_bytes(path: Path, most: int) -> bytes:
     return content
 
 
-def read_small_text(path: Path, what: str, most: int = 2**28) -> str:
+def read_small_text(path: Path, what: str, most: int = 2**30) -> str:
     """Return the UTF-8 text of a file that fretsolve has written. what: it in words. Raises OSError, FileError."""
     try:
         return read_bytes(path, most).decode("utf-8-sig")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import environment, invoke, refused
 from fake_states import fake_header, write_fake
 from small_cases import CASE, write_case
 
@@ -122,6 +124,16 @@ def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
     (tmp_path / name).symlink_to("/dev/zero")
     assert "is not a regular file" in refused(4, "validate", case)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", name]
+
+
+def test_a_case_from_a_pipe(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.yaml"
+    os.mkfifo(pipe)
+    assert refused(2, "validate", pipe).startswith(f"{pipe}:")
+    case = write_case(tmp_path)
+    line = ["bash", "-c", f"{sys.executable} -m fretsolve validate <(sleep 1; cat {case})"]
+    done = subprocess.run(line, env=environment(), capture_output=True, text=True, check=True)
+    assert "# load path of 5 increments" in done.stdout
 
 
 def test_wisdom_that_is_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
