@@ -6,14 +6,13 @@ All functions raise ValueError or KeyError, which `damage_reported` turns into a
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, STEP
+from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
 from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 
@@ -84,11 +83,17 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     return rows
 
 
-def content_digest(
+def content_of(
     rows: NDArray[Any], x: DoubleArray, y: DoubleArray, steps: Sequence[int], names: Sequence[str]
-) -> str:
-    """Return the SHA-256 of a result's history, its axes, and the increments and names of its fields."""
-    digest = hashlib.sha256(json.dumps([list(rows.dtype.names or ()), list(steps), list(names)]).encode())
-    for array in (rows, x, y):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
+) -> dict[str, Any]:
+    """Return 16 digits of the SHA-256 of each column and axis of a result, and the names of its fields."""
+    arrays = {name: rows[name] for name in rows.dtype.names or ()}
+    arrays |= {"x": x, "y": y, "step of fields": np.array(steps, STEP.dtype)}
+    digests = {name: hashlib.sha256(array.tobytes()).hexdigest()[:16] for name, array in arrays.items()}
+    return {"columns": digests, "fields": list(names)}
+
+
+def changed_content(stored: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+    """Return the names of what differs between two of `content_of`. Another version may have other columns."""
+    columns = [name for name, digest in found["columns"].items() if stored["columns"].get(name, digest) != digest]
+    return columns + sorted({name for name in stored["fields"] if name in QUANTITIES} ^ set(found["fields"]))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
-from fretsolve.result.checks import checked_plane, content_digest, read_column, require, row_records, row_type, widened
+from fretsolve.result.checks import checked_plane, content_of, read_column, require, row_records, row_type, widened
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     COLUMN_FILTERS,
@@ -54,7 +54,7 @@ _REASONS = {
 """The meaning of parts of HDF5's messages."""
 
 CONTENT = "content"
-"""Name of `content_digest` in the text of the header."""
+"""Name of `content_of` in the text of the header."""
 
 SUMMARY_LENGTH = 1 + len(HISTORY)
 """Values of a record of the history before its error bars."""
@@ -135,7 +135,7 @@ def write_result(
         attributes = header.attributes("complete" if failure is None else "failed", failure)
         file.attrs.update(attributes)
         names = [quantity.name for quantity in header.stored_fields]
-        content = content_digest(rows, header.x, header.y, steps, names)
+        content = content_of(rows, header.x, header.y, steps, names)
         text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
         create_column(file.create_group(HEADER_GROUP), HEADER, text)
         history, fields = file.create_group("history"), file.create_group("fields")

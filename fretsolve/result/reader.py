@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
-from fretsolve.result.checks import content_digest
+from fretsolve.result.checks import changed_content, content_of
 from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single
 from fretsolve.result.lock import is_locked
@@ -229,8 +229,8 @@ def read_attributes(out: Path) -> dict[str, Any]:
     return _read_attributes(out)[0]
 
 
-def _read_attributes(out: Path) -> tuple[dict[str, Any], str | None]:
-    """Return the root attributes of a result file, and the digest of its content; earlier versions wrote none."""
+def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Return the root attributes of a result file, and digests of its content; earlier versions wrote none."""
     require_regular(out)
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
@@ -238,7 +238,7 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], str | None]:
         if HEADER_GROUP in file:
             text = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")[:].tobytes()
             attributes = unsealed(text.decode())
-            content = str(attributes.pop(CONTENT))
+            content = attributes.pop(CONTENT)
             del attributes[CHECKSUM]
             _require_texts_in_file(out, attributes)
         else:
@@ -305,8 +305,11 @@ def _open_file(out: Path) -> Result:
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
     if not set(steps) <= set(rows["step"].tolist()) or sorted(set(steps)) != list(steps):
         raise FileError("fields/step does not name increments of the history", out)
-    if content not in (None, content_digest(rows, x, y, steps, fields)):
-        raise FileError("the history, the grid or the list of fields was changed: it differs from the header", out)
+    if content is not None:
+        with damage_reported(out, "header"):
+            changed = changed_content(content, content_of(rows, x, y, steps, fields))
+        if changed:
+            raise FileError(f"{', '.join(changed[:3])} was changed: it differs from the header", out)
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 

@@ -19,7 +19,7 @@ from small_cases import CASE, write_case
 from fretsolve import open_result
 from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter
+from fretsolve.result import HistoryWriter, parts
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
 
@@ -87,11 +87,32 @@ def test_a_column_without_numbers_is_refused(tmp_path: Path, name: str) -> None:
     out = write_fake(tmp_path / "out.h5", errors=True)
     with h5py.File(out, "r+") as file:
         file[f"history/{name}"][:] = np.nan
-    assert refused(4, "show", out).startswith(f"{out}: ")
+    line = refused(4, "show", out)
+    assert line == f"{out}: {name} was changed: it differs from the header\n" or f"{name} must hold finite" in line
     with h5py.File(out, "r+") as file:
         del file["header"]  # as in earlier versions
     if not name.endswith("_error"):
         assert f"{name} must hold finite numbers, NaN is damage" in refused(4, "export", out, "--to", "csv")
+
+
+def test_columns_that_another_version_adds_are_no_damage(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = invoke("show", out, "--all").stdout
+    with h5py.File(out, "r+") as file:
+        file["history/new"] = file["history/P"][:]
+    assert invoke("show", out, "--all").stdout == before
+    shown = parts.content_of
+    later = lambda *content: {**shown(*content), "columns": {**shown(*content)["columns"], "new": "0" * 16}}  # noqa: E731
+    monkeypatch.setattr(parts, "content_of", later)
+    assert invoke("show", write_fake(out.with_name("later.h5"), shape=(7, 6)), "--all").stdout == before
+
+
+@pytest.mark.parametrize("name", ["P", "iterations_normal", "x", "step"])
+def test_numbers_that_another_program_has_changed(out: Path, name: str) -> None:
+    with h5py.File(out, "r+") as file:
+        file[f"{'fields' if name in ('x', 'step') else 'history'}/{name}"][0] -= 1
+    found = "step of fields" if name == "step" else name
+    assert f"{found} was changed: it differs from the header" in refused(4, "show", out) or name == "step"
+    assert invoke("show", out).exit_code == 4
 
 
 def test_a_header_that_was_altered(tmp_path: Path) -> None:
