@@ -65,8 +65,9 @@ def points_needed(
         math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
         for side, extent in zip(size, extents, strict=True)
     )
-    nx, ny = heights().resolving_points(size, (nx, ny))
-    if max(nx, ny) > MOST_POINTS:
+    without_maps = nx, ny
+    nx, ny = heights().resolving_points(size, without_maps)
+    if max(nx, ny) > MOST_POINTS and (nx, ny) != without_maps:
         raise forms.case.source.problem(
             f"accuracy {percent(accuracy)} would take {nx} x {ny} points to resolve the height map; smooth the map, or"
             " give grid.points",

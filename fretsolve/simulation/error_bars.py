@@ -109,7 +109,7 @@ class ErrorBars:
         uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
         left = np.where(uncertain, SAFETY, CORRECTED_SAFETY) * change
         errors = np.hypot(others, SAFETY * change)
-        corrected = np.linalg.norm([others, left, self._iteration_of_change(summary, change)], axis=0)
+        corrected = np.linalg.norm([others, left, self._iteration_of_change(summary, change, imposed)], axis=0)
         change[imposed] = 0.0
         return SummaryErrors(
             *errors.tolist(),
@@ -164,10 +164,12 @@ class ErrorBars:
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
         return np.asarray(residuals * np.array([scales[name] for name in ESTIMATED]))
 
-    def _iteration_of_change(self, summary: Summary, change: DoubleArray) -> DoubleArray:
+    def _iteration_of_change(self, summary: Summary, change: DoubleArray, imposed: BoolArray) -> DoubleArray:
         """Return the error of the coarse runs' iteration in their difference, which is taken twice."""
         scales, tolerance = self._scales(summary), self._runs.third.setup.case.solver.tolerance
-        return np.asarray(2.0 * tolerance * (change != 0.0) * np.array([scales[name] for name in ESTIMATED]))
+        return np.asarray(
+            2.0 * tolerance * ((change != 0.0) & ~imposed) * np.array([scales[name] for name in ESTIMATED])
+        )
 
     def _scales(self, summary: Summary) -> dict[str, float]:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
