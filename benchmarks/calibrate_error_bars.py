@@ -1,11 +1,11 @@
 """How far to trust the error bars: estimated errors against true ones, over two groups of cases.
 
-    python benchmarks/calibrate_error_bars.py --seed 4 --count 70   # everything, about an hour on one core
+    python benchmarks/calibrate_error_bars.py --seed 5 --count 70   # everything, about an hour on one core
     python benchmarks/calibrate_error_bars.py Hertz II              # the cases whose names begin so
     python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
 
 The constants were chosen on the cases of `calibration_cases` and on those that `random_cases` draws from the seeds 1
-and 2. The cases of the seed asked for, 3 by default, are unseen. Prints Markdown, or puts it between the marks
+to 3. The cases of the seed asked for, 4 by default, are unseen. Prints Markdown, or puts it between the marks
 ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a file and writes every comparison at the end of a
 stage to ``data/error_bars.csv`` beside it. Compared are the values that the load path does not impose and that are more
 than round-off, as run and corrected, at the ends of stages and, where there is a fine run, at all increments; where an
@@ -282,7 +282,7 @@ def main() -> None:
     """Read the arguments and print the report, or put it into a page."""
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
-    parser.add_argument("--seed", type=int, default=3, help="seed of the unseen cases")
+    parser.add_argument("--seed", type=int, default=4, help="seed of the unseen cases")
     parser.add_argument("--count", type=int, default=70, help="number of the unseen cases")
     asked = parser.parse_args()
     chosen = tuple(asked.names) or ("",)

@@ -38,7 +38,7 @@ ratio of points per side of the coarse grids from which it counts."""
 BETWEEN = 0.5
 """Part of the difference between the two coarse grids that counts as an error of the run."""
 
-INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 1.5, 1.0, 0.7
+INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 2.5, 2.0, 0.7
 """Factors on the first-order error of the increments: in the values as run, in the stick radius, whose change on the
 coarse grid is mostly that of its edge within the cells, and in the corrected values, where it has been taken out."""
 

@@ -54,9 +54,10 @@ def read_bytes(path: Path, most: int) -> bytes:
     # A pipe that takes the file's place after the check does not block the opening.
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     with open(descriptor, "rb") as file:  # noqa: PTH123 - a descriptor
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
             require_regular(path)
-        content = file.read(most + 1)
+        content = file.read(min(status.st_size, most) + 1)  # no more memory than it takes
     if len(content) > most:
         require_regular(path, most)
     return content
