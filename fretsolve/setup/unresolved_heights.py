@@ -22,6 +22,9 @@ LEAST_GROWTH = 3.3
 """Waves are resolved if cells twice as long miss this many times the mean square slope, or more: 4 for long waves, 3.3
 for waves of 4.4 cells, 1 where all is missed. Tilts and smooth forms do not count."""
 
+ADVISED_GROWTH = 3.75
+"""The same for the points that are advised and picked: waves of 8 cells."""
+
 LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 """Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
 that mean pressure, over E*, where no force is imposed."""
@@ -60,13 +63,13 @@ class HeightProfiles:
         whole = counts == between
         return float(np.mean(squares[whole] / between - seen[whole] ** 2)) if whole.any() else 0.0
 
-    def resolved(self, axis: int, side: float, negligible: float) -> bool:
+    def resolved(self, axis: int, side: float, negligible: float, growth: float = LEAST_GROWTH) -> bool:
         """Return whether cells of `side` (mm) resolve the waves along `axis`, or miss up to a `negligible` square."""
         between = round(side / self.spacing[axis])
         missed = self._missed(axis, between)
         if missed <= negligible or len(self.along[axis]) <= 2 * between:
             return True
-        return self._missed(axis, 2 * between) >= LEAST_GROWTH * missed
+        return self._missed(axis, 2 * between) >= growth * missed
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,7 @@ class HeightMaps:
         low, high = least, max(least, math.ceil(size / one.spacing[axis]))
         while low < high:
             middle = (low + high) // 2
-            if one.resolved(axis, size / middle, self._negligible):
+            if one.resolved(axis, size / middle, self._negligible, ADVISED_GROWTH):
                 high = middle
             else:
                 low = middle + 1

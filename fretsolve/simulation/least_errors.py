@@ -65,7 +65,9 @@ class LeastErrors:
 
     def values(self, summary: Summary, largest: DoubleArray) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
-        ratio = self.side / summary.contact_radius if summary.contact_radius > self.side else 1.0
+        # Where the contact has opened, the largest one counts: its errors are those that are left.
+        radius = summary.contact_radius or float(largest[ESTIMATED.index("contact_radius")])
+        ratio = self.side / radius if radius > self.side else 1.0
         relative = RELATIVE * ratio**RELATIVE_ORDER * largest
         width, dissipated = self._unseen_slip(summary)
         special = {name: math.hypot(share, SHARP_EDGE * self.sharp) * self.side for name, share in RADII.items()}

@@ -145,3 +145,11 @@ def test_work_of_the_increments_sums_up_to_the_corrected_total() -> None:
     rows = [state.errors for state in states if state.errors is not None]
     total = math.fsum(errors.work_corrected for errors in rows)
     assert total == pytest.approx(rows[-1].work_total_corrected, rel=1e-12)
+
+
+def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:
+    ends = ends_of_stages(build(friction=0.0, grid={"points": 24}, load_path=[{"P": 400.0}, {"P": 0.0}]))
+    pressed, opened = ends[1][0], ends[2][1]
+    assert ends[2][0].max_pressure == 0.0
+    assert opened.max_pressure_error < 0.01 * pressed.max_pressure
+    assert abs(ends[2][0].delta_z) < opened.delta_z_error < 0.02 * pressed.delta_z
