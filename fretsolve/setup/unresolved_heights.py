@@ -48,11 +48,8 @@ class HeightProfiles:
     along: tuple[DoubleArray, DoubleArray]
     spacing: Pair
 
-    def missed(self, axis: int, side: float) -> float:
-        """Return the mean square slope along `axis` that points `side` (mm) apart miss: its variance between them."""
-        return self._missed(axis, round(side / self.spacing[axis]))
-
     def _missed(self, axis: int, between: int) -> float:
+        """Return the mean square slope that points `between` points apart miss: its variance between them."""
         heights = self.along[axis] / self.spacing[axis]
         if between < 2 or len(heights) <= between:
             return 0.0
@@ -63,13 +60,16 @@ class HeightProfiles:
         whole = counts == between
         return float(np.mean(squares[whole] / between - seen[whole] ** 2)) if whole.any() else 0.0
 
-    def resolved(self, axis: int, side: float, negligible: float, growth: float = LEAST_GROWTH) -> bool:
-        """Return whether cells of `side` (mm) resolve the waves along `axis`, or miss up to a `negligible` square."""
+    def unresolved(self, axis: int, side: float, negligible: float, growth: float) -> float:
+        """Return the mean square slope along `axis` that cells of `side` (mm) miss, 0 if they resolve the waves.
+
+        They do if they miss up to `negligible`, or if cells twice as long miss `growth` times as much.
+        """
         between = round(side / self.spacing[axis])
         missed = self._missed(axis, between)
         if missed <= negligible or len(self.along[axis]) <= 2 * between:
-            return True
-        return self._missed(axis, 2 * between) >= growth * missed
+            return 0.0
+        return 0.0 if self._missed(axis, 2 * between) >= growth * missed else missed
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,9 @@ class HeightMaps:
         0 where they resolve the waves, since coarse runs show the rest, or where it does not matter.
         """
         missed = [
-            one.missed(axis, side)
+            one.unresolved(axis, side, self._negligible, LEAST_GROWTH)
             for one in self.maps
             for axis, side in enumerate(cell)
-            if not one.resolved(axis, side, self._negligible)
         ]
         return 0.5 * self.contact_modulus * math.sqrt(math.fsum(missed))
 
@@ -122,10 +121,10 @@ class HeightMaps:
         low, high = least, max(least, math.ceil(size / one.spacing[axis]))
         while low < high:
             middle = (low + high) // 2
-            if one.resolved(axis, size / middle, self._negligible, ADVISED_GROWTH):
-                high = middle
-            else:
+            if one.unresolved(axis, size / middle, self._negligible, ADVISED_GROWTH):
                 low = middle + 1
+            else:
+                high = middle
         return low
 
     @property

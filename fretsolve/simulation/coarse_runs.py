@@ -111,6 +111,11 @@ class CoarseRuns:
         self._points = math.prod(setup.grid.shape)
 
     @property
+    def tolerance(self) -> float:
+        """Tolerance of the coarse runs."""
+        return self.third.setup.case.solver.tolerance
+
+    @property
     def all(self) -> list[CoarseRun]:
         """The runs."""
         return [coarse for coarse in (self.third, self.other_increments, self.half) if coarse is not None]
@@ -136,18 +141,16 @@ class CoarseRuns:
         """Return what infinitely many increments would add to the values at `step`, to first order."""
         if self.other_increments is None or step < 0:
             return np.zeros(len(ESTIMATED))
-        return between_common_points(
-            self._change, self.third.setup.load_path, self.other_increments.setup.load_path, step
-        )
+        other = self.other_increments.setup.load_path
+        return between_common_points(self._change, self.third.setup.load_path, other, step)
 
     def _change(self, point: PathPoint) -> DoubleArray:
-        ratio = 1.0
-        if self.other_increments is not None:
-            counts, others = (coarse.setup.load_path.counts for coarse in (self.third, self.other_increments))
-            ratio = counts[point.stage] / others[point.stage]
-        if self.other_increments is None or ratio == 1.0:
+        other = self.other_increments
+        assert other is not None  # only runs that need it ask for it
+        ratio = self.third.setup.load_path.counts[point.stage] / other.setup.load_path.counts[point.stage]
+        if ratio == 1.0:  # nothing slips yet
             return np.zeros(len(ESTIMATED))
-        change: DoubleArray = (self.other_increments.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
+        change: DoubleArray = (other.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
         return change
 
     def half_less_third(self, step: int) -> DoubleArray:

@@ -2,7 +2,7 @@
 
 They add three errors as independent ones. The error of the cells follows from coarse runs on half and on a third of the
 points per side, by Richardson's extrapolation. Three grids show what two hide when their errors agree by chance, and a
-least value stands for what all three hide (`least_errors`). The error of the increments is what twice the increments
+least value stands for what all three hide (`least_errors`). The error of the increments is what other increments
 change on the coarsest grid. It is added to the run's values, which gives the corrected ones; a part of it stays in
 their error bars. The error of the iteration is the certificate's worst residual.
 ``benchmarks/calibrate_error_bars.py`` calibrates the constants; docs/error_bars.md has the outcome.
@@ -102,14 +102,17 @@ class ErrorBars:
         """Return the error bars of the summary that follows those so far."""
         cost_before = self._runs.cost()
         self._add(summary)
-        values, imposed = values_of(summary), self._imposed(summary.step)
-        others = np.hypot(self._cells(summary, imposed), self._iteration(summary, imposed))
+        values, imposed, scales = values_of(summary), self._imposed(summary.step), self._scales(summary)
+        residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
+        others = np.hypot(self._cells(summary, imposed), residuals * scales)
         change = self._change_by_increments(summary.step)
         # An imposed value keeps its error, and where much changes, errors are not of first order.
         uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
         left = np.where(uncertain, SAFETY, CORRECTED_SAFETY) * change
+        # The change is twice a difference, which holds the errors of the coarse runs' iteration.
+        unsolved = 2.0 * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.hypot(others, SAFETY * change)
-        corrected = np.linalg.norm([others, left, self._iteration_of_change(summary, change, imposed)], axis=0)
+        corrected = np.linalg.norm([others, left, unsolved], axis=0)
         change[imposed] = 0.0
         return SummaryErrors(
             *errors.tolist(),
@@ -152,26 +155,12 @@ class ErrorBars:
         return order + OBSERVED_SHARE * max(float(shown) - order, 0.0)
 
     def _change_by_increments(self, step: int) -> DoubleArray:
-        """Return what endlessly many increments would add to the values, to first order."""
+        """Return what infinitely many increments would add to the values, to first order."""
         change = self._runs.change_by_increments(step)
-        before = self._runs.change_by_increments(step - 1) if step else np.zeros(len(ESTIMATED))
-        change[WORK] = change[TOTAL] - before[TOTAL]
+        change[WORK] = change[TOTAL] - self._runs.change_by_increments(step - 1)[TOTAL]
         return change
 
-    def _iteration(self, summary: Summary, imposed: BoolArray) -> DoubleArray:
-        """Return the error of the iteration: the worst residual, for imposed values that of the load, times a scale."""
-        scales = self._scales(summary)
-        residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
-        return np.asarray(residuals * np.array([scales[name] for name in ESTIMATED]))
-
-    def _iteration_of_change(self, summary: Summary, change: DoubleArray, imposed: BoolArray) -> DoubleArray:
-        """Return the error of the coarse runs' iteration in their difference, which is taken twice."""
-        scales, tolerance = self._scales(summary), self._runs.third.setup.case.solver.tolerance
-        return np.asarray(
-            2.0 * tolerance * ((change != 0.0) & ~imposed) * np.array([scales[name] for name in ESTIMATED])
-        )
-
-    def _scales(self, summary: Summary) -> dict[str, float]:
+    def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
         half, limit = 0.5 * max(self._setup.grid.size), self._setup.model.friction * summary.P
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
@@ -181,4 +170,5 @@ class ErrorBars:
         scales |= {"Qx": limit, "Qy": limit, "Mz": half * limit}
         scales |= {"delta_z": normal, "phi_x": normal / half, "phi_y": normal / half}
         scales |= {"delta_x": tangential, "delta_y": tangential, "phi_z": tangential / half}
-        return scales | dict.fromkeys(("work", "work_total"), limit * tangential)
+        scales |= dict.fromkeys(("work", "work_total"), limit * tangential)
+        return np.array([scales[name] for name in ESTIMATED])

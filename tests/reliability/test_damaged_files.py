@@ -117,6 +117,20 @@ def begin(folder: Path) -> None:
     _samples.append(Samples(own))
 
 
+def resumed(out: Path, codes: tuple[int, ...]) -> Path | None:
+    """Resume the run at `out`. Return a whole result to compare with, None if it is refused with one of `codes`."""
+    whole = _samples[0].folder / "whole.h5"
+    if not whole.exists():
+        finish(whole)
+    try:
+        finish(out, resume=True)
+    except FretsolveError as error:
+        assert error.exit_code in codes, error
+        assert "\n" not in str(error)
+        return None
+    return whole
+
+
 def damage_result(folder: Path, chance: random.Random) -> None:
     sample, before = _samples[0].result(chance.choice(["complete", "failed"]))
     out = folder / "out.h5"
@@ -128,15 +142,7 @@ def damage_result(folder: Path, chance: random.Random) -> None:
         what = "bytes"
     assert_same_or_refused(out, before)
     assert what
-    whole = _samples[0].folder / "whole.h5"
-    if not whole.exists():
-        finish(whole)
-    try:
-        finish(out, resume=True)
-    except FretsolveError as error:
-        assert error.exit_code == 4, error
-        assert "\n" not in str(error)
-    else:
+    if whole := resumed(out, codes=(4,)):
         assert_same_or_refused(out, readings(whole) if sample.parent.name == "failed" else before)
 
 
@@ -150,15 +156,7 @@ def damage_parts(folder: Path, chance: random.Random) -> None:
     elif path.stat().st_size:
         path.write_bytes(damaged(path.read_bytes(), chance))
     assert_same_or_refused(out, before)
-    whole = _samples[0].folder / "whole.h5"
-    if not whole.exists():
-        finish(whole)
-    try:
-        finish(out, resume=True)
-    except FretsolveError as error:
-        assert error.exit_code in (2, 4), error
-        assert "\n" not in str(error)
-    else:
+    if whole := resumed(out, codes=(2, 4)):
         assert out.read_bytes() == whole.read_bytes()
 
 
