@@ -24,6 +24,16 @@ RESIDUALS = {
 """Columns of the certificate's residuals, and what each is about."""
 
 
+def total_cost(result: Result) -> tuple[float, int]:
+    """Return wall-clock time and operator applications of a run with the coarse runs of its error bars."""
+    history = result.history
+    seconds, applications = history["wall_time"].sum(), history["operator_applications"].sum()
+    if "coarse_runs_wall_time" in history:
+        seconds += history["coarse_runs_wall_time"].sum()
+        applications += history["coarse_runs_applications"].sum()
+    return float(seconds), round(float(applications))
+
+
 def stored_names(result: Result) -> list[str]:
     """Return the stored fields by their names in the case file, of vectors without the component."""
     return list(dict.fromkeys(name.removesuffix("_x").removesuffix("_y") for name in result.fields))

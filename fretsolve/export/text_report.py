@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fretsolve.errors import printable
-from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends
+from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends, total_cost
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import verdict
@@ -130,18 +130,16 @@ def _totals(result: Result) -> list[str]:
     worst = _worst_residuals(result)
     step = int(worst.argmax())
     name = max(RESIDUALS, key=lambda residual: history[residual][step])
-    applications, seconds = float(history["operator_applications"].sum()), float(history["wall_time"].sum())
+    seconds, applications = total_cost(result)
     if "coarse_runs_wall_time" in history:
         for_errors = float(history["coarse_runs_wall_time"].sum())
-        applications += float(history["coarse_runs_applications"].sum())
-        seconds += for_errors
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
     reached = verdict(result.effective_case.get("solver", {}), history)
     lines += [] if reached is None else [str(reached)]
     return [
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",
-        f"{applications:.0f} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
+        f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
         *lines,
     ]
 

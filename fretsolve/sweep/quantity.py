@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -14,7 +14,7 @@ from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, TANGENTIAL
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError, SlidingError
-from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.export.selection import relevant_columns, stage_ends, total_cost
 from fretsolve.result import Result, open_result
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
@@ -31,6 +31,8 @@ NAMES = tuple(
 
 CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
 """Columns that can be collected too, from runs with error bars."""
+
+_ALL_NAMES = (*NAMES, *CORRECTED_NAMES)
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)}
 
@@ -59,7 +61,7 @@ class StageQuantity:
 def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
-    if name not in (*NAMES, *CORRECTED_NAMES):
+    if name not in _ALL_NAMES:
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, NAMES)}", text)
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
         ends = "on" if stages == LAST_STAGE else f"to {stages}"
@@ -87,8 +89,7 @@ def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
 
 def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
     """Return each quantity once, in the order of the history and of the stages."""
-    names = (*NAMES, *CORRECTED_NAMES)
-    return tuple(sorted(set(quantities), key=lambda quantity: (names.index(quantity.name), quantity.stage)))
+    return tuple(sorted(set(quantities), key=lambda quantity: (_ALL_NAMES.index(quantity.name), quantity.stage)))
 
 
 def _moved(setup: ProblemSetup) -> list[str]:
@@ -158,21 +159,12 @@ def read_outcome(
             np.array([at_end(name, one.stage) for name, one in zip(columns, quantities, strict=True)]),
             np.array([at_end(name + ERROR_SUFFIX, one.stage) for name, one in zip(columns, quantities, strict=True)]),
             result.increments,
-            *total_cost(history),
+            *total_cost(result),
             np.array([peak(one.name) for one in quantities]),
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,
         )
-
-
-def total_cost(history: Mapping[str, DoubleArray]) -> tuple[float, int]:
-    """Return wall-clock time and operator applications of a run with the coarse runs of its error bars."""
-    seconds, applications = history["wall_time"].sum(), history["operator_applications"].sum()
-    if "coarse_runs_wall_time" in history:
-        seconds += history["coarse_runs_wall_time"].sum()
-        applications += history["coarse_runs_applications"].sum()
-    return float(seconds), round(float(applications))
 
 
 def running_condition_of(result: Result) -> RunningCondition:
