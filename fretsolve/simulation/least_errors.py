@@ -16,15 +16,19 @@ from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
-RELATIVE, RELATIVE_ORDER = 0.1, 2.0
+SCATTERED = frozenset(("Mx", "My", "phi_x", "phi_y", "max_pressure"))
+RELATIVE, RELATIVE_ORDER = np.array([0.3 if name in SCATTERED else 0.1 for name in ESTIMATED]), 2.0
 """Least error over the largest value so far: RELATIVE (h/a)^RELATIVE_ORDER, with the longer side h of a cell and the
-contact radius a."""
+contact radius a. Those of tilting and of the largest pressure scatter more."""
 
 WORK, WORK_ORDER = 0.2, 1.5
 """Least error of the dissipated energy over its own value, in the same way."""
 
-RADII = {"contact_radius": 0.006, "stick_radius": 0.03}
+RADII = {"contact_radius": 0.01, "stick_radius": 0.03}
 """Least error of radii over h."""
+
+PART_STICK, PART_STICK_ORDER = 0.6, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
 
 SHARP_EDGE = 0.1
 """Least error of radii over h where a body ends sharply: all grids round its outline to their cells."""
@@ -32,7 +36,7 @@ SHARP_EDGE = 0.1
 MOMENT = 0.02
 """Least error of Mx and My over (h/a)^RELATIVE_ORDER P a. They sum up pressures of opposite effect."""
 
-UNSEEN_STICK = 0.5
+UNSEEN_STICK = 0.75
 """Radius over h of a stick zone that may exist although no cell sticks."""
 
 ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
@@ -71,9 +75,11 @@ class LeastErrors:
         relative = RELATIVE * ratio**RELATIVE_ORDER * largest
         width, dissipated = self._unseen_slip(summary)
         special = {name: math.hypot(share, SHARP_EDGE * self.sharp) * self.side for name, share in RADII.items()}
+        part = PART_STICK * ratio**PART_STICK_ORDER * summary.contact_radius
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             special["stick_radius"] = UNSEEN_STICK * self.side
-        special["stick_radius"] += width
+        elif 0 < summary.stick_cells < summary.contact_cells or width:
+            special["stick_radius"] = math.hypot(special["stick_radius"], part) + width
         special["work"] = WORK * ratio**WORK_ORDER * summary.work
         special["work_total"] = WORK * ratio**WORK_ORDER * summary.work_total + dissipated
         moment = MOMENT * ratio**RELATIVE_ORDER * summary.P * summary.contact_radius

@@ -24,6 +24,7 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
 from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, PathPoint, coarser, common_points, halved, twice
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
+from fretsolve.simulation.least_errors import UNSEEN_STICK
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""
@@ -166,7 +167,7 @@ def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
     setup = setup_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
     rows = with_bars(setup)
     assert rows[-1][0].summary.stick_radius == 0.0
-    assert rows[-1][1].stick_radius_error == pytest.approx(0.5 * setup.grid.dx)
+    assert rows[-1][1].stick_radius_error == pytest.approx(UNSEEN_STICK * setup.grid.dx)
     ((_, frictionless),) = with_bars(setup_of(friction=0.0))
     assert frictionless.stick_radius_error < 0.1 * setup.grid.dx
 
