@@ -52,7 +52,15 @@ PARTS = {
         "load_path",
     ),
     "coupled Newton": ("coupled_step", "coupled_newton", "coupled_equations", "gmres"),
-    "certificate and state": ("certificate", "simulation", "slip_and_work", "zone_areas", "state"),
+    "certificate and state": (
+        "certificate",
+        "simulation",
+        "slip_and_work",
+        "zone_edges",
+        "zone_areas",
+        "zone_extents",
+        "state",
+    ),
     "influence coefficients": ("influence",),
 }
 """Modules of the package by part, named by their stems."""

@@ -45,6 +45,14 @@ class Summary:
     stick_area: float = field(metadata=_of(AREA, "area of the stick zone"))
     contact_radius: float = field(metadata=_of(LENGTH, "radius of the circle of the area of contact"))
     stick_radius: float = field(metadata=_of(LENGTH, "radius of the circle of the area of the stick zone"))
+    contact_half_width_x: float = field(metadata=_of(LENGTH, "half of the width of the contact along x"))
+    contact_half_width_y: float = field(metadata=_of(LENGTH, "half of the width of the contact along y"))
+    contact_center_x: float = field(metadata=_of(LENGTH, "middle of the width of the contact along x"))
+    contact_center_y: float = field(metadata=_of(LENGTH, "middle of the width of the contact along y"))
+    stick_half_width_x: float = field(metadata=_of(LENGTH, "half of the width of the stick zone along x"))
+    stick_half_width_y: float = field(metadata=_of(LENGTH, "half of the width of the stick zone along y"))
+    stick_center_x: float = field(metadata=_of(LENGTH, "middle of the width of the stick zone along x"))
+    stick_center_y: float = field(metadata=_of(LENGTH, "middle of the width of the stick zone along y"))
     contact_cells: int = field(metadata=_of(NUMBER, "cells in contact"))
     stick_cells: int = field(metadata=_of(NUMBER, "cells of the stick zone"))
     max_pressure: float = field(metadata=_of(PRESSURE, "largest pressure"))
@@ -75,6 +83,10 @@ class Summary:
         """The largest of the certificate's residuals."""
         return max(float(value) for name, value in vars(self).items() if name.startswith("residual_"))
 
+
+EXTENTS = tuple(column.name for column in fields(Summary) if "_width_" in column.name or "_center_" in column.name)
+"""Widths and middles of the zones. NaN stands for the middle of a zone that does not exist, and for all of them in
+results of versions that did not have them."""
 
 HISTORY_DIMENSIONS: dict[str, Dimension] = {
     column.name: column.metadata["dimension"] for column in fields(Summary) if column.name not in ("step", "stage")

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from fretsolve.case.history import EXTENTS
 from fretsolve.result import Result
-from fretsolve.system.arrays import IndexArray
+from fretsolve.system.arrays import DoubleArray, IndexArray
 
 _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz"),
     *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-    *("contact_radius", "stick_radius", "max_pressure", "max_shear", "work_total"),
+    *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total"),
 )
+
+NOT_ROUND = 0.1
+"""Least difference of half-width and radius, or of middle and origin, over the contact radius, that is shown."""
 
 
 RESIDUALS = {
@@ -58,18 +64,35 @@ def stage_ends(stage: IndexArray) -> IndexArray:
 
 
 def relevant_columns(result: Result) -> list[str]:
-    """Return the names of the columns above round-off; `P` and `delta_z` always."""
+    """Return the names of the columns above round-off; `P` and `delta_z` always.
+
+    Widths of a zone that is a circle are left out, as its radius says the same, and middles at the origin.
+    """
     return [
         name
         for name in _COLUMNS
-        if name in ("P", "delta_z") or np.abs(result.history[name]).max(initial=0.0) > round_off(result, name)
+        if name in ("P", "delta_z")
+        or (_tells_more(result.history, name) if name in EXTENTS else _is_above_round_off(result, name))
     ]
+
+
+def _is_above_round_off(result: Result, name: str) -> bool:
+    return bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
+
+
+def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
+    """Return whether a column of `EXTENTS` tells more than the radius of its zone."""
+    zone, columns = name.split("_")[0], [history[name]]
+    if "_width_" in name:
+        columns = [history[f"{zone}_half_width_{axis}"] - history[f"{zone}_radius"] for axis in "xy"]
+    return bool((np.nan_to_num(np.abs(columns)) > NOT_ROUND * history["contact_radius"]).any())
 
 
 def round_off(result: Result, name: str) -> float:
     """Return the size below which values of a column count as 0: 1e-8 of its scale in the whole run.
 
-    A tangential displacement below 1e-5 of the other one is within the usual tolerance, so it counts as 0 as well.
+    A tangential displacement below 1e-5 of the other one is within the usual tolerance, so it counts as 0 as well, and
+    so does the middle of a zone within 1e-5 of the contact radius from the origin.
     """
     if not result.increments:
         return 0.0
@@ -79,5 +102,6 @@ def round_off(result: Result, name: str) -> float:
     )
     scales = dict.fromkeys(("Qx", "Qy"), force) | dict.fromkeys(("Mx", "My", "Mz"), force * radius)
     scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, 1e3 * max(shift_x, shift_y)))
+    scales |= dict.fromkeys((name for name in EXTENTS if "_center_" in name), 1e3 * radius)
     scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
     return 1e-8 * scales.get(name, 0.0)

@@ -84,13 +84,20 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
     columns: list[TextColumn] = []
     for name in relevant_columns(result):
-        first, _, second = name.rpartition("_")
-        heading = (first, second) if len(second) > 1 and first else ("", name)  # delta_x stays in one line
         least = round_off(result, name)
-        cells = (f"{value:.4g}" if abs(value) > least else "0" for value in result.history[name][rows])
-        columns.append((*heading, result.units(name), *cells))
+        cells = ("0" if abs(value) <= least else f"{value:.4g}" for value in result.history[name][rows])
+        columns.append((*_heading(name), result.units(name), *cells))
     columns.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
     return [_table([*fixed, *part]) for part in _split(columns, width - sum(map(_width, fixed)))]
+
+
+def _heading(name: str) -> tuple[str, str]:
+    """Return the name of a column in two lines, of which the first may be empty."""
+    stem, _, axis = name.rpartition("_")
+    if len(axis) > 1:
+        return stem, axis
+    first, _, second = stem.rpartition("_")
+    return (first, f"{second}_{axis}") if first else ("", name)  # delta_x stays in one line
 
 
 def _error_table(result: Result) -> list[Table]:

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.history import EXTENTS
 from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
 from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 
-_ERROR_NAMES = frozenset(quantity.name for quantity in ERRORS)
-"""Columns in which NaN stands for what is not known."""
+_MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
+"""Columns in which NaN stands for what is not known or does not exist."""
 
 
 def require(holds: object, name: str, what: str) -> None:
@@ -71,12 +72,15 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     corrected = any(CORRECTED_SUFFIX in name for name in columns)
     rows = np.empty(columns["step"].shape, row_type(ERRORS[0].name in columns, corrected=corrected))
     for name in rows.dtype.names or ():
+        if name in EXTENTS and name not in columns:  # a result of an earlier version
+            rows[name] = np.nan
+            continue
         column = columns[name if name in columns else FORMER_NAMES.get(name, name)]
         whole = rows.dtype[name].kind == "i"
         require(column.shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
         require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
         rows[name] = column
-        if name not in _ERROR_NAMES:
+        if name not in _MAY_BE_UNKNOWN:
             require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
     first = rows["step"][0] if len(rows) else 0
     require((rows["step"] == first + np.arange(len(rows))).all(), "step", "numbers that follow each other")

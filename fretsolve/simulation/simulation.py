@@ -22,7 +22,9 @@ from fretsolve.result.state import Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
-from fretsolve.simulation.zone_areas import contact_area, stick_area
+from fretsolve.simulation.zone_areas import zone_area
+from fretsolve.simulation.zone_edges import contact_edge, stick_edge
+from fretsolve.simulation.zone_extents import zone_extent
 from fretsolve.system.arrays import FloatArray
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
@@ -63,10 +65,10 @@ def run(
             # Before the state is yielded: a resumed run must transform by the same plans.
             save_wisdom()
             plans = measured_plans()
-        areas = _areas(solved, setup)  # from the slip of this increment, which the next line adds to that before
+        sizes = _sizes(solved, setup)  # from the slip of this increment, which the next line adds to that before
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
-        summary = _summary(solved, increment, areas, work, work_total, _working_seconds() - began)
+        summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
         del solved  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement)
@@ -140,29 +142,32 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
     return slip_path, work_density, work
 
 
-def _areas(solved: Solved, setup: ProblemSetup) -> tuple[float, float]:
-    """Return the areas of the contact and of the stick zone, with their edges placed inside the cells."""
+def _sizes(solved: Solved, setup: ProblemSetup) -> dict[str, float]:
+    """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells."""
     solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
-    contact = contact_area(solution.pressure, evidence.gap, setup.grid, materials)
+    contact = contact_edge(solution.pressure, evidence.gap, setup.grid, materials)
     limit = setup.model.friction * solution.pressure
     fields = solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone
-    stick = stick_area(*fields, setup.grid, materials, contact)
-    return float(contact), float(stick)
+    stick = stick_edge(*fields, setup.grid, materials, contact)
+    contact_area = zone_area(contact)
+    stick_area = min(zone_area(stick), contact_area)
+    sizes = {"contact_area": contact_area, "stick_area": stick_area}
+    for zone, area, edge in (("contact", contact_area, contact), ("stick", stick_area, stick)):
+        sizes[f"{zone}_radius"] = math.sqrt(area / math.pi)
+        sizes |= {f"{zone}_{name}": value for name, value in zone_extent(edge)._asdict().items()}
+    return sizes
 
 
 def _summary(
-    solved: Solved, increment: Increment, areas: tuple[float, float], work: float, work_total: float, wall_time: float
+    solved: Solved, increment: Increment, sizes: dict[str, float], work: float, work_total: float, wall_time: float
 ) -> Summary:
-    solution, zone, (contact, stick) = solved.solution, solved.evidence.zone, areas
+    solution, zone = solved.solution, solved.evidence.zone
     loads_and_motions = (*solved.evidence.resultants, *solution.rigid)
     return Summary(
         step=increment.step,
         stage=increment.stage.number,
         **dict(zip((*LOADS, *RIGID), map(float, loads_and_motions), strict=True)),
-        contact_area=contact,
-        stick_area=stick,
-        contact_radius=math.sqrt(contact / math.pi),
-        stick_radius=math.sqrt(stick / math.pi),
+        **sizes,
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
         max_pressure=float(solution.pressure.max()),

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
+from zones import stick_area
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.load_control import LoadControl
@@ -19,7 +20,6 @@ from fretsolve.model.surface import separation
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zone_areas import stick_area
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 

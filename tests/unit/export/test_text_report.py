@@ -68,6 +68,19 @@ def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:
     assert {"P", "Qx", "delta_x", "delta_z", "stick_radius", "work_total"} <= set(names)
 
 
+def test_extents_are_shown_for_zones_that_are_no_circles_about_the_origin(tmp_path: Path) -> None:
+    result = made_up(tmp_path)
+    columns = {name for name in result.history if name.startswith(("contact_", "stick_")) and name[-2:] in ("_x", "_y")}
+    assert len(columns) == 8
+    assert not columns & set(relevant_columns(result))
+    result.history = {**result.history, "stick_center_x": 0.2 * result.history["contact_radius"]}
+    assert columns & set(relevant_columns(result)) == {"stick_center_x"}
+    assert any("center_x" in line.split() for line in printed(result))
+    result.history["stick_center_x"] = np.full(7, np.nan)
+    result.history["contact_half_width_y"] = 2.0 * result.history["contact_radius"]
+    assert columns & set(relevant_columns(result)) == {"contact_half_width_x", "contact_half_width_y"}
+
+
 def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
     lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-4)))

@@ -1,0 +1,294 @@
+"""Edges of the contact and of its stick zone to a small part of a cell, from the fields of one increment.
+
+The fields place the edge of the contact, and of a stick zone that shrinks, on the link between the centres of an inner
+and an outer cell by (T16) of docs/theory.md, less an inset along its normal; the factor kappa is here the lever. For an
+edge along the cells this holds to 2e-4 of their side h, with a lever of 0.58 and an inset of 0.175 h; in any direction
+to 0.02 of h, and to 0.002 on average, with the constants below, measured on Hertz contacts on grids of 128 to 512 cells
+a side. For the stick zone the reserve, by which the shear traction is below the friction limit, takes the place of the
+pressure, and the slip increment that of the gap.
+
+No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
+reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front
+moves by less than a cell in an increment, and if the stick zone grows (T17).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.elastic.rounding import TINY
+from fretsolve.model.grid import Grid
+from fretsolve.model.materials import Compliances
+from fretsolve.result.state import Zone
+from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
+
+Number = TypeVar("Number", bound=np.generic)
+Pair = tuple[int, int]
+
+Share = Callable[[FloatArray], FloatArray]
+"""Shares inside of the links of a front, given their levers; NaN if no smooth front fits."""
+
+LEVER, LEVER_ALONG, LEVER_SLANTING, LEVER_MOST = 0.9, 0.58, 0.5, 0.94
+"""The lever of a front at an angle t to the cells is LEVER_ALONG + LEVER_SLANTING sin 2t, but no more than LEVER_MOST;
+LEVER is used while the angle is unknown."""
+
+INSET = 0.104
+"""Inset in cells for the lever LEVER, the same in all directions. Another lever moves the share by a sixth of the
+logarithm of their ratio, averaged over the front's places within a cell, which the inset corrects."""
+
+STEEPEST = 2.0
+"""Limit of lever E* g over h times the largest pressure behind the front. Smooth fronts have at most 1.6, sharp edges
+far more."""
+
+RATIO, RATIO_INSET, TRUST = 0.4245, 0.05, 0.16
+"""By the reserve alone the share is r/(1 - RATIO r) less about RATIO_INSET, with r the reserve in the last cell over
+that in the one behind. It holds to 2e-4 on a front along the cells (without the inset), to 0.1 on others. It begins to
+replace the share by the slip if that is larger by TRUST, and has replaced it at twice that."""
+
+LIKE_A_ROOT = 0.65
+"""Farther in, r is at least 0.7 behind a front that has moved into the stick zone, or 0.61 if the front is about to
+reach a cell."""
+
+STEEP = 0.72
+"""Behind the front of a stick zone that has grown over some increments, r is at most 0.55. One cell farther in it is at
+most 0.65, and at least 0.78 behind other fronts."""
+
+GAINED, GAINED_BEYOND = 1.5, 0.12
+"""Behind the front of a growing stick zone the reserve goes like s^GAINED, since a singular rate of the shear traction
+would exceed the friction limit. So r gives the front's place, which on the discrete grid is GAINED_BEYOND of a link
+farther out. For spheres pressed on a dissimilar body, for which Spence's theory is exact, this holds to 0.02 of h on
+average, and within 0.03 of that from place to place. In increments smaller than a cell, the slip shows only which cell
+the front has reached."""
+
+MARGIN_CELLS = 4
+"""Cells kept around a zone, to which a link's share may refer."""
+
+
+@dataclass(frozen=True)
+class ZoneEdge:
+    """The edge of a zone: the part of the grid around it, the squares between centres that it crosses, and the shares
+    inside of their links for given levers."""
+
+    part: CellPart
+    front: Front
+    share: Share
+
+
+def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances) -> ZoneEdge | None:
+    """Return the edge of the contact, None without one; pressure (MPa) and gap (mm, may be infinite): (nx, ny)."""
+    contact = pressure > 0.0
+    if not contact.any():
+        return None
+    part = CellPart.around(contact, grid)
+    front = Front.of(part)
+    return ZoneEdge(part, front, _contact_share(part, front.links, pressure, gap, materials))
+
+
+def stick_edge(
+    pressure: FloatArray,
+    gap: FloatArray,
+    shear: FloatArray,
+    limit: FloatArray,
+    slip: FloatArray,
+    zone: NDArray[np.uint8],
+    grid: Grid,
+    materials: Compliances,
+    contact: ZoneEdge | None,
+) -> ZoneEdge | None:
+    """Return the edge of the stick zone, None without one; that of the `contact` if nothing slips.
+
+    limit: friction coefficient times pressure (MPa), and zone: of `Zone`, both (nx, ny); shear (MPa) and slip, the
+    slip increment (mm): (2, nx, ny); the others as for `contact_edge`.
+    """
+    sticking = zone == Zone.STICK
+    if not sticking.any():
+        return None
+    slipping = zone == Zone.SLIP
+    if not slipping.any():
+        return contact
+    part = CellPart.around(sticking, grid)
+    front = Front.of(part)
+    at_edge = _contact_share(part, front.links, pressure, gap, materials)
+    to_slip = np.flatnonzero(part.cut(slipping, False)[front.links.outer])
+    if not to_slip.size:
+        return ZoneEdge(part, front, at_edge)
+    friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
+    reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
+    at_slip = _slip_share(part, front.links.some(to_slip), reserve, slip_x, slip_y, materials)
+
+    def share(lever: FloatArray) -> FloatArray:
+        found = at_edge(lever)
+        found[to_slip] = at_slip(lever[to_slip])
+        return found
+
+    return ZoneEdge(part, front, share)
+
+
+@dataclass(frozen=True)
+class CellPart:
+    """The part of a grid around a zone. Its cells are numbered row by row, ``strides`` apart along x and y.
+
+    corner: centre of the first cell (mm); inside: cells of the zone; deep: those of them whose neighbours are inside
+    too.
+    """
+
+    slices: tuple[slice, slice]
+    missing: tuple[Pair, Pair]
+    strides: tuple[int, int]
+    spacing: tuple[float, float]
+    corner: tuple[float, float]
+    inside: BoolArray
+    deep: BoolArray
+
+    @classmethod
+    def around(cls, zone: BoolArray, grid: Grid) -> CellPart:
+        """Return the part that holds all of `zone` (nx, ny; not empty) and a margin, beyond the grid if needed."""
+        rows, columns = (np.flatnonzero(zone.any(axis=1 - axis)) for axis in (0, 1))
+        top, bottom = int(rows[0]) - MARGIN_CELLS, int(rows[-1]) + MARGIN_CELLS + 1
+        left, right = int(columns[0]) - MARGIN_CELLS, int(columns[-1]) + MARGIN_CELLS + 1
+        slices = slice(max(top, 0), bottom), slice(max(left, 0), right)
+        missing = (max(-top, 0), max(bottom - grid.nx, 0)), (max(-left, 0), max(right - grid.ny, 0))
+        inside = _with_border(zone[slices], missing, False)
+        deep = inside.copy()  # the margin lies outside of the zone
+        if grid.nx > 1:
+            deep[1:-1] &= inside[2:] & inside[:-2]
+        if grid.ny > 1:  # a single row of cells, as in line contact, has neighbours along x alone
+            deep[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
+        x, y = grid.x0 + (top - (grid.nx - 1) / 2) * grid.dx, grid.y0 + (left - (grid.ny - 1) / 2) * grid.dy
+        strides, spacing = (inside.shape[1], 1), (grid.dx, grid.dy)
+        return cls(slices, missing, strides, spacing, (float(x), float(y)), inside.ravel(), deep.ravel())
+
+    def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
+        """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
+        return _with_border(field[self.slices], self.missing, beyond).ravel()
+
+
+def _with_border(cells: NDArray[Number], missing: tuple[Pair, Pair], beyond: float) -> NDArray[Number]:
+    """Return `cells` with `missing` rows and columns around them. NumPy's `pad` takes five times as long."""
+    (above, below), (left, right) = missing
+    if not above + below + left + right:
+        return cells
+    rows, columns = cells.shape
+    whole = np.full((above + rows + below, left + columns + right), beyond, cells.dtype)
+    whole[above : above + rows, left : left + columns] = cells
+    return whole
+
+
+@dataclass(frozen=True)
+class Links:
+    """Links (k,) from an inner to an outer cell. along_y: those along y; length: between the cells' centres (mm)."""
+
+    inner: IndexArray
+    outer: IndexArray
+    along_y: BoolArray
+    length: FloatArray
+
+    def some(self, chosen: IndexArray) -> Links:
+        """Return the links of these numbers."""
+        return Links(self.inner[chosen], self.outer[chosen], self.along_y[chosen], self.length[chosen])
+
+
+@dataclass(frozen=True)
+class Front:
+    """The n squares between four centres that the edge of a zone crosses.
+
+    count: how many of the four cells are inside, (n,); opposite: these are two that do not touch, (n,); whole: number
+    of squares all inside; starts: shares inside of each square's two links along x and two along y, (4, n), 1 or 0;
+    crossed: places in `starts` of the `links` that the edge crosses.
+    """
+
+    count: NDArray[np.uint8]
+    opposite: BoolArray
+    whole: int
+    starts: FloatArray
+    crossed: IndexArray
+    links: Links
+
+    @classmethod
+    def of(cls, part: CellPart) -> Front:
+        """Return the front of the part's zone."""
+        down, right = part.strides
+        inside = part.inside.reshape(-1, down).view(np.uint8)
+        count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
+        row, column = np.nonzero((count - 1) < 3)  # unsigned, so that 0 becomes large
+        corner, whole = row * down + column, int(np.count_nonzero(count == 4))
+        count = count[row, column]
+        first = corner + np.array([[0], [right], [0], [down]])
+        second = first + np.array([[down], [down], [right], [right]])
+        starts, ends = part.inside[first], part.inside[second]
+        crossed = np.flatnonzero(starts != ends)
+        ahead, along_y = starts.ravel()[crossed], crossed >= 2 * corner.size
+        first, second = first.ravel()[crossed], second.ravel()[crossed]
+        inner, outer = np.where(ahead, first, second), np.where(ahead, second, first)
+        links = Links(inner, outer, along_y, np.where(along_y, part.spacing[1], part.spacing[0]))
+        opposite = (count == 2) & (starts[0] == ends[1])
+        return cls(count, opposite, whole, starts.astype(np.float64), crossed, links)
+
+    def shares(self, lever: FloatArray, share: Share) -> FloatArray:
+        """Return the shares inside of the links of each square, (4, n); lever: of each square, (n,)."""
+        shares = self.starts.copy()
+        shares.ravel()[self.crossed] = share(lever[self.crossed % lever.size])
+        return shares
+
+
+def _contact_share(
+    part: CellPart, links: Links, pressure: FloatArray, gap: FloatArray, materials: Compliances
+) -> Share:
+    """Return the shares by pressure and gap."""
+    load, gap = part.cut(pressure, 0.0), part.cut(gap, np.inf)[links.outer]
+    return _balance(part, links, load, materials.contact_modulus * np.maximum(gap, 0.0))
+
+
+def _slip_share(
+    part: CellPart, links: Links, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
+) -> Share:
+    """Return the shares by slip and `reserve`.
+
+    The modulus is the contact modulus for a front across the slip, and that of antiplane shear for one along it.
+    """
+    inner, outer = links.inner, links.outer
+    across, along = materials.contact_modulus, 2.0 / materials.torsional
+    modulus_x, modulus_y = np.where(links.along_y, [[along], [across]], [[across], [along]])
+    opening = np.hypot(modulus_x * slip_x[outer], modulus_y * slip_y[outer])
+    by_slip = _balance(part, links, reserve, opening)
+    behind = inner + np.arange(4)[:, None] * (inner - outer)
+    first, second, third, fourth = reserve[behind]
+    known = part.inside[behind].all(axis=0) & (first < second)
+    receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+    growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
+    growing &= first < second / 2.0**GAINED  # where the front is within the link
+    expected = first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET
+    ratio = (np.where(growing, first, 0.0) / np.where(growing, second, 1.0)) ** (1.0 / GAINED)
+    gained = ratio / (1.0 - ratio) + GAINED_BEYOND
+
+    def share(lever: FloatArray) -> FloatArray:
+        found = by_slip(lever)
+        excess = found - expected
+        trusted = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
+        return np.where(growing, gained, np.where(receding, trusted, found))
+
+    return share
+
+
+def _balance(part: CellPart, links: Links, load: FloatArray, opening: FloatArray) -> Share:
+    """Return the shares at which the inner cells' `load` and the `opening` past them balance; NaN if that is too large.
+
+    load: of the part's cells; opening: at the links' outer cells, times a modulus, for a lever of 1.
+    """
+    down, right = part.strides
+    around = links.inner + np.array([i * down + j * right for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None]
+    steepest = STEEPEST * links.length * (load[around] * part.deep[around]).max(axis=0)
+    carried = load[links.inner] * links.length
+
+    def share(lever: FloatArray) -> FloatArray:
+        opened = lever * opening
+        found: FloatArray = carried / np.maximum(carried + opened, TINY)
+        found[opened > steepest] = np.nan
+        return found
+
+    return share

@@ -1,0 +1,30 @@
+"""Areas of contact and stick zone straight from fields, for the tests of zones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.model.grid import Grid
+from fretsolve.model.materials import Compliances
+from fretsolve.simulation.zone_areas import zone_area
+from fretsolve.simulation.zone_edges import contact_edge, stick_edge
+
+
+def contact_area(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: Compliances) -> float:
+    return zone_area(contact_edge(pressure, gap, grid, materials))
+
+
+def stick_area(
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    shear: np.ndarray,
+    limit: np.ndarray,
+    slip: np.ndarray,
+    zone: np.ndarray,
+    grid: Grid,
+    materials: Compliances,
+    contact: float,
+) -> float:
+    """The area of the stick zone, no larger than that of the contact."""
+    edge = contact_edge(pressure, gap, grid, materials)
+    return min(zone_area(stick_edge(pressure, gap, shear, limit, slip, zone, grid, materials, edge)), contact)
