@@ -149,12 +149,16 @@ def _sizes(solved: Solved, setup: ProblemSetup) -> dict[str, float]:
     limit = setup.model.friction * solution.pressure
     fields = solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone
     stick = stick_edge(*fields, setup.grid, materials, contact)
-    contact_area = zone_area(contact)
-    stick_area = min(zone_area(stick), contact_area)
-    sizes = {"contact_area": contact_area, "stick_area": stick_area}
-    for zone, area, edge in (("contact", contact_area, contact), ("stick", stick_area, stick)):
-        sizes[f"{zone}_radius"] = math.sqrt(area / math.pi)
-        sizes |= {f"{zone}_{name}": value for name, value in zone_extent(edge)._asdict().items()}
+    contact_area, extent = zone_area(contact), zone_extent(contact)
+    found = [("contact", contact_area, extent)]
+    if stick is contact:
+        found.append(("stick", contact_area, extent))
+    else:
+        found.append(("stick", min(zone_area(stick), contact_area), zone_extent(stick)))
+    sizes: dict[str, float] = {}
+    for zone, area, extent in found:
+        sizes |= {f"{zone}_area": area, f"{zone}_radius": math.sqrt(area / math.pi)}
+        sizes |= {f"{zone}_{name}": value for name, value in extent._asdict().items()}
     return sizes
 
 

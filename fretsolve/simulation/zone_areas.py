@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
-from fretsolve.simulation.zone_edges import INSET, LEVER, LEVER_ALONG, LEVER_MOST, LEVER_SLANTING, ZoneEdge
+from fretsolve.simulation.zone_edges import INSET, LEVER, ZoneEdge
 from fretsolve.system.arrays import FloatArray
 
 
@@ -22,22 +22,14 @@ def zone_area(edge: ZoneEdge | None) -> float:
     """
     if edge is None:
         return 0.0
-    front, share = edge.front, edge.share
-    dx, dy = edge.part.spacing
-    count = front.count
-    lever = np.full(count.shape, LEVER)
-    for _ in range(2):  # the first pass finds the front's direction
-        x, other_x, y, other_y = front.shares(lever, share)
-        run_x, run_y = np.abs(other_x - x) * dx, np.abs(other_y - y) * dy
-        length = np.maximum(np.hypot(run_x, run_y), TINY)
-        sine = 2.0 * (run_x / length) * (run_y / length)
-        lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
-
+    front, run_x, run_y, lever = edge.front, edge.run_x, edge.run_y, edge.lever
+    (x, other_x, y, other_y), (dx, dy), count = edge.shares, edge.part.spacing, front.count
     x, y = x + other_x, y + other_y
     part_inside = np.where(count <= 2, 0.5 * x * y, 1.0 - 0.5 * (2.0 - x) * (2.0 - y))
     fits = ~(front.opposite | np.isnan(part_inside))
     counted = count[~fits].sum() / 4.0
     area = (front.whole + counted + part_inside[fits].sum()) * dx * dy
+    length = np.maximum(np.hypot(run_x, run_y), TINY)
     cell = (run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY)
     inset = (INSET + np.log(LEVER / lever) / 6.0) * cell
     turns = 0.25 * (np.count_nonzero(count[fits] == 1) - np.count_nonzero(count[fits] == 3))

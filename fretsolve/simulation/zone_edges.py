@@ -71,12 +71,32 @@ MARGIN_CELLS = 4
 
 @dataclass(frozen=True)
 class ZoneEdge:
-    """The edge of a zone: the part of the grid around it, the squares between centres that it crosses, and the shares
-    inside of their links for given levers."""
+    """The edge of a zone: the part of the grid around it, and the n squares between centres that it crosses.
+
+    shares: inside of each square's links, as `Front.starts`, (4, n); run_x, run_y: of the edge within each square (mm);
+    lever: by its direction there, (n,).
+    """
 
     part: CellPart
     front: Front
-    share: Share
+    shares: FloatArray
+    run_x: FloatArray
+    run_y: FloatArray
+    lever: FloatArray
+
+    @classmethod
+    def placed(cls, part: CellPart, front: Front, share: Share) -> ZoneEdge:
+        """Place an edge on the links that it crosses."""
+        dx, dy = part.spacing
+        lever = np.full(front.count.shape, LEVER)
+        for _ in range(2):  # the first pass finds the edge's direction
+            shares = front.shares(lever, share)
+            x, other_x, y, other_y = shares
+            run_x, run_y = np.abs(other_x - x) * dx, np.abs(other_y - y) * dy
+            length = np.maximum(np.hypot(run_x, run_y), TINY)
+            sine = np.fmax(2.0 * (run_x / length) * (run_y / length), 0.0)  # 0 where no smooth edge fits
+            lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
+        return cls(part, front, shares, run_x, run_y, lever)
 
 
 def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances) -> ZoneEdge | None:
@@ -86,7 +106,7 @@ def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: C
         return None
     part = CellPart.around(contact, grid)
     front = Front.of(part)
-    return ZoneEdge(part, front, _contact_share(part, front.links, pressure, gap, materials))
+    return ZoneEdge.placed(part, front, _contact_share(part, front.links, pressure, gap, materials))
 
 
 def stick_edge(
@@ -116,7 +136,7 @@ def stick_edge(
     at_edge = _contact_share(part, front.links, pressure, gap, materials)
     to_slip = np.flatnonzero(part.cut(slipping, False)[front.links.outer])
     if not to_slip.size:
-        return ZoneEdge(part, front, at_edge)
+        return ZoneEdge.placed(part, front, at_edge)
     friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
     reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
     at_slip = _slip_share(part, front.links.some(to_slip), reserve, slip_x, slip_y, materials)
@@ -126,7 +146,7 @@ def stick_edge(
         found[to_slip] = at_slip(lever[to_slip])
         return found
 
-    return ZoneEdge(part, front, share)
+    return ZoneEdge.placed(part, front, share)
 
 
 @dataclass(frozen=True)
@@ -199,7 +219,7 @@ class Front:
 
     count: how many of the four cells are inside, (n,); opposite: these are two that do not touch, (n,); whole: number
     of squares all inside; starts: shares inside of each square's two links along x and two along y, (4, n), 1 or 0;
-    crossed: places in `starts` of the `links` that the edge crosses.
+    crossed: places in `starts` of the `links` that the edge crosses; square: the square of each of these, from 0.
     """
 
     count: NDArray[np.uint8]
@@ -207,6 +227,7 @@ class Front:
     whole: int
     starts: FloatArray
     crossed: IndexArray
+    square: IndexArray
     links: Links
 
     @classmethod
@@ -227,12 +248,12 @@ class Front:
         inner, outer = np.where(ahead, first, second), np.where(ahead, second, first)
         links = Links(inner, outer, along_y, np.where(along_y, part.spacing[1], part.spacing[0]))
         opposite = (count == 2) & (starts[0] == ends[1])
-        return cls(count, opposite, whole, starts.astype(np.float64), crossed, links)
+        return cls(count, opposite, whole, starts.astype(np.float64), crossed, crossed % count.size, links)
 
     def shares(self, lever: FloatArray, share: Share) -> FloatArray:
         """Return the shares inside of the links of each square, (4, n); lever: of each square, (n,)."""
         shares = self.starts.copy()
-        shares.ravel()[self.crossed] = share(lever[self.crossed % lever.size])
+        shares.ravel()[self.crossed] = share(lever[self.square])
         return shares
 
 

@@ -1,8 +1,8 @@
 """Extents of the contact and of its stick zone along x and y to a small part of a cell, from their edges.
 
 A zone reaches as far as the farthest of the points at which its edge crosses links along x, or along y (`zone_edges`).
-There the edge is along the cells. Each row of cells has such a point on each side; the farthest one and those in the
-rows beside it lie on a parabola, whose vertex is between the rows' middles.
+Each row of cells has such a point on either side. The farthest one and those in the rows beside it lie on a parabola,
+whose vertex may be between the rows' middles.
 """
 
 from __future__ import annotations
@@ -12,11 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.simulation.zone_edges import INSET, LEVER, LEVER_ALONG, ZoneEdge
-from fretsolve.system.arrays import FloatArray
-
-INSET_ALONG = INSET + math.log(LEVER / LEVER_ALONG) / 6.0
-"""Inset in cells of an edge along the cells."""
+from fretsolve.simulation.zone_edges import INSET, LEVER, MARGIN_CELLS, ZoneEdge
 
 
 class Extent(NamedTuple):
@@ -32,34 +28,41 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     """Return the extent of the zone inside an edge."""
     if edge is None:
         return Extent()
-    links = edge.front.links
-    share = edge.share(np.full(links.length.shape, LEVER_ALONG))
-    # where no smooth edge fits, the cells are counted
-    reach = np.where(np.isnan(share), 0.5, share - INSET_ALONG) * links.length
-    (rows, columns), ahead = np.divmod(links.inner, edge.part.strides[0]), links.outer > links.inner
-    ends = []
-    for along_y, line, place in ((False, columns, rows), (True, rows, columns)):
-        axis = int(along_y)
-        side, start = edge.part.spacing[axis], edge.part.corner[axis]
-        low, high = (
-            _farthest(line[chosen], sign * side * place[chosen] + reach[chosen], side)
-            for sign, chosen in ((-1.0, (links.along_y == along_y) & ~ahead), (1.0, (links.along_y == along_y) & ahead))
-        )
-        ends += [start - low, start + high]
-    left, right, bottom, top = map(float, ends)
-    return Extent(0.5 * (right - left), 0.5 * (top - bottom), 0.5 * (left + right), 0.5 * (bottom + top))
+    part, front, down = edge.part, edge.front, edge.part.strides[0]
+    size = part.inside.size // down, down
+    # crossings within two cells of the zone's ends, which are MARGIN_CELLS from the part's
+    links, ahead = front.links, front.links.outer > front.links.inner
+    row = links.inner // down
+    column = links.inner - row * down
+    place = np.where(links.along_y, column, row)
+    depth = np.where(ahead, np.where(links.along_y, size[1], size[0]) - 1 - place, place) - MARGIN_CELLS
+    near = np.flatnonzero(depth < 2)
+    line = (row + column - place)[near]
+    # how far they are beyond the middle of the zone's outermost cell, in cells; without a smooth edge cells are counted
+    share = edge.shares.ravel()[front.crossed[near]] - INSET - np.log(LEVER / edge.lever[front.square[near]]) / 6.0
+    reach = np.where(np.isnan(share), 0.5, share) - depth[near]
+    rows: list[dict[int, float]] = [{}, {}, {}, {}]  # the farthest one of each row, towards -x, +x, -y, +y
+    direction = 2 * links.along_y[near] + ahead[near]
+    for towards, number, end in zip(direction.tolist(), line.tolist(), reach.tolist(), strict=True):
+        ends = rows[towards]
+        ends[number] = max(end, ends.get(number, end))
+    low_x, high_x, low_y, high_y = map(_farthest, rows)
+    ends_x = MARGIN_CELLS - low_x, size[0] - 1 - MARGIN_CELLS + high_x
+    ends_y = MARGIN_CELLS - low_y, size[1] - 1 - MARGIN_CELLS + high_y
+    (dx, dy), (x, y) = part.spacing, part.corner
+    return Extent(
+        0.5 * dx * (ends_x[1] - ends_x[0]),
+        0.5 * dy * (ends_y[1] - ends_y[0]),
+        x + 0.5 * dx * (ends_x[0] + ends_x[1]),
+        y + 0.5 * dy * (ends_y[0] + ends_y[1]),
+    )
 
 
-def _farthest(line: FloatArray, reach: FloatArray, side: float) -> float:
-    """Return how far an edge reaches beyond its crossings in rows of cells.
-
-    line: number of each crossing's row, (n,); reach: its place outwards (mm), (n,); side: of a cell (mm).
-    """
-    farthest = int(reach.argmax())
-    most, row = float(reach[farthest]), line[farthest]
-    beside = [reach[line == row + step].max(initial=-math.inf) for step in (-1, 1)]
-    back, ahead = (most - float(other) for other in beside)
-    # A row beside it that ends more than a cell earlier belongs to a corner, not to a curved edge.
-    if back + ahead == 0.0 or max(back, ahead) > side:
+def _farthest(rows: dict[int, float]) -> float:
+    """Return how far a zone reaches, from where it ends in each row of cells near its end."""
+    row = max(rows, key=rows.__getitem__)
+    most = rows[row]
+    if row - 1 not in rows or row + 1 not in rows:  # at a corner, not on a curved edge
         return most
-    return most + (ahead - back) ** 2 / (8.0 * (ahead + back))
+    back, ahead = most - rows[row - 1], most - rows[row + 1]
+    return most + (ahead - back) ** 2 / (8.0 * (ahead + back)) if ahead + back else most
