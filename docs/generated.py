@@ -25,7 +25,7 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import case_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
-from fretsolve.result.layout import ERRORS, FIELDS, HISTORY, Quantity
+from fretsolve.result.layout import BULK_HISTORY, ERRORS, FIELDS, HISTORY, Quantity
 
 Schema = Mapping[str, Any]
 
@@ -130,7 +130,7 @@ def _list(node: Schema) -> str:
 
 def history() -> Iterator[str]:
     """Return the columns of ``/history``."""
-    yield from _quantities(HISTORY)
+    yield from _quantities((*HISTORY, *BULK_HISTORY))
 
 
 def errors() -> Iterator[str]:

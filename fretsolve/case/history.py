@@ -13,6 +13,12 @@ works on. One of each pair is imposed at a time."""
 
 TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
 
+BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for body in (1, 2)}
+"""The bulk stresses of each body."""
+
+SHEARING = TANGENTIAL.union(*BULK.values())
+"""What a stage can move that makes the surfaces slip, or try to."""
+
 
 def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[str, Any]:
     """Return what describes a quantity. units: in a result file, if not those of the dimension."""
@@ -25,6 +31,7 @@ class Summary:
 
     Forces and moments are those transmitted through the contact; displacements and rotations those of
     body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
+    Bulk stresses are columns only in results of cases that have one.
     """
 
     step: int = field(metadata=_of(NUMBER, "increment, counted from 0"))
@@ -77,6 +84,12 @@ class Summary:
         metadata=_of(NUMBER, "largest excess of the shear traction over the friction limit, over its maximum")
     )
     residual_load: float = field(metadata=_of(NUMBER, "worst error of an imposed load component, over its scale"))
+    bulk_1_xx: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xx in body 1, tensile"))
+    bulk_1_yy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress yy in body 1, tensile"))
+    bulk_1_xy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xy in body 1"))
+    bulk_2_xx: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xx in body 2, tensile"))
+    bulk_2_yy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress yy in body 2, tensile"))
+    bulk_2_xy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xy in body 2"))
 
     @property
     def worst_residual(self) -> float:
@@ -88,7 +101,11 @@ EXTENTS = tuple(column.name for column in fields(Summary) if "_width_" in column
 """Widths and middles of the zones. NaN stands for the middle of a zone that does not exist, and for all of them in
 results of versions that did not have them."""
 
+DIMENSIONS_BY_NAME: dict[str, Dimension] = {column.name: column.metadata["dimension"] for column in fields(Summary)}
+
 HISTORY_DIMENSIONS: dict[str, Dimension] = {
-    column.name: column.metadata["dimension"] for column in fields(Summary) if column.name not in ("step", "stage")
+    name: dimension
+    for name, dimension in DIMENSIONS_BY_NAME.items()
+    if name not in ("step", "stage", *BULK[1], *BULK[2])
 }
 """Quantities that a case can expect, in the order of the result file."""

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
-from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT
-from fretsolve.case.history import PAIRS
+from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, PRESSURE
+from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.errors import KeyPath
 
@@ -20,6 +20,28 @@ LARGEST_STAGE_COUNT = 100_000
 Force = Annotated[float, InUnits(FORCE)]
 Moment = Annotated[float, InUnits(MOMENT)]
 Angle = Annotated[float, InUnits(ANGLE)]
+
+
+class BulkStress(CaseModel):
+    """A uniform in-plane stress that stretches a body, and with it its surface. What is not named stays as it is."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+
+    xx: Annotated[float, InUnits(PRESSURE)] | None = Field(
+        default=None, description="normal stress along x, tensile", examples=["70 MPa"]
+    )
+    yy: Annotated[float, InUnits(PRESSURE)] | None = Field(
+        default=None, description="normal stress along y, tensile", examples=["70 MPa"]
+    )
+    xy: Annotated[float, InUnits(PRESSURE)] | None = Field(
+        default=None, description="shear stress in the plane of the surface", examples=["70 MPa"]
+    )
+
+    @model_validator(mode="after")
+    def _one_is_named(self) -> Self:
+        if self.xx is None and self.yy is None and self.xy is None:
+            raise refused("the bulk stress has no value; at least one of xx, yy, xy is needed")
+        return self
 
 
 class StageSpec(CaseModel):
@@ -41,6 +63,10 @@ class StageSpec(CaseModel):
     delta_y: Length | None = Field(default=None, description="rigid displacement along y", examples=["1.5 um"])
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
+    bulk_1: BulkStress | None = Field(default=None, description="bulk stress of body 1")
+    bulk_2: BulkStress | None = Field(
+        default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}]
+    )
     increments: Annotated[Count | None, auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
@@ -52,8 +78,11 @@ class StageSpec(CaseModel):
 
     @property
     def targets(self) -> tuple[tuple[str, float], ...]:
-        """The components that the stage moves, each with its new total (mm, N, N*mm, rad)."""
-        named = ((name, getattr(self, name)) for pair in PAIRS for name in pair)
+        """The components that the stage moves, each with its new total (mm, N, N*mm, rad, MPa)."""
+        named = [(name, getattr(self, name)) for pair in PAIRS for name in pair]
+        for body, stress in ((1, self.bulk_1), (2, self.bulk_2)):
+            if stress is not None:
+                named += zip(BULK[body], (stress.xx, stress.yy, stress.xy), strict=True)
         return tuple((name, value) for name, value in named if value is not None)
 
     @model_validator(mode="after")
@@ -61,7 +90,7 @@ class StageSpec(CaseModel):
         named = {name for name, _ in self.targets}
         if not named:
             components = ", ".join(name for pair in PAIRS for name in pair)
-            raise refused(f"the stage moves nothing; at least one of {components} is needed")
+            raise refused(f"the stage moves nothing; at least one of {components}, bulk_1, bulk_2 is needed")
         if both := [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]:
             raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
@@ -100,7 +129,7 @@ Cycle.model_rebuild()
 class Stage:
     """A stage of the unrolled load path, numbered from 1.
 
-    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad);
+    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad, MPa);
     increments: None for as many as the case needs; spacing: None for what goes with that.
     """
 
@@ -117,6 +146,17 @@ def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
         Stage(number, key, stage.targets, stage.increments, stage.spacing)
         for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
     )
+
+
+def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]:
+    """Return where bulk stresses stand in a load path, as (0, "bulk_2")."""
+    found = (
+        (*key, name)
+        for key, stage in _walk(load_path, ())
+        for name in ("bulk_1", "bulk_2")
+        if getattr(stage, name) is not None
+    )
+    return tuple(dict.fromkeys(found))
 
 
 def stage_count(load_path: Any) -> int:

@@ -36,7 +36,7 @@ from fretsolve.case.base import (
 )
 from fretsolve.case.dimensions import NUMBER, PRESSURE
 from fretsolve.case.history import HISTORY_DIMENSIONS
-from fretsolve.case.load_path_spec import LoadStep, Stage, check_load_path, stage_count, unrolled
+from fretsolve.case.load_path_spec import LoadStep, Stage, bulk_keys, check_load_path, stage_count, unrolled
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 from fretsolve.case.source import CaseSource, Place
@@ -280,6 +280,20 @@ class Case(CaseModel):
         if all(body == "rigid" for body in bodies):
             raise refused("both bodies are rigid; at least one must be elastic")
         return bodies
+
+    @field_validator("load_path")
+    @classmethod
+    def _bulk_stress_is_in_elastic_bodies(
+        cls, load_path: tuple[LoadStep, ...], info: ValidationInfo
+    ) -> tuple[LoadStep, ...]:
+        rigid = [f"bulk_{body}" for body, kind in enumerate(info.data.get("bodies", ()), start=1) if kind == "rigid"]
+        if rigid:
+            refused_at(
+                (key, f"body {str(key[-1])[-1]} is rigid, so it has no bulk stress; an elastic body is needed")
+                for key in bulk_keys(load_path)
+                if key[-1] in rigid
+            )
+        return load_path
 
     @model_validator(mode="after")
     def _enough_points(self) -> Self:

@@ -27,7 +27,8 @@ class Solution:
     """A candidate for the end of an increment.
 
     pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
-    motion: the same over the increment; previous_displacement: tangential, at the increment's start.
+    motion: the same over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
+    of the surfaces by bulk stress; mismatch: the largest one in the contact (mm).
     """
 
     pressure: FloatArray
@@ -37,6 +38,7 @@ class Solution:
     rigid: Vector
     motion: Vector
     previous_displacement: FloatArray
+    mismatch: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -138,13 +140,13 @@ class Examiner:
     def slip_scales(self, solution: Solution, largest: float) -> tuple[float, float]:
         """Return the lengths (mm) that the slip of sticking cells and the direction of slips are measured against.
 
-        They are the largest rigid displacement increment (rotations: times their arms) and the `largest` slip, but
-        not below least values.
+        They are the largest rigid displacement increment (rotations: times their arms) or mismatch by bulk stress, and
+        the `largest` slip, but not below least values.
         """
         elastic = max(cg.largest(solution.uz[None]), cg.largest(solution.displacement))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
         moved = np.abs(solution.motion) * self._arms
-        motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
+        motion = float(max(*moved, solution.mismatch, LEAST_MOTION * elastic, least, TINY))
         return motion, max(largest, LEAST_SLIP * motion, least)
 
     def _slip(self, solution: Solution, contact: BoolArray) -> FloatArray:

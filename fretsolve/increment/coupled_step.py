@@ -43,7 +43,7 @@ def coupled_problem(
         friction=friction,
         normal=increment.normal,
         tangential=increment.tangential.relative_to(start.rigid[3:]),
-        motion=max(LEAST_MOTION * start.largest_displacement, least_slip),
+        motion=max(LEAST_MOTION * start.largest_displacement, start.largest_mismatch(work.pressure), least_slip),
         least_slip=least_slip,
     )
 

@@ -156,10 +156,14 @@ class IncrementSolver:
     def _enter(self, region: ActiveRegion, start: InitialState, work: WorkingState) -> InitialState:
         """Cut the tractions of `work` to a region, and return that part of `start`."""
         cells = region.cells
-        elastic_slip = None if work.at_start or not self._single else -self._moved(start, work)[cells]
+        elastic_slip = start.elastic_slip
+        if not work.at_start:
+            elastic_slip = -self._moved(start, work) if self._single else None
+        elastic_slip = None if elastic_slip is None else elastic_slip[cells]
+        mismatch = None if start.mismatch is None else start.mismatch[cells]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
-        return InitialState(pressure, shear, displacement, start.rigid, start.normal, elastic_slip)
+        return InitialState(pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
         """Extend the tractions of `work` from a region to the whole grid."""
@@ -194,12 +198,13 @@ class IncrementSolver:
         if self._large:
             self._team.release()
         motion = work.rigid - start.rigid
-        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous)
+        mismatch = start.largest_mismatch(work.pressure)
+        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous, mismatch)
 
     def _moved(self, start: InitialState, work: WorkingState) -> FloatArray:
-        """Return the change (2, nx, ny) of the tangential displacement since the start, from that of the tractions.
+        """Return the change (2, nx, ny) of the tangential displacement since the start, and the mismatch added to it.
 
-        In single precision the difference of two displacements would lose it.
+        It follows from the change of the tractions: in single precision the difference of two displacements loses it.
         """
         moved, operator = work.shear - start.shear, self.level.operator
         if moved.any():
@@ -208,6 +213,8 @@ class IncrementSolver:
             sideways = np.empty_like(moved)
             operator.tangential_from_pressure(work.pressure - start.pressure, sideways)
             moved += sideways
+        if start.mismatch is not None:
+            moved += start.mismatch
         return moved
 
     def _why_not_certified(self, certificate: Certificate, rounding: str) -> str:

@@ -242,7 +242,8 @@ class StaggeredIteration:
         """
         moved = np.abs(work.rigid - start.rigid) * self.level.tangential.modes.arms
         elastic, least = start.largest_displacement, self._least_slip
-        motion = max(*map(float, moved[:3]), LEAST_MOTION * elastic, least)
+        mismatch = start.largest_mismatch(work.pressure)
+        motion = max(*map(float, moved[:3]), mismatch, LEAST_MOTION * elastic, least)
         if self._coupled and CONTRACTION * work.change > 2.0 * self._target:
             disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
             tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
@@ -257,7 +258,7 @@ class StaggeredIteration:
         """
         slip, operator = self._elastic_slip, self.level.operator
         if self._first and (work.at_start or start.elastic_slip is not None):
-            slip[:] = 0.0 if work.at_start else start.elastic_slip
+            slip[:] = 0.0 if start.elastic_slip is None else start.elastic_slip
         elif self._first:
             operator.tangential(work.shear, slip)
             np.subtract(start.displacement, slip, out=slip)

@@ -20,7 +20,8 @@ class InitialState:
 
     pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
     phi_z; normal: what was imposed on the normal problem; elastic_slip: (2, nx, ny), at the tractions that the
-    staggered iterations start with, where these differ and `displacement` does not resolve it.
+    staggered iterations start with, where it is not 0 and `displacement` does not resolve it; mismatch: (2, nx, ny), of
+    the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`.
     """
 
     pressure: FloatArray
@@ -29,11 +30,18 @@ class InitialState:
     rigid: Vector
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
+    mismatch: FloatArray | None = None
 
     @cached_property
     def largest_displacement(self) -> float:
         """Largest tangential elastic displacement (mm)."""
         return float(np.abs(self.displacement).max())
+
+    def largest_mismatch(self, pressure: FloatArray) -> float:
+        """Return the largest mismatch (mm) in the contact under `pressure`."""
+        if self.mismatch is None:
+            return 0.0
+        return float(np.max(np.abs(self.mismatch), where=pressure > 0.0, initial=0.0))
 
 
 @dataclass

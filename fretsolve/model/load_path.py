@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
-from fretsolve.case.history import PAIRS, TANGENTIAL
+from fretsolve.case.history import PAIRS, SHEARING
 from fretsolve.case.load_path_spec import Stage
 from fretsolve.model.increment_grading import StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Summary
+from fretsolve.system.arrays import Vector
 
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 """The components imposed until a stage names one of the same pair."""
@@ -32,12 +33,18 @@ then within about 0.5 % of what more increments give, the dissipated energy with
 
 @dataclass(frozen=True)
 class Increment:
-    """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path."""
+    """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path.
+
+    bulk: bulk stresses at its end (MPa) by their names; stretch: change of the mismatch of the surfaces that they cause
+    in the increment, De_xx, De_yy, De_xy, None without a change.
+    """
 
     step: int
     stage: Stage
     normal: LoadControl
     tangential: LoadControl
+    bulk: dict[str, float] = field(default_factory=dict)
+    stretch: Vector | None = None
 
 
 @dataclass(frozen=True)
@@ -83,7 +90,7 @@ class LoadPath:
         first, moved = 0, set[str]()
         for stage, (before, after), grading in zip(stages, pairwise(imposed), gradings, strict=True):
             # A tangential component that returns to 0 still counts: shear stays behind.
-            moved |= {name for name, value in stage.targets if name in TANGENTIAL and value}
+            moved |= {name for name, value in stage.targets if name in SHEARING and value}
             path_dependent = _depends_on_path(stage, moved, model)
             self.path_dependent |= path_dependent
             if model.has_shear:
@@ -118,6 +125,17 @@ class LoadPath:
 
     def increment(self, step: int, history: Sequence[Summary]) -> Increment:
         """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
+        planned, values = self._values(step, history)
+        normal, tangential = _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:])
+        response = self._model.bulk
+        if response is None:
+            return Increment(step, planned.stage, normal, tangential)
+        bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
+        stretch = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
+        return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None)
+
+    def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
+        """Return the stage of `step`, and what is imposed at its end by name."""
         planned = next(p for p in reversed(self._planned) if p.first <= step)
         start = history[planned.first - 1] if planned.first else None
         part = planned.share(step)
@@ -125,16 +143,16 @@ class LoadPath:
         for name, end in planned.after.items():
             begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
             values[name] = end if part == 1.0 else begin + (end - begin) * part
-        return Increment(step, planned.stage, _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:]))
+        return planned, values
 
 
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
     """Return whether the slip of a stage depends on the way to its end.
 
     It does where pressure and shear change each other, where the pressure changes under shear, and where several
-    tangential loads turn the slip. moved: the tangential components moved up to the end of the stage.
+    tangential loads or bulk stresses turn the slip. moved: those of them moved up to the end of the stage.
     """
-    presses = any(name not in TANGENTIAL for name, _ in stage.targets)
+    presses = any(name not in SHEARING for name, _ in stage.targets)
     return model.has_shear and (model.coupled or len(moved) > 1 or (presses and bool(moved)))
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import TANGENTIAL
+from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
+from fretsolve.model.bulk_stress import BulkResponse
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
@@ -62,8 +63,9 @@ class Model:
 
     has_shear: there is a shear traction to solve for; may_slip: slip is possible, under shear or without friction,
     otherwise slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file; moved:
-    the tangential components that some stage moves away from 0; decisions: one per part of the model; warnings: of
-    terms that the case leaves out although it needs them.
+    the tangential components and bulk stresses that some stage moves away from 0; decisions: one per part of the model;
+    warnings: of terms that the case leaves out although it needs them; bulk: the response to bulk stress, None where it
+    never moves the surfaces apart.
     """
 
     compliances: Compliances
@@ -75,6 +77,7 @@ class Model:
     moved: tuple[str, ...]
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
+    bulk: BulkResponse | None = None
 
     @property
     def coupled(self) -> bool:
@@ -87,7 +90,9 @@ def derive_model(case: Case) -> Model:
     material = compliances(*case.bodies)
     friction, asked = case.friction.coefficient, case.coupling
     targets = [target for stage in case.stages() for target in stage.targets]
-    moved = tuple(dict.fromkeys(name for name, value in targets if name in TANGENTIAL and value))
+    bulk = _bulk_response(case)
+    moves = SHEARING if bulk is not None else TANGENTIAL
+    moved = tuple(dict.fromkeys(name for name, value in targets if name in moves and value))
     needed = _needs_coupling(material, friction, case.solver.tolerance)
     coupled = asked == "full" or (asked == "auto" and needed)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
@@ -115,7 +120,19 @@ def derive_model(case: Case) -> Model:
             Decision("slip and dissipated energy", may_slip, slip, "slip, slip path, dissipated energy"),
         ),
         tuple(_warnings(asked, moved, friction, material, needed)),
+        bulk,
     )
+
+
+def _bulk_response(case: Case) -> BulkResponse | None:
+    """Return the response of the surfaces to bulk stress, None where it never moves one over the other."""
+    response, stresses = BulkResponse(case.bodies), dict[str, float]()
+    for stage in case.stages():
+        named = {name: value for name, value in stage.targets if name.startswith("bulk_")}
+        stresses |= named
+        if named and response.mismatch(stresses).any():
+            return response
+    return None
 
 
 def _needs_coupling(material: Compliances, friction: float, tolerance: float) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.history import EXTENTS
-from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
+from fretsolve.result.layout import BULK_HISTORY, ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
 from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 
@@ -47,9 +47,12 @@ def read_column(dataset: Any) -> NDArray[Any]:
     return np.asarray(dataset[:])
 
 
-def row_type(errors: bool, *, corrected: bool = True) -> np.dtype[Any]:
-    """Return the type of a record of the history, the step first, error bars and corrected values last if there are."""
-    quantities = (STEP, *HISTORY, *(ERRORS if errors else ()))
+def row_type(errors: bool, bulk: bool, *, corrected: bool = True) -> np.dtype[Any]:
+    """Return the type of a record of the history, the step first, bulk stresses, error bars and corrected values last.
+
+    errors, bulk, corrected: whether there are any.
+    """
+    quantities = (STEP, *HISTORY, *(BULK_HISTORY if bulk else ()), *(ERRORS if errors else ()))
     chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
     return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
 
@@ -70,7 +73,8 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
     """
     corrected = any(CORRECTED_SUFFIX in name for name in columns)
-    rows = np.empty(columns["step"].shape, row_type(ERRORS[0].name in columns, corrected=corrected))
+    errors, bulk = (ours[0].name in columns for ours in (ERRORS, BULK_HISTORY))
+    rows = np.empty(columns["step"].shape, row_type(errors, bulk, corrected=corrected))
     for name in rows.dtype.names or ():
         if name in EXTENTS and name not in columns:  # a result of an earlier version
             rows[name] = np.nan

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from fretsolve import __version__
 from fretsolve.errors import FileError, KeyPath, dotted
-from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, is_single, stored_fields
+from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, has_bulk_stress, is_single, stored_fields
 from fretsolve.system.arrays import DoubleArray
 
 WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"))
@@ -54,6 +55,11 @@ class RunHeader:
         """Cells along x and y."""
         return len(self.x), len(self.y)
 
+    @cached_property
+    def bulk(self) -> bool:
+        """Whether the history has bulk stresses."""
+        return has_bulk_stress(json.loads(self.effective_case))
+
     @property
     def stored_fields(self) -> tuple[FieldQuantity, ...]:
         """The datasets of `fields`."""
@@ -71,7 +77,8 @@ class RunHeader:
 
     def to_json(self) -> str:
         """Return text with a checksum from which `from_json` rebuilds the header exactly."""
-        return sealed({**vars(self), "x": self.x.tolist(), "y": self.y.tolist()})
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return sealed({**values, "x": self.x.tolist(), "y": self.y.tolist()})
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:

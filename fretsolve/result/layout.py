@@ -57,10 +57,16 @@ class FieldQuantity(Quantity):
 X = Quantity("x", "mm", "x of the cell centres")
 Y = Quantity("y", "mm", "y of the cell centres")
 
-STEP, *HISTORY = (
+STEP, *_COLUMNS = (
     Quantity(one.name, one.metadata["units"], one.metadata["meaning"], "int64" if one.type == "int" else "float64")
     for one in fields(Summary)
 )
+
+HISTORY = tuple(one for one in _COLUMNS if not one.name.startswith("bulk_"))
+"""Columns of every result, besides the step."""
+
+BULK_HISTORY = tuple(one for one in _COLUMNS if one.name.startswith("bulk_"))
+"""Bulk stresses; only in results of cases that have one."""
 
 
 def _error_of(one: Quantity) -> Quantity:
@@ -115,7 +121,7 @@ DISPLACEMENT = (
 
 RESTART = FIELDS + DISPLACEMENT
 
-QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *ERRORS, X, Y, *RESTART)}
+QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART)}
 """All of them by their names, which are unique."""
 
 ZONE_ATTRIBUTES: dict[str, Any] = {
@@ -127,6 +133,17 @@ ZONE_ATTRIBUTES: dict[str, Any] = {
 def is_single(effective_case: Mapping[str, Any]) -> bool:
     """Return whether a case asks for fields in single precision."""
     return bool(effective_case.get("solver", {}).get("precision") == "single")
+
+
+def has_bulk_stress(effective_case: Mapping[str, Any]) -> bool:
+    """Return whether a case has a bulk stress."""
+    steps = list(effective_case.get("load_path", ()))
+    while steps:
+        step = steps.pop()
+        if "bulk_1" in step or "bulk_2" in step:
+            return True
+        steps += step.get("cycle", {}).get("stages", ())
+    return False
 
 
 def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQuantity, ...]:

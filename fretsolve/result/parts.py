@@ -8,9 +8,10 @@ modified. A merged part makes those it was merged from superfluous, which may st
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +22,11 @@ from fretsolve.errors import FileError, shortened
 from fretsolve.result.checks import checked_plane, content_of, read_column, require, row_records, row_type, widened
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
+    BULK_HISTORY,
     COLUMN_FILTERS,
     DISPLACEMENT,
     HEADER,
     HEADER_GROUP,
-    HISTORY,
     PLAIN_FILTERS,
     QUANTITIES,
     RESTART,
@@ -56,8 +57,9 @@ _REASONS = {
 CONTENT = "content"
 """Name of `content_of` in the text of the header."""
 
-SUMMARY_LENGTH = 1 + len(HISTORY)
-"""Values of a record of the history before its error bars."""
+SUMMARY_NAMES, ERROR_NAMES = (
+    tuple(column.name for column in dataclass_fields(kind)) for kind in (Summary, SummaryErrors)
+)
 
 
 @dataclass(frozen=True)
@@ -155,15 +157,15 @@ def write_result(
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
     """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
-    rows = [
-        (*vars(state.summary).values(), *(() if state.errors is None else vars(state.errors).values()))
-        for state in states
-    ]
+    kind = row_type(header.errors, header.bulk)
+    rows = []
+    for state in states:
+        values = vars(state.summary) | ({} if state.errors is None else vars(state.errors))
+        rows.append(tuple(values[name] for name in kind.names or ()))
     tables = []
     for source in sources:
         with Piece(source) as piece:
             tables.append(piece.rows())
-    kind = row_type(header.errors)
     return np.concatenate([*(widened(table, kind) for table in tables), np.array(rows, kind)])
 
 
@@ -240,7 +242,8 @@ class Piece(AbstractContextManager["Piece"]):
 
     def summaries(self) -> list[Summary]:
         """Return the summaries of all increments."""
-        return [Summary(*row[:SUMMARY_LENGTH]) for row in self.rows().tolist()]
+        rows = self.rows()
+        return [_summary(dict(zip(rows.dtype.names or (), row, strict=True))) for row in rows.tolist()]
 
     def grid(self) -> tuple[DoubleArray, DoubleArray]:
         """Return x and y of the cell centres of a result file."""
@@ -273,8 +276,10 @@ class Piece(AbstractContextManager["Piece"]):
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
         rows = self.rows()
-        values = widened(rows[-1:], row_type(len(rows.dtype.names or ()) > SUMMARY_LENGTH))[0].item()
-        summary, errors = Summary(*values[:SUMMARY_LENGTH]), values[SUMMARY_LENGTH:]
+        names = rows.dtype.names or ()
+        kind = row_type(ERROR_NAMES[0] in names, BULK_HISTORY[0].name in names)
+        values = dict(zip(kind.names or (), widened(rows[-1:], kind)[0].item(), strict=True))
+        summary, errors = _summary(values), [values[name] for name in ERROR_NAMES if name in values]
         with damage_reported(self.path, "restart"):
             group = own_node(self.file, "restart")
             kept = {name: checked_plane(name, own_dataset(group, name)[:]) for name in group}
@@ -297,6 +302,11 @@ class Piece(AbstractContextManager["Piece"]):
                 dataset = own_dataset(self.file, name)
                 for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
                     dataset[index]
+
+
+def _summary(values: Mapping[str, Any]) -> Summary:
+    """Return the summary in a record of the history."""
+    return Summary(**{name: values[name] for name in SUMMARY_NAMES if name in values})
 
 
 @contextmanager

@@ -160,7 +160,7 @@ class ClosedForms:
         (mm), by default the sphere's own.
         """
         loads, circle = self.loads[: stage + 1], self.hertz[stage]
-        if circle is None or not circle.is_circle or any(map(_is_tilted, loads)):
+        if circle is None or not circle.is_circle or any(map(_is_tilted, loads)) or self.model.bulk is not None:
             return None
         if not self.model.has_shear or self.model.coupled:
             return None
@@ -205,7 +205,8 @@ class ClosedForms:
     def why_not_mindlin(self) -> str:
         """The reason why Cattaneo and Mindlin are not exact where it is Poisson's ratio alone; else empty."""
         directions_interact = self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
-        if not directions_interact or not {"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved):
+        sheared = bool({"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved))
+        if not directions_interact or not sheared or self.model.bulk is not None:
             return ""
         return (
             "with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which Cattaneo and"

@@ -14,7 +14,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretsolve.case.history import TANGENTIAL
+from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
@@ -127,7 +127,7 @@ def _applications(setup: ProblemSetup) -> dict[ModelPart, int]:
     model, increments = setup.model, setup.load_path.increments
     coupling = model.terms.normal_tangential_coupling
     stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    pressed = sum(count for stage, count in stages if any(name not in TANGENTIAL for name, _ in stage.targets))
+    pressed = sum(count for stage, count in stages if any(name not in SHEARING for name, _ in stage.targets))
     in_turn = model.has_shear and coupling
     return {
         "normal problem": COUPLED_APPLICATIONS * increments if in_turn else APPLICATIONS * pressed,

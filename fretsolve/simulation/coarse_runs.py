@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.case.history import TANGENTIAL
+from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
@@ -167,7 +167,7 @@ class CoarseRuns:
 
 def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
     """Return for each stage whether something may slip in it: all between dissimilar bodies, or once one is sheared."""
-    moved = (any(name in TANGENTIAL and value for name, value in stage.targets) for stage in setup.case.stages())
+    moved = (any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages())
     return tuple(setup.model.coupled or sheared for sheared in accumulate(moved, or_))
 
 

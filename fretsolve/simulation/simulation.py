@@ -13,6 +13,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.increment.bulk_mismatch import with_mismatch
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import readying_seconds
@@ -57,7 +58,10 @@ def run(
         before = setup.load_path.increment(step - 1, summaries).normal if step else None
         rigid = np.array([getattr(summaries[-1], name) for name in RIGID]) if step else np.zeros(6)
         try:
-            solved = solver.solve(increment, InitialState(fields.pressure, fields.shear, displacement, rigid, before))
+            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before)
+            if increment.stretch is not None:
+                begin = with_mismatch(begin, increment.stretch, setup.grid)
+            solved = solver.solve(increment, begin)
         except NoSolutionError as error:
             _locate(error, setup, increment)
             raise
@@ -171,6 +175,7 @@ def _summary(
         step=increment.step,
         stage=increment.stage.number,
         **dict(zip((*LOADS, *RIGID), map(float, loads_and_motions), strict=True)),
+        **increment.bulk,
         **sizes,
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),

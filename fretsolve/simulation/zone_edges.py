@@ -94,8 +94,10 @@ class ZoneEdge:
             x, other_x, y, other_y = shares
             run_x, run_y = np.abs(other_x - x) * dx, np.abs(other_y - y) * dy
             length = np.maximum(np.hypot(run_x, run_y), TINY)
-            sine = np.fmax(2.0 * (run_x / length) * (run_y / length), 0.0)  # 0 where no smooth edge fits
+            sine = 2.0 * (run_x / length) * (run_y / length)
             lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
+            if part.is_row:
+                lever = np.full(lever.shape, LEVER_ALONG)
         return cls(part, front, shares, run_x, run_y, lever)
 
 
@@ -153,8 +155,8 @@ def stick_edge(
 class CellPart:
     """The part of a grid around a zone. Its cells are numbered row by row, ``strides`` apart along x and y.
 
-    corner: centre of the first cell (mm); inside: cells of the zone; deep: those of them whose neighbours are inside
-    too.
+    corner: centre of the first cell (mm); is_row: whether the grid is a single row, whose edges lie along the cells;
+    inside: cells of the zone; deep: those of them whose neighbours are inside too.
     """
 
     slices: tuple[slice, slice]
@@ -162,6 +164,7 @@ class CellPart:
     strides: tuple[int, int]
     spacing: tuple[float, float]
     corner: tuple[float, float]
+    is_row: bool
     inside: BoolArray
     deep: BoolArray
 
@@ -181,7 +184,8 @@ class CellPart:
             deep[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
         x, y = grid.x0 + (top - (grid.nx - 1) / 2) * grid.dx, grid.y0 + (left - (grid.ny - 1) / 2) * grid.dy
         strides, spacing = (inside.shape[1], 1), (grid.dx, grid.dy)
-        return cls(slices, missing, strides, spacing, (float(x), float(y)), inside.ravel(), deep.ravel())
+        corner, is_row = (float(x), float(y)), 1 in grid.shape
+        return cls(slices, missing, strides, spacing, corner, is_row, inside.ravel(), deep.ravel())
 
     def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
         """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""

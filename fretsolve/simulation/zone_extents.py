@@ -37,15 +37,21 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     place = np.where(links.along_y, column, row)
     depth = np.where(ahead, np.where(links.along_y, size[1], size[0]) - 1 - place, place) - MARGIN_CELLS
     near = np.flatnonzero(depth < 2)
-    line = (row + column - place)[near]
-    # how far they are beyond the middle of the zone's outermost cell, in cells; without a smooth edge cells are counted
+    # their shares inside; NaN, where no smooth edge fits, comes last
     share = edge.shares.ravel()[front.crossed[near]] - INSET - np.log(LEVER / edge.lever[front.square[near]]) / 6.0
-    reach = np.where(np.isnan(share), 0.5, share) - depth[near]
-    rows: list[dict[int, float]] = [{}, {}, {}, {}]  # the farthest one of each row, towards -x, +x, -y, +y
-    direction = 2 * links.along_y[near] + ahead[near]
-    for towards, number, end in zip(direction.tolist(), line.tolist(), reach.tolist(), strict=True):
+    order = np.argsort(share)
+    near, share = near[order], share[order]
+    # the farthest crossing of each row, towards -x, +x, -y, +y, in cells beyond the zone's outermost middles
+    rows: list[dict[int, float]] = [{}, {}, {}, {}]
+    direction, line = 2 * links.along_y[near] + ahead[near], (row + column - place)[near]
+    for towards, number, inside, cells in zip(
+        direction.tolist(), line.tolist(), share.tolist(), depth[near].tolist(), strict=True
+    ):
         ends = rows[towards]
-        ends[number] = max(end, ends.get(number, end))
+        if not math.isnan(inside):
+            ends[number] = max(inside - cells, ends.get(number, -math.inf))
+        elif number not in ends:  # cells are counted
+            ends[number] = 0.5 - cells
     low_x, high_x, low_y, high_y = map(_farthest, rows)
     ends_x = MARGIN_CELLS - low_x, size[0] - 1 - MARGIN_CELLS + high_x
     ends_y = MARGIN_CELLS - low_y, size[1] - 1 - MARGIN_CELLS + high_y

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from fretsolve.case.dimensions import NUMBER, TIME
-from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, TANGENTIAL
+from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError, SlidingError
 from fretsolve.export.selection import relevant_columns, stage_ends, total_cost
@@ -97,7 +97,7 @@ def _moved(setup: ProblemSetup) -> list[str]:
     moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
     names = [name for pair in PAIRS for name in pair if moved & set(pair)]
     names += ["max_pressure", "contact_radius"]
-    if setup.model.has_shear and (moved & TANGENTIAL or setup.model.terms.normal_tangential_coupling):
+    if setup.model.has_shear and (moved & SHEARING or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]
     return names
 

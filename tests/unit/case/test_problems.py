@@ -51,6 +51,19 @@ def test_mistake_gives_one_line(tmp_path: Path, right: str, wrong: str, message:
     assert (str(error), error.exit_code) == (f"{path}:{message}", 2)
 
 
+@pytest.mark.parametrize("body", [1, 2])
+def test_a_rigid_body_has_no_bulk_stress(tmp_path: Path, body: int) -> None:
+    bodies = [BODY_1, BODY_1.replace("200", "210")]
+    text = CASE.replace(f"  - {bodies[body - 1]}", "  - rigid")
+    text = text.replace("{Qx: -36 N}", f"{{Qx: -36 N, bulk_{body}: {{xx: 70 MPa}}}}")
+    error = case_error(write_case(tmp_path, text))
+    message = f"body {body} is rigid, so it has no bulk stress; an elastic body is needed"
+    assert (error.line, error.message) == (14, message)
+    assert error.key == ("load_path", 2, "cycle", "stages", 0, f"bulk_{body}")
+    other = text.replace(f"bulk_{body}", f"bulk_{3 - body}")
+    assert len(load_case(write_case(tmp_path, other)).stages()) == 8
+
+
 def test_the_case_without_mistakes_loads(tmp_path: Path) -> None:
     assert len(load_case(write_case(tmp_path, CASE)).stages()) == 8
 

@@ -8,6 +8,7 @@ import pint
 import pytest
 
 from fretsolve.result.layout import (
+    BULK_HISTORY,
     CHUNK_BYTES,
     DISPLACEMENT,
     FIELDS,
@@ -22,7 +23,7 @@ from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
-    columns = (STEP, *HISTORY)
+    columns = (STEP, *HISTORY, *BULK_HISTORY)
     assert [column.name for column in columns] == [field.name for field in fields(Summary)]
     counts = {"step", "stage", "contact_cells", "stick_cells", "alternations", "operator_applications"}
     counts |= {"iterations_normal", "iterations_tangential"}
@@ -39,7 +40,9 @@ def test_restart_has_all_arrays_of_a_state() -> None:
     assert arrays == {field.name for field in fields(Fields)} | {"displacement"}
 
 
-@pytest.mark.parametrize("quantity", [*HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name)
+@pytest.mark.parametrize(
+    "quantity", [*HISTORY, *BULK_HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name
+)
 def test_units_are_understood(quantity: object) -> None:
     pint.UnitRegistry().Unit(quantity.units)  # raises where it does not parse
     assert quantity.long_name
