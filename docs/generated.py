@@ -38,7 +38,9 @@ SHORTHANDS = ("SurfaceEntry", "CycleSpec")
 FUNCTIONS = {"fretsolve": ("load_case", "run", "run_with_error_bars", "open_result")}
 RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
 PICTURES = "fretsolve.plots"
-CLOSED_FORMS = ("fretsolve.reference.hertz", "fretsolve.reference.tangential", "fretsolve.reference.cyclic_loading")
+CLOSED_FORMS = tuple(
+    f"fretsolve.reference.{name}" for name in ("hertz", "tangential", "cyclic_loading", "bulk_stress")
+)
 
 
 def case_file() -> Iterator[str]:
