@@ -183,8 +183,9 @@ def _widths(unknown: DoubleArray) -> tuple[float, float]:
 class SphereUnderBulk:
     """A sphere on a flat under a force along x, |Q| < mu P, and a mismatch De_xx with De_yy = -De_xx D2/D1.
 
-    compliances: A and B (1/MPa); D1 = 4A + B, D2 = B. Then an eccentric circle sticks, exactly where Cattaneo's is
-    (neglecting slip across the force), while it lies inside the contact. From Johnson, eq. 3.91.
+    compliances: A and B (1/MPa); D1 = 4A + B, D2 = B. An eccentric circle sticks while it lies inside the contact, in
+    the sense of Cattaneo and Mindlin, who neglect that slip turns across the force. Without uy from qx (coupling: none)
+    it is exact with De_yy = 0. From Johnson, eq. 3.91.
     """
 
     hertz: HertzContact
