@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fretsolve.case.history import EXTENTS
+from fretsolve.case.history import BULK, EXTENTS
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 _COLUMNS = (
-    *("P", "Mx", "My", "Qx", "Qy", "Mz"),
+    *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
     *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
     *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total"),
 )
@@ -68,16 +68,13 @@ def relevant_columns(result: Result) -> list[str]:
 
     Widths of a zone that is a circle are left out, as its radius says the same, and middles at the origin.
     """
-    return [
-        name
-        for name in _COLUMNS
-        if name in ("P", "delta_z")
-        or (_tells_more(result.history, name) if name in EXTENTS else _is_above_round_off(result, name))
-    ]
+    return [name for name in _COLUMNS if name in result.history and _is_relevant(result, name)]
 
 
-def _is_above_round_off(result: Result, name: str) -> bool:
-    return bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
+def _is_relevant(result: Result, name: str) -> bool:
+    if name in EXTENTS:
+        return _tells_more(result.history, name)
+    return name in ("P", "delta_z") or bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
 
 
 def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:

@@ -131,7 +131,7 @@ class ClosedForms:
         if hertz is None or not hertz.is_circle:
             return friction * P, math.inf, None
         delta_x = None
-        if friction and not self.model.coupled:
+        if friction and not self.model.coupled and self.model.bulk is None:
             delta_x = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential).delta_x
         return friction * P, gross_slip_torque(hertz, friction), delta_x
 

@@ -1,0 +1,78 @@
+"""Columns of the history that not every result has: bulk stresses, and those that earlier versions did not know."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from fake_states import fake_header, fake_states, write_fake
+
+from fretsolve.case.history import BULK, EXTENTS
+from fretsolve.result import HistoryWriter, RunHeader, open_result
+from fretsolve.result.layout import has_bulk_stress
+from fretsolve.result.state import State
+
+NAMES = (*BULK[1], *BULK[2])
+
+
+def header_with_bulk(errors: bool = False) -> RunHeader:
+    header = fake_header(errors=errors)
+    case = json.loads(header.effective_case)
+    case["load_path"] += [{"cycle": {"times": 2, "stages": [{"Qx": 1.0}, {"bulk_2": {"xx": 70.0}}]}}]
+    return replace(header, effective_case=json.dumps(case))
+
+
+def states(count: int, errors: bool, after: State | None = None) -> list[State]:
+    found = fake_states(count, after, errors=errors)
+    return [
+        replace(one, summary=replace(one.summary, bulk_2_xx=0.1 * one.summary.step, bulk_1_xy=-1.5)) for one in found
+    ]
+
+
+@pytest.mark.parametrize(
+    ("load_path", "expected"),
+    [
+        ([{"P": 1.0}], False),
+        ([{"P": 1.0}, {"bulk_1": {"xx": 0.0}}], True),
+        ([{"P": 1.0}, {"cycle": {"times": 2, "stages": [{"Qx": 1.0}, {"bulk_2": {"xx": 0.0}}]}}], True),
+    ],
+)
+def test_a_case_has_bulk_stress_or_not(load_path: list[dict[str, object]], expected: bool) -> None:
+    assert has_bulk_stress({"load_path": load_path}) is expected
+
+
+@pytest.mark.parametrize("errors", [False, True])
+def test_bulk_stresses_are_written_and_resumed_with_them(tmp_path: Path, errors: bool) -> None:
+    whole, resumed, header = tmp_path / "whole.h5", tmp_path / "resumed.h5", header_with_bulk(errors)
+    for out, stops in ((whole, [6]), (resumed, [2, 3, 6])):
+        for stop in stops:
+            with HistoryWriter.open(out, header, resume=True) as writer:
+                for state in states(6, errors)[len(writer.summaries) : stop]:
+                    writer.append(state)
+                if stop == 6:
+                    writer.finish("complete")
+            with open_result(out) as result:
+                assert result.history["bulk_2_xx"].tolist() == [0.1 * step for step in range(stop)]
+                assert set(result.history["bulk_1_xy"]) == {-1.5}
+                assert result.units("bulk_2_xx") == "MPa"
+    assert whole.read_bytes() == resumed.read_bytes()
+    with HistoryWriter.open(whole, header, resume=True) as writer:
+        assert [summary.bulk_2_xx for summary in writer.summaries] == [0.1 * step for step in range(6)]
+
+
+def test_other_results_have_no_bulk_stresses(tmp_path: Path) -> None:
+    with open_result(write_fake(tmp_path / "out.h5")) as result:
+        assert not set(NAMES) & set(result.history)
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert not set(NAMES) & set(file["history"])
+
+
+def test_extents_are_unknown_in_results_of_earlier_versions() -> None:
+    with open_result(Path(__file__).parents[2] / "data" / "result_v1.h5") as result:
+        for name in EXTENTS:
+            assert np.isnan(result.history[name]).all()
+        assert (result.history["contact_radius"] > 0.0).any()
