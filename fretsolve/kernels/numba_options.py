@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numba
 from numba.core import event
+
+from fretsolve.kernels.numba_cache import KernelCache
 
 
 def _clock(name: str) -> Callable[[], float]:
@@ -27,10 +30,10 @@ def kernel(function: Any) -> Any:
     """
     fast = {"reassoc", "contract", "nsz", "arcp"}
     options: dict[str, Any] = {"nogil": True, "fastmath": fast, "error_model": "numpy"}
-    try:
-        return numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # neither the package's folder nor the user's cache can be written
-        return numba.njit(**options)(function)
+    compiled = numba.njit(**options)(function)
+    with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
+        compiled._cache = KernelCache(function)
+    return compiled
 
 
 @kernel

@@ -1,0 +1,69 @@
+"""Numba's cache of compiled kernels, with checksums: damaged code would crash, or give other numbers."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+from fretsolve.errors import FileError
+from fretsolve.system.foreign_files import read_bytes
+
+LARGEST_FILE = 2**26
+"""Bytes; a kernel takes some 100 kB."""
+
+_DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+class KernelCache(FunctionCache):
+    """The compiled forms of a kernel on disk. Whatever cannot be read is compiled again, and replaced if possible.
+
+    Raises RuntimeError if there is no folder that can be written.
+    """
+
+    def __init__(self, function: Any):
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _CheckedFiles(self.cache_path, self._impl.filename_base, stamp)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled form for a signature, None if there is none."""
+        with suppress(Exception):  # whatever unpickling raises for a file of another version
+            return super().load_overload(sig, target_context)
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Save a compiled form. A disk that is full is no error."""
+        with suppress(OSError):
+            super().save_overload(sig, data)
+
+
+class _CheckedFiles(IndexDataCacheFile):
+    """The files of a kernel, each with its SHA-256 at the end, which unpickling ignores."""
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
+        with super()._open_for_write(filepath) as file:
+            yield (content := BytesIO())
+            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+
+    def _load_index(self) -> Any:
+        return super()._load_index() if _is_whole(self._index_path) else {}
+
+    def _load_data(self, name: str) -> Any:
+        if not _is_whole(path := self._data_path(name)):
+            raise OSError(f"{path} is damaged")  # which numba takes as if there were no file
+        return super()._load_data(name)
+
+
+def _is_whole(path: str) -> bool:
+    """Return whether a file of the cache is there and ends with the checksum of what is before."""
+    with suppress(OSError, FileError):
+        content = read_bytes(Path(path), LARGEST_FILE)
+        return hashlib.sha256(content[:-_DIGEST_SIZE]).digest() == content[-_DIGEST_SIZE:]
+    return False

@@ -1,0 +1,72 @@
+"""Damage in the cache of compiled kernels costs a compilation, never a run or a number."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pytest
+
+numba = pytest.importorskip("numba")
+options = pytest.importorskip("fretsolve.kernels.numba_options")
+
+
+def threefold(value: float) -> float:
+    """Return three times the number."""
+    return 3.0 * value
+
+
+@pytest.fixture()
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+def taken_from_disk() -> bool:
+    """Call a kernel as a new process does, and return whether it was taken from the cache."""
+    compiled = options.kernel(threefold)
+    assert compiled(2.0) == 6.0
+    return sum(compiled.stats.cache_hits.values()) == 1
+
+
+def spoil(path: Path, how: str, seed: int) -> None:
+    content = bytearray(path.read_bytes())
+    path.unlink()
+    match how:
+        case "bit":
+            content[random.Random(seed).randrange(len(content))] ^= 4
+            path.write_bytes(content)
+        case "cut":
+            path.write_bytes(content[: seed * len(content) // 10])
+        case "pipe":
+            os.mkfifo(path)
+        case "folder":
+            path.mkdir()
+
+
+@pytest.mark.parametrize("how", ["bit", "cut", "pipe", "folder", "gone"])
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("seed", range(3))
+def test_damage_costs_a_compilation(folder: Path, ending: str, how: str, seed: int) -> None:
+    assert not taken_from_disk()
+    assert taken_from_disk()
+    (path,) = folder.rglob(f"*.{ending}")
+    spoil(path, how, seed)
+    assert not taken_from_disk()
+    assert taken_from_disk() is (how != "folder")  # which cannot be replaced
+
+
+def test_a_cache_that_cannot_be_written_any_more(folder: Path) -> None:
+    compiled = options.kernel(threefold)
+    for path in folder.iterdir():
+        shutil.rmtree(path)
+        path.write_text("in the way")
+    assert compiled(2.0) == 6.0
+
+
+def test_a_cache_as_numba_writes_it_is_not_trusted(folder: Path) -> None:
+    numba.njit(cache=True)(threefold)(2.0)
+    assert not taken_from_disk()
+    assert taken_from_disk()
