@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
+import pwd
 import socket
+import stat
+import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +42,7 @@ class RunLock:
     def acquire(cls, folder: Path) -> RunLock:
         """Lock `folder`, and create it if needed.
 
-        Raises BusyError if another run holds the lock, FileError if a link leads elsewhere, OSError.
+        Raises BusyError if another run holds the lock, FileError if the folder is a link or another user's, OSError.
         """
         from filelock import FileLock, Timeout  # on demand, as above
 
@@ -47,11 +52,16 @@ class RunLock:
             atomic_files.add_folder(folder)
             _require_own(folder)
             try:
-                lock.acquire(poll_interval=POLL)
+                with warnings.catch_warnings(action="ignore"):  # without flock filelock takes the file itself as lock
+                    lock.acquire(poll_interval=POLL)
             except FileNotFoundError:  # a run that ended just now has removed the folder
                 continue
             except Timeout:
                 break
+            except OSError as error:
+                if error.errno == errno.ENOLCK:  # nobody can hold a lock here
+                    _remove_if_empty(folder)
+                raise
             with suppress(OSError):  # the holder is only for the message of the next run
                 (folder / HOLDER_NAME).unlink(missing_ok=True)
                 with (folder / HOLDER_NAME).open("x") as file:
@@ -66,16 +76,44 @@ class RunLock:
         """Give the lock back, and remove the folder if nothing else is in it."""
         with suppress(OSError):
             (self.folder / HOLDER_NAME).unlink(missing_ok=True)
-            if [path.name for path in self.folder.iterdir()] == [LOCK_NAME]:
-                atomic_files.remove_folder(self.folder, self.folder / LOCK_NAME)
+        _remove_if_empty(self.folder)
         self.lock.release()
 
 
+def _remove_if_empty(folder: Path) -> None:
+    """Remove a folder in which there is only the lock. Whoever calls holds the lock, or nobody can."""
+    with suppress(OSError):
+        if [path.name for path in folder.iterdir()] == [LOCK_NAME]:
+            atomic_files.remove_folder(folder, folder / LOCK_NAME)
+
+
 def _require_own(folder: Path) -> None:
-    """Raise FileError if `folder` or the lock in it is a link: a run neither writes nor removes what that leads to."""
-    for path in (folder, folder / LOCK_NAME):
-        if path.is_symlink():
-            raise FileError("is a link, which a run does not follow: remove it, or give another name with -o", path)
+    """Raise FileError if `folder` or the lock in it is a link or something else, or if the folder is another user's.
+
+    A run neither writes nor removes what a link leads to. Whoever owns the folder may put any increments into it.
+    """
+    with suppress(FileNotFoundError):
+        _require_kind(folder, stat.S_ISDIR)
+        owner = folder.stat().st_uid
+        # Who owns the folder around it may replace it anyway. Some file systems show one owner for all files.
+        if owner not in (os.geteuid(), folder.absolute().parent.stat().st_uid):
+            message = f"belongs to another user ({_user_name(owner)}), so a run does not write there: copy it (cp -r)"
+            raise FileError(f"{message} to go on with it, or give another name with -o", folder)
+        _require_kind(folder / LOCK_NAME, stat.S_ISREG)
+
+
+def _require_kind(path: Path, is_right: Callable[[int], bool]) -> None:
+    """Raise FileError if `path` is a link or of another kind, FileNotFoundError if it is not there."""
+    mode = path.lstat().st_mode
+    if not is_right(mode):
+        what = "is a link, which a run does not follow" if stat.S_ISLNK(mode) else "is in the way of a run's own"
+        raise FileError(f"{what}: remove it, or give another name with -o", path)
+
+
+def _user_name(number: int) -> str:
+    with suppress(KeyError):
+        return pwd.getpwuid(number).pw_name
+    return str(number)
 
 
 def is_locked(folder: Path) -> bool:

@@ -168,7 +168,8 @@ def remove_stale(target: Path) -> None:
     begun = time.time() - STALE
     for path in temporaries(target.parent):
         with suppress(FileNotFoundError):
-            if _written(path) == target.name and path.lstat().st_mtime < begun:
+            left = path.lstat()
+            if _written(path) == target.name and left.st_mtime < begun and left.st_uid == os.geteuid():
                 remove(path)
 
 

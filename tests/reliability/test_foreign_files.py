@@ -59,6 +59,47 @@ def test_a_link_among_the_parts(tmp_path: Path, own: Path, name: str) -> None:
     assert untouched(own)
 
 
+OTHER_USER = 12345
+as_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
+
+
+@as_root
+@pytest.mark.parametrize("option", ["--resume", "--overwrite", "-q"])
+def test_parts_of_another_user(tmp_path: Path, own: Path, option: str) -> None:
+    case = write_case(tmp_path)
+    parts = parts_folder(case.with_suffix(".h5"))
+    own.rename(parts)
+    (parts / "lock").rename(parts / "a lock")
+    os.chown(parts, OTHER_USER, -1)
+    line = refused(4, "run", case, option)
+    assert line.startswith(f"{parts}: belongs to another user ({OTHER_USER}), so a run does not write there: copy it")
+    assert untouched(parts)
+    assert invoke("run", case, "-q", "-o", tmp_path / "other.h5").exit_code == 0
+
+
+@as_root
+def test_folders_of_one_owner(tmp_path: Path) -> None:
+    """As on file systems that show one owner for all files, and where root works for a user."""
+    case = write_case(tmp_path)
+    os.chown(tmp_path, OTHER_USER, -1)
+    out = case.with_suffix(".h5")
+    run(out, 3)
+    os.chown(parts_folder(out), OTHER_USER, -1)
+    run(out, resume=True)
+    assert open_result(out).increments == 6
+
+
+@as_root
+def test_temporary_files_of_another_user_stay(tmp_path: Path) -> None:
+    ours, theirs = (tmp_path / f"t.csv.{digit * 16}.tmp" for digit in "01")
+    for path in (ours, theirs):
+        path.write_text(TEXT)
+        os.utime(path, (0.0, 0.0))
+    os.chown(theirs, OTHER_USER, -1)
+    atomic_files.write_text(tmp_path / "t.csv", TEXT)
+    assert (ours.exists(), theirs.exists()) == (False, True)
+
+
 def test_temporary_files_of_others_stay(tmp_path: Path) -> None:
     out = write_fake(tmp_path / "out.h5")
     target = tmp_path / "t.csv"
