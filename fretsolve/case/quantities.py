@@ -59,8 +59,8 @@ UNIT_NOTE = "; a bare number is in "
 """In the JSON Schema, between a key's description and its unit."""
 
 LEAST_MAGNITUDE, LARGEST_MAGNITUDE = 1e-40, 1e40
-"""In internal units; products of a few such numbers have room in double precision. Smaller forces and moments count
-as 0; smaller moduli, and smaller lengths that cannot be 0, are refused."""
+"""In internal units; products of a few such numbers have room in double precision. Smaller values count as 0, and are
+refused where a value cannot be 0."""
 
 
 class QuantityError(ValueError):
@@ -200,7 +200,7 @@ class InUnits:
         if not all(holds(number, bound) for _, _, holds, bound in self._bounds()):
             needed = " and ".join(f"{sign} {self.dimension.shown(bound)}" for sign, _, _, bound in self._bounds())
             raise refused(f"{shown(value)} is out of range; {self.dimension.noun} {needed} is needed")
-        return number
+        return 0.0 if abs(number) < LEAST_MAGNITUDE else number
 
     def _bounds(self) -> list[tuple[str, str, Callable[[float, float], bool], float]]:
         """Return the bounds: sign, keyword of the JSON Schema, operator, value."""

@@ -9,6 +9,7 @@ import errno
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -28,7 +29,9 @@ class CommandLine(click.Group):
 
     def main(self, *args: Any, **options: Any) -> Any:
         """Run the command line and exit; see `click.Command.main`."""
-        with tolerant_streams():
+        with tolerant_streams(), warnings.catch_warnings():
+            if not os.environ.get("FRETSOLVE_DEBUG"):
+                warnings.showwarning = lambda *_, **__: None  # those of libraries, which say nothing to a user
             code = _exit_code(lambda: super(CommandLine, self).main(*args, **options | {"standalone_mode": False}))
         sys.exit(code)
 

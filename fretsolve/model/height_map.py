@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import LENGTH
-from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE, QuantityError, to_internal
 from fretsolve.case.surface_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -124,6 +124,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
         raise FileError(f"the height map cannot be read: {reason}", file) from error
     _require_unit(content.units, source, (*key, "unit"))
     values = _checked(content.values, file, (*key, "file"))
+    _require_possible(values, source, (*key, "file"))
     values *= -source.unit if source.invert else source.unit
     return HeightMap(values, _spacing(source, content, (*key, "spacing")))
 
@@ -166,6 +167,16 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
     return checked
 
 
+def _require_possible(values: DoubleArray, source: HeightsSurface, key: KeyPath) -> None:
+    """Refuse heights beyond the lengths that a case may have. Programs write such numbers for missing points."""
+    largest = float(max(np.nanmax(values), -np.nanmin(values))) * source.unit
+    if largest > LARGEST_MAGNITUDE:
+        message = (
+            f"{source.file.name!r} holds a height of {largest:.2g} mm, at most {LARGEST_MAGNITUDE:g} mm is possible"
+        )
+        raise CaseError(f"{message}; write nan for missing points", key)
+
+
 def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[float, float]:
     """Return the spacing (mm) of the case, or else that of the file."""
     if source.spacing is not None:
@@ -174,7 +185,7 @@ def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[f
     if content.spacing is None:
         raise CaseError(f"spacing is missing, and {source.file.name!r} has none; {example}", key)
     pair = content.spacing * 2 if len(content.spacing) == 1 else content.spacing
-    if len(pair) != 2 or not all(0.0 < step < np.inf for step in pair):
+    if len(pair) != 2 or not all(LEAST_MAGNITUDE <= step <= LARGEST_MAGNITUDE for step in pair):
         raise CaseError(f"the spacing in {source.file.name!r} is {list(content.spacing)}; {example}", key)
     return pair[0], pair[1]
 

@@ -48,6 +48,12 @@ class HeightProfiles:
     along: tuple[DoubleArray, DoubleArray]
     spacing: Pair
 
+    def slope(self, axis: int) -> float:
+        """Return the root mean square slope between neighbours along `axis`, 0 if no neighbours are known."""
+        slopes = np.diff(self.along[axis], axis=0) / self.spacing[axis]
+        known = slopes[np.isfinite(slopes)]
+        return float(np.sqrt(np.mean(known**2))) if known.size else 0.0
+
     def _missed(self, axis: int, between: int) -> float:
         """Return the mean square slope that points `between` points apart miss: its variance between them."""
         heights = self.along[axis] / self.spacing[axis]
@@ -96,6 +102,10 @@ class HeightMaps:
         found = tuple(_profiles(height_map, place, center, size) for place, height_map in height_maps(surfaces))
         forces = [load["P"] / math.prod(size) for load in loads if "P" in load]
         return cls(found, contact_modulus, max(forces, default=LOAD_UNKNOWN * contact_modulus))
+
+    def slope(self) -> float:
+        """Return the largest root mean square slope of a map along an axis, on the grid's area."""
+        return max((one.slope(axis) for one in self.maps for axis in (0, 1)), default=0.0)
 
     def flattening_pressure(self, cell: Pair) -> float:
         """Return the root mean square pressure (MPa) that would flatten what cells of sides `cell` miss.

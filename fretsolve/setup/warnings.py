@@ -26,6 +26,9 @@ LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
+STEEPEST_MAP = 1.0
+"""Root mean square slope of a height map above which something is wrong, rather than rough."""
+
 HOLD_TO = "half-spaces and linear elasticity hold to about"
 
 
@@ -113,8 +116,14 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_heights(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of height maps that are finer than the cells, if flattening what these miss takes a part of the pressure."""
+    """Warn of height maps that are too steep, or finer than the cells, if flattening what these miss takes a part of
+    the pressure."""
     grid, heights = setup.grid, setup.heights()
+    if (slope := heights.slope()) > STEEPEST_MAP:
+        yield (
+            f"surface: the root mean square slope of the height map is {slope:.2g}: half-spaces and linear elasticity"
+            " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
+        )
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         nx, ny = heights.resolving_points(grid.size, grid.shape)
         yield (

@@ -215,7 +215,8 @@ class NormalSolver:
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10)."""
-        np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
+        with np.errstate(over="ignore"):  # outside of the contact, where CG does not look, in single precision
+            np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
         tilts = np.eye(3)
         if control.forced[0] and any(control.forced[1:]):

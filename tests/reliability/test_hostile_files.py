@@ -181,6 +181,27 @@ def test_maps_of_no_plausible_size(tmp_path: Path) -> None:
     assert "has 100000000000 bytes; at most" in refused(4, "validate", case)
 
 
+@pytest.mark.parametrize("height", ["1e308", "-1e308", "1e50"])
+@pytest.mark.parametrize("command", ["validate", "run"])
+def test_maps_of_impossible_heights(tmp_path: Path, command: str, height: str) -> None:
+    (tmp_path / "map.txt").write_text(f"0 0 0\n0 {height} 0\n0 0 0\n")
+    line = refused(2, command, heights_case(tmp_path, "map.txt"))
+    assert f"holds a height of {abs(float(height)) / 1e3:.2g} mm, at most 1e+40 mm is possible; write nan for" in line
+
+
+def test_steep_maps_are_named(tmp_path: Path) -> None:
+    x = np.arange(-5.0, 6.0)
+    heights = (x[:, None] ** 2 + x**2) / 100.0
+    case = heights_case(tmp_path, "map.txt")
+    case.write_text(case.read_text().replace("points: 16", "points: 16, size: 10 um"))
+    for highest, warned in ((0.0, False), (-32768.0, True), (1e30, True), (np.nan, False)):
+        heights[0, 0] = highest
+        np.savetxt(tmp_path / "map.txt", heights)
+        result = invoke("validate", case)
+        assert result.exit_code == 0
+        assert ("hold for slopes small against 1; are unit and spacing right" in result.stderr) is warned
+
+
 SECRET = np.arange(100.0, 142.0)
 
 

@@ -145,6 +145,12 @@ def test_a_load_that_is_next_to_nothing_is_none() -> None:
     assert to_internal("-1e-300 N", FORCE) == 0.0
 
 
+@pytest.mark.parametrize("dimension", [LENGTH, FORCE, ANGLE])
+def test_a_motion_that_is_next_to_nothing_is_none(dimension: Dimension) -> None:
+    assert InUnits(dimension).read(-1e-30) == -1e-30
+    assert InUnits(dimension).read(-1e-150) == 0.0
+
+
 @pytest.mark.parametrize(
     "quantity", [InUnits(LENGTH, above=0), InUnits(PRESSURE, above=0), InUnits(LENGTH, nonzero=True)]
 )

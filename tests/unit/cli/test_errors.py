@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import invoke, refused
+from command_line import ended, environment, invoke, refused, start_python
 from small_cases import CASE, write_case
 
 from fretsolve.cli import main as cli
@@ -108,6 +108,22 @@ def test_bug_is_one_line_and_a_traceback_when_asked_for(monkeypatch: pytest.Monk
     assert refused(70, "schema") == f"{told}FRETSOLVE_DEBUG=1\n"
     monkeypatch.setenv("FRETSOLVE_DEBUG", "1")
     assert isinstance(invoke("schema").exception, ZeroDivisionError)
+
+
+WARNED = """
+import sys, warnings
+from fretsolve.cli import main
+main.available = lambda threads: warnings.warn("divide by zero", RuntimeWarning) or 1
+main.main(["run", "no.yaml"])
+"""
+
+
+@pytest.mark.parametrize("debug", [False, True])
+def test_warnings_of_libraries_are_for_debugging(debug: bool) -> None:
+    process = start_python("-c", WARNED, env=environment() | ({"FRETSOLVE_DEBUG": "1"} if debug else {}))
+    code, _, messages = ended(process)
+    assert (code, "RuntimeWarning: divide by zero" in messages) == (4, debug)
+    assert messages.endswith("no.yaml: cannot be read: No such file or directory\n")
 
 
 def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
