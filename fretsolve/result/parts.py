@@ -7,6 +7,8 @@ modified. A merged part makes those it was merged from superfluous, which may st
 
 from __future__ import annotations
 
+import itertools
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -94,6 +96,14 @@ def contiguous_parts(folder: Path) -> list[Part]:
         if part.first == (chosen[-1].last + 1 if chosen else 0):
             chosen.append(part)
     return chosen
+
+
+def set_aside(folder: Path, parts: Sequence[Path]) -> Path:
+    """Move parts, the last one first, from the parts `folder` to a new one beside it; return that. Raises OSError."""
+    names = (folder.with_name(f"{folder.name}.damaged-{number}") for number in itertools.count(1))
+    aside = next(name for name in names if not os.path.lexists(name))
+    atomic_files.move(aside, *reversed(parts))
+    return aside
 
 
 def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:

@@ -24,6 +24,7 @@ from fretsolve.result.parts import (
     all_parts,
     contiguous_parts,
     parts_folder,
+    set_aside,
     write_part,
     write_result,
 )
@@ -231,8 +232,9 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
-        """Go on after the last increment up to which all parts are undamaged."""
+        """Go on after the last increment up to which all parts are undamaged, and set aside those that follow."""
         require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
+        damage = ""
         for part in contiguous_parts(self._folder):
             try:
                 self._take_up(part.path)
@@ -240,14 +242,17 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 if not self._parts:
                     message = f"{error.message}, and there is no saved increment before it: --overwrite starts anew"
                     raise FileError(message, error.file) from error
-                self.notes.append(f"{error}; going on from increment {part.first}")
+                damage = str(error)
                 break
             self._parts.append(part)
-        kept, next_step = {part.path for part in self._parts}, len(self.summaries)
-        left = [part for part in all_parts(self._folder) if part.path not in kept]
-        if not self.notes and left and max(part.last for part in left) >= next_step:
-            self.notes.append(f"increment {next_step} is missing in {self._folder}; going on from there")
-        atomic_files.remove(*[part.path for part in left])
+        next_step = len(self.summaries)
+        later = [part.path for part in all_parts(self._folder) if part.last >= next_step]
+        if later:
+            damage = damage or f"increment {next_step} is missing in {self._folder}"
+            aside = set_aside(self._folder, later)
+            self.notes.append(f"{damage}; going on from increment {next_step}. What follows was moved to {aside.name}")
+        kept = {part.path for part in self._parts}
+        atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])  # merged
 
     def _take_up(self, path: Path) -> None:
         """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""

@@ -155,6 +155,16 @@ def remove(*files: Path) -> None:
         sync_folder(files[0].parent)
 
 
+def move(folder: Path, *files: Path) -> None:
+    """Move the files of one folder, in order, to a new `folder` on the same file system. Raises OSError."""
+    os.mkdir(folder)
+    sync_folder(folder.parent)
+    for file in files:
+        os.replace(file, folder / file.name)
+    sync_folder(folder)
+    sync_folder(files[0].parent)
+
+
 def remove_folder(folder: Path, *files: Path) -> None:
     """Remove a folder, and first all the files in it. Raises OSError."""
     for file in files:

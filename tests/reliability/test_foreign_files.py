@@ -182,8 +182,19 @@ def test_a_damaged_first_part_is_not_removed(tmp_path: Path) -> None:
 def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
     run(out, 4)
-    (parts_folder(out) / "000001-000001.h5").unlink()
-    assert run(out, resume=True) == [f"increment 1 is missing in {parts_folder(out)}; going on from there"]
+    missing = tmp_path / "000001-000001.h5"
+    (parts_folder(out) / missing.name).rename(missing)
+    aside = tmp_path / "out.h5.parts.damaged-1"
+    told = f"increment 1 is missing in {parts_folder(out)}; going on from increment 1. What follows was moved to"
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert (writer.notes, len(writer.summaries)) == ([f"{told} {aside.name}"], 1)
+    for path in (missing, *aside.iterdir()):  # found again, and put back
+        path.rename(parts_folder(out) / path.name)
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert (writer.notes, len(writer.summaries)) == ([], 4)
+    run(out, resume=True)
+    run(tmp_path / "whole.h5")
+    assert_same_result(out, tmp_path / "whole.h5")
 
 
 @pytest.mark.parametrize("pause", [0.0, 1000.0])

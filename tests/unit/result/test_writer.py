@@ -250,10 +250,10 @@ def test_parts_are_merged_and_keep_one_restart(out: Path) -> None:
                 assert (result.field("pressure", step) == state.fields.pressure).all()
 
 
-def test_damaged_part_is_dropped_with_a_note_and_computed_again(tmp_path: Path) -> None:
+def test_damaged_part_is_set_aside_with_a_note_and_computed_again(tmp_path: Path) -> None:
     write(tmp_path / "whole.h5", fake_header())
     out = tmp_path / "out.h5"
-    for damage in (lambda data: data[: len(data) // 2], flip_in_pressure, lambda data: b""):
+    for number, damage in enumerate((lambda data: data[: len(data) // 2], flip_in_pressure, lambda data: b""), 1):
         write(out, fake_header(), stop_after=5, overwrite=True)
         part = parts_folder(out) / "000003-000003.h5"
         part.write_bytes(damage(part.read_bytes()))
@@ -262,7 +262,10 @@ def test_damaged_part_is_dropped_with_a_note_and_computed_again(tmp_path: Path) 
         with HistoryWriter.open(out, fake_header(), resume=True) as writer:
             assert len(writer.summaries) == 3
             assert len(writer.notes) == 1
-            assert writer.notes[0].endswith("; going on from increment 3")
+            moved = f"What follows was moved to out.h5.parts.damaged-{number}"
+            assert writer.notes[0].endswith(f"; going on from increment 3. {moved}")
+        aside = tmp_path / f"out.h5.parts.damaged-{number}"
+        assert sorted(path.name for path in aside.iterdir()) == ["000003-000003.h5", "000004-000004.h5"]
         write(out, fake_header(), resume=True)
         assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
         out.unlink()
