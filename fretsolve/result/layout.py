@@ -17,12 +17,14 @@ from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ES
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
 
-FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
+FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
+"""zlib has a checksum (Adler's), which is compared on reading. HDF5's own besides would take 1 % of an increment."""
+
 CHUNK_BYTES = 2**20
 
 COLUMN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "fletcher32": True}
-PLAIN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 0, "fletcher32": True}
-"""Not compressed. zlib has a second checksum: Fletcher's takes words of zeros and of ones (as in NaN) for the same."""
+PLAIN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 0}
+"""Not compressed. Fletcher's checksum alone would take words of zeros and of ones, as in NaN, for the same."""
 
 
 def described(units: str, long_name: str) -> dict[str, Any]:
@@ -182,7 +184,13 @@ def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None
 
 
 def copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:
-    """Copy one increment of a field as it is compressed: both datasets have the same chunks and filters."""
+    """Copy one increment of a field as it is compressed: both datasets have the same chunks and filters.
+
+    Files of earlier versions have another checksum besides, and are compressed anew.
+    """
+    if source.fletcher32 != target.fletcher32:
+        target[target_step] = source[source_step]
+        return
     rows = source.chunks[1]
     for row in range(0, source.shape[1], rows):
         mask, data = source.id.read_direct_chunk((source_step, row, 0))

@@ -11,10 +11,11 @@ from unittest.mock import Mock
 
 import h5py
 import pytest
+from command_line import assert_same_result
 from fake_states import assert_same_state, fake_header, fake_states
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.result import HistoryWriter, RunHeader, open_result
+from fretsolve.result import HistoryWriter, RunHeader, layout, open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import all_parts, contiguous_parts, parts_folder
 from fretsolve.result.writer import MERGE_EVERY
@@ -269,6 +270,18 @@ def test_damaged_part_is_set_aside_with_a_note_and_computed_again(tmp_path: Path
         write(out, fake_header(), resume=True)
         assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
         out.unlink()
+
+
+def test_parts_with_the_checksums_of_earlier_versions_are_gone_on_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out.h5"
+    with monkeypatch.context() as earlier:
+        earlier.setitem(layout.FIELD_FILTERS, "fletcher32", True)
+        write(out, fake_header(), stop_after=3)
+    write(out, fake_header(), resume=True)
+    write(tmp_path / "whole.h5", fake_header())
+    assert_same_result(out, tmp_path / "whole.h5")
 
 
 def test_missing_part_ends_what_is_taken_up(out: Path) -> None:
