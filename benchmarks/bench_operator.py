@@ -7,10 +7,11 @@ import time
 from pathlib import Path
 
 import numpy as np
-from work_unit import work_unit
+from work_unit import kernels_in_use, work_unit
 
 import fretsolve
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.required_terms import Terms
 from fretsolve.setup.problem_setup import set_up
 
@@ -28,7 +29,8 @@ class Operator:
     def setup(self, points: int, part: str) -> None:
         """Make the operator and arrays for its arguments."""
         material = set_up(fretsolve.load_case(CASE)).model.compliances
-        self.operator = ElasticOperator((points, points), (0.01, 0.01), material, Terms(True, True, True))
+        terms, team = Terms(True, True, True), ThreadTeam(1, kernels_in_use())
+        self.operator = ElasticOperator((points, points), (0.01, 0.01), material, terms, team)
         random = np.random.default_rng(0)
         pressure, shear = random.random((points, points)), random.random((2, points, points))
         inner = self.operator.inner

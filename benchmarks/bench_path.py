@@ -18,7 +18,7 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from work_unit import work_unit
+from work_unit import kernels_in_use, work_unit
 
 import fretsolve
 from fretsolve.increment.increment import IncrementSolver, Solved
@@ -91,7 +91,8 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Return the cost of one increment; those before it are solved once."""
     setup = setup_of(job, points)
     settings = setup.case.solver
-    solver = IncrementSolver(setup.grid, setup.separation(), setup.model, settings.tolerance, settings.max_iterations)
+    limits, kernels = (settings.tolerance, settings.max_iterations), kernels_in_use()
+    solver = IncrementSolver(setup.grid, setup.separation(), setup.model, *limits, kernels=kernels)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *setup.grid.shape))
     start = InitialState(nothing[0], nothing, nothing, np.zeros(6))

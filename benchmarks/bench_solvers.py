@@ -10,10 +10,10 @@ import sys
 import time
 
 import numpy as np
-from work_unit import work_unit
+from work_unit import kernels_in_use, work_unit
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.kernels import COMPILED
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
@@ -35,7 +35,8 @@ class Solvers:
     def setup(self, points: int, solver: str) -> None:
         """Make the operators, and the pressure for the tangential problem."""
         grid = Grid.from_size((points, points), (0.9, 0.9))
-        self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), STEEL, Terms(True, True, False))
+        team = ThreadTeam(1, kernels_in_use())
+        self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), STEEL, Terms(True, True, False), team)
         self.separation = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / 20.0
         self.normal, self.tangential = NormalSolver(self.operator, grid), TangentialSolver(self.operator, grid)
         self.pressure = np.zeros(grid.shape)
@@ -92,7 +93,7 @@ class Solvers:
 
 def print_table(grids: list[int]) -> None:
     """Print the cost of both solvers on some grids."""
-    print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
+    print(f"pointwise kernels: {'compiled' if kernels_in_use().compiled else 'NumPy'}\n")
     print("| solver | points | iterations | applications | WU | seconds |")
     print("| --- | --- | --- | --- | --- | --- |")
     for solver in SOLVERS:

@@ -14,9 +14,9 @@ from collections import defaultdict
 from pathlib import Path
 
 from bench_path import JOBS, compile_kernels, setup_of
+from work_unit import kernels_in_use
 
 import fretsolve
-from fretsolve.kernels import COMPILED
 
 FIRST, LAST = 31, 35
 
@@ -129,7 +129,7 @@ def print_table(grids: list[int]) -> None:
     for points in grids:
         stats, count = profile(points)
         found[points] = {part: value / count for part, value in by_part(stats).items()}
-    print(f"pointwise kernels: {'compiled' if COMPILED else 'NumPy'}\n")
+    print(f"pointwise kernels: {'compiled' if kernels_in_use().compiled else 'NumPy'}\n")
     print("| share of the time, % |", " | ".join(f"{points} x {points}" for points in grids), "|")
     print("| --- " * (1 + len(grids)) + "|")
     for part in (*PARTS, "other"):

@@ -8,11 +8,23 @@ application two.
 
 from __future__ import annotations
 
+import os
 import time
+from typing import Any
 
 import numpy as np
 import pyfftw
 from scipy.fft import next_fast_len
+
+os.environ.setdefault("FRETSOLVE_NUMBA", "1")  # also for runs too short to pay for loading numba
+
+
+def kernels_in_use() -> Any:
+    """Return the kernels that the benchmarks run: compiled unless the environment says otherwise."""
+    from fretsolve.kernels import load  # on demand, since older clones that are compared lack it
+    from fretsolve.setup.kernel_choice import compiling_pays
+
+    return load(compiling_pays(0.0))
 
 
 def work_unit(points: int, repetitions: int = 15) -> float:

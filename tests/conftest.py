@@ -12,6 +12,9 @@ import pytest
 # A background job of a plain shell ignores SIGINT, and so would the processes that the tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# The cases of the tests are too small to pay for loading numba, but its kernels are to be tested where it is installed.
+os.environ.setdefault("FRETSOLVE_NUMBA", "1")
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:

@@ -11,10 +11,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fretsolve import __version__, kernels
+from fretsolve import __version__
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
 from fretsolve.errors import printable
 from fretsolve.export.text_report import print_report
+from fretsolve.kernels import compile_seconds
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict
@@ -43,8 +44,6 @@ class QuietMessages:
 
     def start(self, writer: HistoryWriter) -> None:
         """Print what is about to be solved, and all warnings before the run."""
-        if kernels.WHY_NOT:
-            self.warn(f"numba cannot be used, so the run is slower: {kernels.WHY_NOT}")
         for text in (*case_warnings(self.setup, None if self.resume else self.out), *writer.notes):
             self.warn(text)
 
@@ -102,7 +101,7 @@ class TextMessages(QuietMessages):
         if self.verbose:
             for line in stage_lines(setup):
                 print(line)
-            compiled, solver = "compiled by numba" if kernels.COMPILED else "NumPy", setup.case.solver
+            compiled, solver = "compiled by numba" if setup.compiled else "NumPy", setup.case.solver
             print(f"fretsolve {__version__}, kernels: {compiled}, threads: {self.threads}", end=", ")
             print(f"tolerance: {solver.tolerance:g}, at most {solver.max_iterations} iterations", flush=True)
 
@@ -148,7 +147,7 @@ class TextMessages(QuietMessages):
         if result.increments and result.history["stage"][-1] <= MOST_STAGES_IN_TABLE:
             print_report(result, heading=False)
         super()._report(result, reached)
-        if compiling := kernels.compile_seconds():
+        if compiling := compile_seconds():
             print(f"compiling the kernels took {compiling:.3g} s more; they are kept for later runs")
         print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
 
@@ -199,7 +198,7 @@ class JsonMessages(QuietMessages):
             outcome["accuracy"] = {**asdict(reached), "worst": worst, "met": reached.met}
         if "failure" in result.attributes:
             outcome["message"] = str(result.attributes["failure"])
-        self._end(result.status, result.increments, **outcome, compile_time=kernels.compile_seconds())
+        self._end(result.status, result.increments, **outcome, compile_time=compile_seconds())
 
 
 def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fretsolve.case.loading import load_case
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import NoSolutionError
+from fretsolve.kernels import load
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.setup.problem_setup import set_up
@@ -47,6 +49,8 @@ def run_case(
         setup.separation()  # reads the maps, before anything is written
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
+    kernels = load(setup.compiled)
+    setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite) as writer:
         if quiet or log_json:
@@ -57,6 +61,8 @@ def run_case(
             messages.already_complete(len(writer.summaries))
             return 0
         messages.start(writer)
+        if kernels.why_not:
+            messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
         try:
             with messages.progress(len(writer.summaries)):
                 complete = solve_missing(

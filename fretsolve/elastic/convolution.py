@@ -29,7 +29,6 @@ from fretsolve.elastic.batched_convolution import BatchedConvolution
 from fretsolve.elastic.fftw import padded_length, plan, pyfftw
 from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import spectral
 from fretsolve.system.arrays import ComplexArray, FloatArray
 
 CACHE_BYTES = 400 * 1024
@@ -67,6 +66,7 @@ class PaddedConvolution:
         self._float = np.dtype(dtype)
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
         self._team = team or ThreadTeam()
+        self._kernels = self._team.kernels.spectral
         mx, my = self.padded
         self._batched = BatchedConvolution(shape, self.padded, self._float) if mx * my <= MOST_BATCHED_POINTS else None
         size = self._complex.itemsize
@@ -140,13 +140,13 @@ class PaddedConvolution:
             lines = block.values[: part.stop - part.start]
             upper, lower = part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
             if back:
-                spectral.join_spectra(spectrum[upper], spectrum[lower], lines)
+                self._kernels.join_spectra(spectrum[upper], spectrum[lower], lines)
                 block.backward.execute()
-                spectral.split_rows(lines, field[upper], field[lower])
+                self._kernels.split_rows(lines, field[upper], field[lower])
             else:
-                spectral.join_rows(field[upper], field[lower], lines)
+                self._kernels.join_rows(field[upper], field[lower], lines)
                 block.forward.execute()
-                spectral.split_spectra(lines, spectrum[upper], spectrum[lower])
+                self._kernels.split_spectra(lines, spectrum[upper], spectrum[lower])
 
         self._team.share(transform, self._row_parts)
 
@@ -165,20 +165,39 @@ class PaddedConvolution:
             lines = [block.values[: columns.stop - columns.start] for block in blocks]
             # Transform the columns of all fields along x.
             for index, spectrum in enumerate(fields):
-                spectral.take_columns(spectrum[:, columns], lines[index])
+                self._kernels.take_columns(spectrum[:, columns], lines[index])
                 if turned[0] and index == 0:
                     lines[index] *= 1j
                 blocks[index].forward.execute()
             # Multiply them with the kernels, in place.
-            _multiply(kernels, lines[: len(fields)], lines[: len(displacements)], columns)
+            self._multiply(kernels, lines[: len(fields)], lines[: len(displacements)], columns)
             # Transform the products back.
             for index, spectrum in enumerate(displacements):
                 blocks[index].backward.execute()
                 if turned[1] and index == 0:
                     lines[index] *= -1j
-                spectral.give_columns(lines[index], spectrum[:, columns])
+                self._kernels.give_columns(lines[index], spectrum[:, columns])
 
         self._team.share(multiply, self._column_parts)
+
+    def _multiply(
+        self, kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], columns: slice
+    ) -> None:
+        """Compute ``results = kernels @ fields`` for a block of columns; the results overwrite the fields.
+
+        Square matrices are symmetric.
+        """
+        values = tuple(tuple(kernel.values[columns] for kernel in row) for row in kernels)
+        odd = tuple(tuple(kernel.odd_x for kernel in row) for row in kernels)
+        if len(fields) == len(results) > 1:
+            self._kernels.multiply_symmetric(values, odd, (*fields,))
+            return
+        # One field or one result. The first result overwrites the first field, so it comes last.
+        for row, odd_row, result in reversed(list(zip(values, odd, results, strict=True))):
+            self._kernels.multiply(row[0], odd_row[0], fields[0], result)
+            for kernel, is_odd, field in zip(row[1:], odd_row[1:], fields[1:], strict=True):
+                self._kernels.multiply(kernel, is_odd, field, field)
+                result += field
 
     def _provide_blocks(self, count: int) -> None:
         """Make a block of rows and `count` blocks of columns for each thread, if they are not there yet."""
@@ -195,26 +214,6 @@ class PaddedConvolution:
         options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_MEASURE", "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
-
-
-def _multiply(
-    kernels: KernelMatrix, fields: Sequence[ComplexArray], results: Sequence[ComplexArray], columns: slice
-) -> None:
-    """Compute ``results = kernels @ fields`` for a block of columns; the results overwrite the fields.
-
-    Square matrices are symmetric.
-    """
-    values = tuple(tuple(kernel.values[columns] for kernel in row) for row in kernels)
-    odd = tuple(tuple(kernel.odd_x for kernel in row) for row in kernels)
-    if len(fields) == len(results) > 1:
-        spectral.multiply_symmetric(values, odd, (*fields,))
-        return
-    # One field or one result. The first result overwrites the first field, so it comes last.
-    for row, odd_row, result in reversed(list(zip(values, odd, results, strict=True))):
-        spectral.multiply(row[0], odd_row[0], fields[0], result)
-        for kernel, is_odd, field in zip(row[1:], odd_row[1:], fields[1:], strict=True):
-            spectral.multiply(kernel, is_odd, field, field)
-            result += field
 
 
 def _parts(lines: int, bytes_per_line: int) -> list[slice]:

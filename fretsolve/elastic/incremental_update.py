@@ -13,7 +13,6 @@ import numpy as np
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.elastic.workspace import Workspace
-from fretsolve.kernels import cg
 from fretsolve.system.arrays import FloatArray
 
 SHARE = 0.3
@@ -39,6 +38,7 @@ def add_displacement(
     change (MPa): (1, nx, ny) or (2, nx, ny); `change` may be in ``workspace.double``, whose contents are lost; allowed:
     error (mm) that is as large as the tolerance; expected: about how large the displacement is (mm).
     """
+    cg = operator.kernels.cg
     field, image = workspace.direction[: len(change)], workspace.image[: len(displacement)]
     largest = cg.normalise(change, field)
     factor = operator.unit * largest

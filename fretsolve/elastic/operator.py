@@ -16,6 +16,7 @@ from fretsolve.elastic.influence import InfluenceSpectra, ScaledSpectra, along_x
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.kernels import Kernels
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
@@ -32,8 +33,8 @@ class ElasticOperator:
 
     Its methods compute displacements (mm) from tractions (MPa) and write them into their last argument. Pressure and uz
     are (nx, ny) or (1, nx, ny), shear and tangential displacement (2, nx, ny). `applications` counts the calls.
-    team: threads and working memory, which operators that take turns may share; spectra: of the influence coefficients,
-    in the precision `dtype`, if they are known already.
+    team: threads, kernels and working memory, which operators that take turns may share; spectra: of the influence
+    coefficients, in the precision `dtype`, if they are known already.
     """
 
     def __init__(
@@ -51,6 +52,11 @@ class ElasticOperator:
         self._team = team or ThreadTeam()
         self._convolution = PaddedConvolution(shape, dtype, self._team)
         self._spectra = InfluenceSpectra(self._convolution, spacing, compliances) if spectra is None else spectra
+
+    @property
+    def kernels(self) -> Kernels:
+        """The kernels that solvers with this operator use."""
+        return self._team.kernels
 
     @cached_property
     def unit(self) -> float:

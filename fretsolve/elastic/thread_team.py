@@ -1,4 +1,4 @@
-"""Threads that share the independent parts of a task, with the memory for its spectra."""
+"""Threads that share the independent parts of a task, with the kernels that they call and the memory for spectra."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
+from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.system.arrays import ComplexArray
 
 ALIGNMENT = 64
@@ -21,11 +22,12 @@ Item = TypeVar("Item")
 class ThreadTeam:
     """`count` threads, the caller's among them. Results do not depend on which thread does which part.
 
-    A team works on one convolution at a time, so the same memory for row spectra serves all of them.
+    A team works on one convolution at a time, so the same memory for row spectra serves all of them. kernels: the form
+    that all solvers of the team use.
     """
 
-    def __init__(self, count: int = 1):
-        self.count = count
+    def __init__(self, count: int = 1, kernels: Kernels = NUMPY):
+        self.count, self.kernels = count, kernels
         self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
         self._memory: NDArray[np.uint8] = np.empty(0, np.uint8)
 

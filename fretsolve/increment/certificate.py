@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip, named_rounding
 from fretsolve.increment.stick_and_slip import zones
-from fretsolve.kernels import cg, friction
+from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
@@ -72,10 +72,12 @@ class Examiner:
         tolerance: float,
         may_slip: bool = True,
         precision: type[np.floating] = np.float64,
+        kernels: Kernels = NUMPY,
     ):
+        self._kernels = kernels
         self.separation, self.friction, self.may_slip = separation, friction, may_slip
         self.tolerance, self.precision = tolerance, precision
-        self.normal, self.tangential, self.grid = NormalModes(grid), TangentialModes(grid), grid
+        self.normal, self.tangential, self.grid = NormalModes(grid, kernels), TangentialModes(grid, kernels), grid
         # Arms of the residuals of moments and rotations: to the outermost cell's centre along the longer side.
         reach = max(float(np.ptp(grid.x)), float(np.ptp(grid.y)), TINY) / 2.0
         self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
@@ -97,7 +99,7 @@ class Examiner:
             # C5: slip of sticking cells, direction of the others'
             stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
             # C6: shear beyond the friction limit, and loads (T3)
-            excess = float(np.maximum(friction.excess(solution.shear, friction_limit), 0.0))
+            excess = float(np.maximum(self._kernels.friction.excess(solution.shear, friction_limit), 0.0))
             excess /= max(float(friction_limit.max()), TINY)
         of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
         resultants = np.concatenate([of_pressure, of_shear])
@@ -143,7 +145,7 @@ class Examiner:
         They are the largest rigid displacement increment (rotations: times their arms) or mismatch by bulk stress, and
         the `largest` slip, but not below least values.
         """
-        elastic = max(cg.largest(solution.uz[None]), cg.largest(solution.displacement))
+        elastic = max(map(self._kernels.cg.largest, (solution.uz[None], solution.displacement)))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
         moved = np.abs(solution.motion) * self._arms
         motion = float(max(*moved, solution.mismatch, LEAST_MOTION * elastic, least, TINY))

@@ -15,6 +15,7 @@ from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import ADVICE, TOO_FEW_DIGITS, StaggeredIteration
 from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import LARGE_GRID, Grid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -53,13 +54,14 @@ class IncrementSolver:
         threads: int = 1,
         map_border: BoolArray | None = None,
         precision: type[np.floating] = np.float64,
+        kernels: Kernels = NUMPY,
     ):
         self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self._precision, self._single = precision, precision is np.float32
-        self._team = ThreadTeam(threads)
+        self._team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self._team, precision)
-        self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision)
+        self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision, kernels)
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID

@@ -15,7 +15,6 @@ from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
-from fretsolve.kernels import normal as kernels
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -172,7 +171,7 @@ class StaggeredIteration:
         contact = work.pressure > 0.0
         if not contact.any():
             contact = np.isfinite(separation)
-        change = kernels.largest_change(separation, image, contact)
+        change: float = self.level.operator.kernels.normal.largest_change(separation, image, contact)
         if self._acceleration is not None:
             material = np.isfinite(image)
             image[material] = self._acceleration.next(

@@ -1,43 +1,63 @@
 """Pointwise kernels of the solvers: arrays come in and are overwritten, a sum or a largest value goes out.
 
-They are compiled by numba where it is installed (extra `fast`), and run in NumPy elsewhere or with `FRETSOLVE_NUMBA=0`
-in the environment. Compiled, each array is read and written once. Both forms give the same results up to the order of
-sums. Example: ``fretsolve.kernels.cg.add(pressure, correction, factor)``.
+There are two forms of them. `NUMPY` runs everywhere. The other one is compiled by numba (extra `fast`), and reads and
+writes each array once; loading it takes a second. Both give the same results up to the order of sums. A run chooses
+one of them, for example ``kernels = load(compiled=True)``, ``kernels.cg.add(pressure, correction, factor)``.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import sys
+from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
 
-from fretsolve.kernels import cg_numpy as cg
-from fretsolve.kernels import friction_numpy as friction
-from fretsolve.kernels import normal_numpy as normal
-from fretsolve.kernels import spectral_numpy as spectral
-from fretsolve.system.environment import compiler_wanted
-
-COMPILED = False
-WHY_NOT = ""
-"""Numba's message if it is installed and cannot be used."""
+from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, spectral_numpy
 
 
-def compile_seconds() -> float:
-    """Return the wall-clock time (s) of compiling the kernels in this process; 0 if all of them were on disk."""
-    return 0.0
+@dataclass(frozen=True)
+class Kernels:
+    """One form of the kernels: a module for each of its parts.
+
+    compiled: by numba; why_not: numba's message, where it was asked for and cannot be used.
+    """
+
+    cg: ModuleType = cg_numpy
+    friction: ModuleType = friction_numpy
+    normal: ModuleType = normal_numpy
+    spectral: ModuleType = spectral_numpy
+    compiled: bool = False
+    why_not: str = ""
 
 
-readying_seconds = compile_seconds
-"""The same with the time of reading them from disk. It is no part of the time of an increment."""
+NUMPY = Kernels()
 
 
-if not TYPE_CHECKING and compiler_wanted():
+@cache
+def load(compiled: bool) -> Kernels:
+    """Return the kernels, compiled by numba if that is asked for and possible."""
+    if not compiled:
+        return NUMPY
     try:
         from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_numba
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
-        WHY_NOT = f"{type(error).__name__}: {error}"
-    else:
-        from fretsolve.kernels.numba_options import compile_seconds, readying_seconds
+        return Kernels(why_not=f"{type(error).__name__}: {error}")
+    return Kernels(cg_numba, friction_numba, normal_numba, spectral_numba, compiled=True)
 
-        cg, friction, normal, spectral = cg_numba, friction_numba, normal_numba, spectral_numba
-        COMPILED = True
 
-__all__ = ["COMPILED", "WHY_NOT", "cg", "compile_seconds", "friction", "normal", "readying_seconds", "spectral"]
+def compile_seconds() -> float:
+    """Return the wall-clock time (s) of compiling kernels in this process; 0 if all of them were on disk."""
+    return _clock("compile_seconds")
+
+
+def readying_seconds() -> float:
+    """Return the same with the time of reading them from disk. It is no part of the time of an increment."""
+    return _clock("readying_seconds")
+
+
+def _clock(name: str) -> float:
+    options = sys.modules.get("fretsolve.kernels.numba_options")  # loaded with the compiled kernels, if at all
+    return float(getattr(options, name)()) if options is not None else 0.0
+
+
+__all__ = ["NUMPY", "Kernels", "compile_seconds", "load", "readying_seconds"]

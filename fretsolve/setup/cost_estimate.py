@@ -19,10 +19,10 @@ from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.system.environment import address_space, compiler_wanted
+from fretsolve.system.environment import address_space
 
 PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
-"""Python with its libraries; numba, where it is installed; blocks of the transforms that stay in cache, for the normal
+"""Python with its libraries; numba, where it is used; blocks of the transforms that stay in cache, for the normal
 problem and for each term that is kept."""
 
 UNUSED_BYTES = 350e6
@@ -48,7 +48,7 @@ normal load changes; where the pressure follows the shear, in the normal problem
 """
 
 CALL_SECONDS, NUMPY_SLOWNESS = 0.4e-3, 2.0
-"""Seconds per application for any number of cells; factor on the time of the cells where numba is not installed (2 for
+"""Seconds per application for any number of cells; factor on the time of the cells without numba (2 for
 mode I.3 on 256 x 256 points, 1.6 for Hertz)."""
 
 COARSE_CELLS, COARSE_APPLICATIONS, COARSE_CALLS = 0.5, 0.33, 3.0
@@ -89,7 +89,7 @@ class Estimate:
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
-    compiled, single = compiler_wanted(), setup.case.solver.precision == "single"
+    compiled, single = setup.compiled, setup.case.solver.precision == "single"
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
     applications = _applications(setup)

@@ -15,6 +15,7 @@ from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.contact_size import Size, automatic_size
+from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
@@ -27,7 +28,7 @@ class ProblemSetup:
     """A case with the model it needs, its grid, its load path and the closed forms that hold for it.
 
     case: with the settings that its accuracy picks; heights: reads the height maps when it is first called; picked: the
-    picked settings in words.
+    picked settings in words; compiled: whether the kernels compiled by numba are to be used.
     """
 
     case: Case
@@ -37,6 +38,7 @@ class ProblemSetup:
     closed_forms: ClosedForms
     heights: Callable[[], HeightMaps]
     picked: tuple[str, ...] = ()
+    compiled: bool = False
 
     def separation(self) -> DoubleArray:
         """Return the undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
@@ -79,4 +81,6 @@ def set_up(case: Case) -> ProblemSetup:
             " precision: double, or lengths and moduli nearer to those of metals",
             ("solver", "precision"),
         )
-    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picks(asked, case, points, load_path))
+    picked = picks(asked, case, points, load_path)
+    compiled = compiling_pays(seconds_saved(model, grid, load_path))
+    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled)

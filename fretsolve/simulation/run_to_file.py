@@ -13,7 +13,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
 
-from fretsolve import kernels
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import NoSolutionError
@@ -95,7 +94,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,
-        "pointwise_kernels": "compiled" if kernels.COMPILED else "numpy",
+        "pointwise_kernels": "compiled" if setup.compiled else "numpy",
         "overrides": overrides,
         **({} if case.solver.accuracy is None else {"picked_by_accuracy": setup.picked}),
         **_environment(),

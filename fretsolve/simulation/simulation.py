@@ -16,7 +16,7 @@ from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.increment.bulk_mismatch import with_mismatch
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState
-from fretsolve.kernels import readying_seconds
+from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone, nothing
@@ -49,7 +49,8 @@ def run(
     limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
     separation, precision = setup.separation(), _precision(setup)
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
-    solver = IncrementSolver(setup.grid, separation, setup.model, *limits, threads, border, precision)
+    kernels = load(setup.compiled)
+    solver = IncrementSolver(setup.grid, separation, setup.model, *limits, threads, border, precision, kernels)
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):

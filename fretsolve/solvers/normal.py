@@ -20,7 +20,6 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import ROUNDING, rounding_of
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.errors import ContactLostError
-from fretsolve.kernels import cg
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
@@ -53,9 +52,9 @@ class NormalSolver:
 
     def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace | None = None):
         self.operator = operator
-        self.modes = NormalModes(grid)
+        self.modes = NormalModes(grid, operator.kernels)
         self._workspace = workspace or Workspace(1, grid.shape, operator.inner.dtype)
-        self._cg = ProjectedCG(self._workspace, components=1)
+        self._cg = ProjectedCG(self._workspace, 1, operator.kernels)
         self._gap, self._uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)
@@ -113,7 +112,7 @@ class NormalSolver:
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
                 np.copyto(self._gap, pressure)
-                cg.add(pressure[None], self._cg.solution, errors.largest / self.operator.unit)
+                self.operator.kernels.cg.add(pressure[None], self._cg.solution, errors.largest / self.operator.unit)
                 # N6: cells under tension leave the zone
                 self._release_tension(control, pressure)
             else:

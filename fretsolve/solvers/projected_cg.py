@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fretsolve.elastic.workspace import Workspace
-from fretsolve.kernels import cg
+from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.solvers.rigid_modes import WELL_APART
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
@@ -39,7 +39,8 @@ class ProjectedCG:
     `solution` holds x.
     """
 
-    def __init__(self, workspace: Workspace, components: int = 2):
+    def __init__(self, workspace: Workspace, components: int = 2, kernels: Kernels = NUMPY):
+        self._kernels = kernels.cg
         self.solution, self.residual = workspace.solution[:components], workspace.residual[:components]
         self._direction, self._image = workspace.direction[:components], workspace.image[:components]
         self.weight = workspace.weight
@@ -62,7 +63,7 @@ class ProjectedCG:
             self._all_constraints = np.zeros((count, *self.solution.shape), self.solution.dtype)
         self._constraints, gram = self._all_constraints[:count], np.zeros((count, count))
         if count:
-            cg.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight, gram)
+            self._kernels.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight, gram)
         self._inverse_gram = _pseudo_inverse(gram)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
@@ -80,7 +81,7 @@ class ProjectedCG:
             self._constraints,
             self._inverse_gram,
         )
-        w = z
+        w, cg = z, self._kernels
         # CG1: x = d = 0, r = P T r in the zone, by the projection P of (T9); z = W r
         first = cg.start(x, d, r, z, s, n, zone, weight, c, inverse_gram)
         if first < self._nothing_left:

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
-from fretsolve.kernels import friction
-from fretsolve.kernels import normal as kernels
+from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
@@ -53,7 +52,8 @@ class _Modes:
     times its arm compares with displacements, a moment over its arm with forces.
     """
 
-    def __init__(self, grid: Grid):
+    def __init__(self, grid: Grid, kernels: Kernels = NUMPY):
+        self._kernels = kernels
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
         self.arm = half_side = max(grid.size) / 2.0
         self.arms = np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
@@ -66,7 +66,8 @@ class _Modes:
 
     def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
         """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
-        return kernels.gram(weight, self.x, self.y)
+        gram: DoubleArray = self._kernels.normal.gram(weight, self.x, self.y)
+        return gram
 
 
 class NormalModes(_Modes):
@@ -74,7 +75,8 @@ class NormalModes(_Modes):
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
-        return kernels.sum_modes(pressure, self.x, self.y) * self.cell_area
+        sums: Vector = self._kernels.normal.sum_modes(pressure, self.x, self.y)
+        return sums * self.cell_area
 
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
@@ -84,7 +86,9 @@ class NormalModes(_Modes):
         Their scale is the largest normal displacement in contact. For Hertz's contact it is delta_z, but it does not
         grow with an offset or a tilt of the surfaces.
         """
-        in_contact, penetration, scale = kernels.take_gap(separation, uz, rigid, self.x, self.y, contact, out)
+        in_contact, penetration, scale = self._kernels.normal.take_gap(
+            separation, uz, rigid, self.x, self.y, contact, out
+        )
         if scale <= 0.0 and not contact.any():
             scale = OPEN * (abs(float(rigid[0])) + self.tilted(rigid))
         return GapErrors(penetration, float(np.maximum(in_contact, penetration)), max(scale, TINY))
@@ -95,11 +99,12 @@ class NormalModes(_Modes):
 
     def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
         """Return the sums over the contact of the gap times each mode."""
-        return kernels.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
+        sums: Vector = self._kernels.normal.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
+        return sums
 
     def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
         """Multiply the pressure (nx, ny) by 1 + a rigid displacement; negative values become 0."""
-        kernels.stretch(pressure, rigid, self.x, self.y)
+        self._kernels.normal.stretch(pressure, rigid, self.x, self.y)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
@@ -111,7 +116,8 @@ class TangentialModes(_Modes):
 
     def sums(self, field: FloatArray) -> Vector:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""
-        return friction.sum_motions(field, self.x, self.y)
+        sums: Vector = self._kernels.friction.sum_motions(field, self.x, self.y)
+        return sums
 
     def resultants(self, shear: FloatArray) -> Vector:
         """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa) (T3)."""

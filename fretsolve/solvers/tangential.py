@@ -19,7 +19,6 @@ from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, TINY, rounding_of
 from fretsolve.elastic.workspace import Workspace
-from fretsolve.kernels import cg, friction
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
@@ -62,10 +61,11 @@ class TangentialSolver:
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
-        self.modes = TangentialModes(grid)
+        self._kernels = operator.kernels.friction
+        self.modes = TangentialModes(grid, operator.kernels)
         self.workspace = Workspace(2, grid.shape, operator.inner.dtype)
         self._slip, self._normal = self.workspace.double, np.zeros((2, *grid.shape))
-        self._cg = ProjectedCG(self.workspace)
+        self._cg = ProjectedCG(self.workspace, 2, operator.kernels)
         self._contact = self._cg.zone
         self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
 
@@ -98,7 +98,7 @@ class TangentialSolver:
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
-            excess = friction.excess(shear, friction_limit) / largest_limit
+            excess = self._kernels.excess(shear, friction_limit) / largest_limit
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
             solved = (residual <= tolerance or largest <= rounding) and (
                 max(self._unbalance(control, friction_limit, shear), excess) <= tolerance
@@ -116,14 +116,14 @@ class TangentialSolver:
                 iterations += self._cg.solve(elastic, inverse, reduction, floor, limit)
             np.copyto(self._slip, shear)
             if corrected:
-                cg.add(shear, self._cg.solution, largest / self.operator.unit)
+                self.operator.kernels.cg.add(shear, self._cg.solution, largest / self.operator.unit)
             # TG6: shear beyond the friction limit slips, or all sticks, where the slip zone cannot carry the loads
             if only_loads_missed and only_loads_missed % PATIENCE == 0:
                 self.slipping[:] = False
                 self._normal[:] = 0.0
                 np.copyto(self._cg.weight, self._contact)
             elif corrected or excess > tolerance:
-                friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+                self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
             # TG7: restore the imposed loads
             self._restore_balance(control, self._cg.weight, shear)
             # TG8: elastic slip of the change of the shear
@@ -144,9 +144,9 @@ class TangentialSolver:
         shear *= self._contact
         self.slipping &= self._contact
         self._start_fresh_cells(friction_limit, shear)
-        friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
         self._restore_balance(control, friction_limit, shear)
-        friction.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
         np.copyto(self._cg.weight, self._contact)
 
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
@@ -174,12 +174,12 @@ class TangentialSolver:
         imposed = control.imposed_displacement
         released = True
         while released:
-            sums, gram = friction.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
+            sums, gram = self._kernels.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
             undetermined = is_singular(gram, control.forced_index)
             forced = -solve_modes(gram, sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
             stiffness, unit = self._cg.stiffness, self.operator.unit
-            friction.move(
+            self._kernels.move(
                 self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )
             # if all cells slip in one direction, N' W T s = 0 leaves the motion open until some of them stick
@@ -200,7 +200,7 @@ class TangentialSolver:
         """
         dx, dy, turn = rigid.tolist()
         scale = max(scales.motion, abs(dx), abs(dy), abs(turn) * self.modes.arm, TINY)
-        largest, in_slip, in_stick = friction.violation(self._slip, self._normal, self.slipping)
+        largest, in_slip, in_stick = self._kernels.violation(self._slip, self._normal, self.slipping)
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)  # keeps a NaN
         return float(residual), max(in_slip, in_stick), min(scale, largest)
@@ -214,7 +214,7 @@ class TangentialSolver:
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
-        friction.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
+        self._kernels.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
         motions = np.eye(3)
         if control.forced[2]:
@@ -229,6 +229,6 @@ class TangentialSolver:
         if not forced:
             return
         x, y = self.modes.x, self.modes.y
-        sums, gram = friction.balance(shear, weight, self._normal, x, y)
+        sums, gram = self._kernels.balance(shear, weight, self._normal, x, y)
         amplitudes = solve_modes(gram, control.imposed_resultant / self.modes.cell_area - sums, forced)
-        friction.add_motion(shear, amplitudes, x, y, weight, self._normal)
+        self._kernels.add_motion(shear, amplitudes, x, y, weight, self._normal)

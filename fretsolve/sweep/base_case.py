@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fretsolve.case.loading import CaseText
@@ -38,7 +38,8 @@ class PreparedCase:
 class BaseCase:
     """The base of all cases: the case file, read once, with the common overrides. stages: the keys of its stages.
 
-    overrides: as `--set` takes them; last: overrides that come after the settings of a case.
+    overrides: as `--set` takes them; last: overrides that come after the settings of a case; compiled: whether all
+    cases use the compiled kernels, None where each decides.
     """
 
     text: CaseText
@@ -46,13 +47,21 @@ class BaseCase:
     last: tuple[str, ...]
     stages: tuple[KeyPath, ...]
     threads: int
+    compiled: bool | None = False
 
     @classmethod
-    def of(cls, text: CaseText, overrides: Sequence[str], threads: int = 1, last: Sequence[str] = ()) -> BaseCase:
+    def of(
+        cls,
+        text: CaseText,
+        overrides: Sequence[str],
+        threads: int = 1,
+        last: Sequence[str] = (),
+        compiled: bool | None = None,
+    ) -> BaseCase:
         """Return the base case of a case file. Raises CaseError."""
         text = text.overridden(overrides)
         stages = tuple(stage.key for stage in text.case().stages())
-        return cls(text, tuple(overrides), tuple(last), stages, threads)
+        return cls(text, tuple(overrides), tuple(last), stages, threads, compiled)
 
     def prepare(self, settings: Mapping[str, str], folder: Path) -> PreparedCase:
         """Set up the case at `settings`, whose result goes to `folder`.
@@ -61,6 +70,8 @@ class BaseCase:
         """
         own = [text for item in settings.items() for text in overrides_of(*item, self.stages)] + list(self.last)
         setup = set_up(self.text.case(own))
+        if self.compiled is not None:
+            setup = replace(setup, compiled=self.compiled)
         expected = require_memory(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps

@@ -13,6 +13,7 @@ from functools import cached_property, partial
 
 from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
+from fretsolve.kernels import load
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
@@ -20,6 +21,7 @@ from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system import atomic_files
+from fretsolve.system.environment import compiler_asked
 from fretsolve.system.signals import EXIT_STOPPED
 
 Show = Callable[[PreparedCase, Summary], None]
@@ -130,7 +132,10 @@ class CaseRunner:
     @cached_property
     def base(self) -> BaseCase:
         """The base case. Raises CaseError, FileError."""
-        return BaseCase.of(read_case(self.manifest.case), self.manifest.overrides, self.manifest.threads)
+        manifest = self.manifest
+        wanted = manifest.compiled and compiler_asked() is not False
+        compiled = None if wanted is None else load(wanted).compiled
+        return BaseCase.of(read_case(manifest.case), manifest.overrides, manifest.threads, compiled=compiled)
 
     def run(self, row: ManifestRow, stop: Stop) -> Report:
         """Solve what is missing of a case. Errors are in the report and, if there is no result, in the case's note."""

@@ -45,7 +45,8 @@ class Manifest:
     """All that the engines know of a sweep or study. overrides: common to all cases, as `--set` takes them.
 
     quantities: to collect, ``NAME`` or ``NAME@STAGE``; memory: estimate for the largest case (bytes); results_name: the
-    folder of the results inside `folder`, which a study leaves empty.
+    folder of the results inside `folder`, which a study leaves empty; compiled: whether the cases together pay for
+    loading the compiled kernels, None where each case decides.
     """
 
     folder: Path
@@ -58,6 +59,7 @@ class Manifest:
     memory: float
     rows: tuple[ManifestRow, ...] = field(repr=False)
     results_name: str = RESULTS_NAME
+    compiled: bool | None = None
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -105,6 +107,7 @@ class _Stored(BaseModel):
     quantities: tuple[str, ...]
     threads: Annotated[int, Field(ge=1, le=10**6)]
     memory: float
+    compiled: bool | None = None
     cases: Annotated[tuple[_StoredRow, ...], Field(min_length=1)]
 
 
@@ -121,7 +124,7 @@ def require_own(folder: Path, sweep: Path) -> None:
 
 def write_manifest(manifest: Manifest) -> None:
     """Write the manifest into its folder, in one step; make the folder if need be. Raises FileError."""
-    names = ("sweep", "title", "case", "overrides", "quantities", "threads", "memory")
+    names = ("sweep", "title", "case", "overrides", "quantities", "threads", "memory", "compiled")
     common = {name: getattr(manifest, name) for name in names}
     cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **vars(row)} for row in manifest.rows]
     values = {"format": FORMAT, **common, "cases": cases}
@@ -154,6 +157,7 @@ def read_manifest(folder: Path) -> Manifest:
             values.threads,
             values.memory,
             tuple(ManifestRow(case.index, case.id, case.settings, case.seconds) for case in values.cases),
+            compiled=values.compiled,
         )
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]

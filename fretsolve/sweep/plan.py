@@ -11,6 +11,7 @@ from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
+from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.sweep.base_case import BaseCase, placed
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
@@ -42,17 +43,20 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     base = _base(case, spec, common, text.source)
     rows: list[ManifestRow] = []
     files: dict[str, float] = {}
+    saved: dict[str, float] = {}
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
     stages, memory, have_bars = sys.maxsize, 0.0, True
     for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
+        setup = prepared.setup
         rows.append(ManifestRow(index, prepared.id, prepared.settings, prepared.expected.seconds))
         files[prepared.id] = prepared.expected.file
-        found |= dict.fromkeys(prepared.setup.model.warnings)
-        have_bars &= prepared.setup.case.solver.error_bars
-        last = len(prepared.setup.load_path.last_steps)
+        saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
+        found |= dict.fromkeys(setup.model.warnings)
+        have_bars &= setup.case.solver.error_bars
+        last = len(setup.load_path.last_steps)
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
-        usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(prepared.setup))
+        usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
     _require_quantities(spec, text.source, stages, have_bars=have_bars)
     manifest = Manifest(
         folder.absolute(),
@@ -64,6 +68,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         spec.threads,
         memory,
         tuple(rows),
+        compiled=compiling_pays(sum(saved.values())),
     )
     warnings, free = tuple(found), free_bytes(manifest.folder)
     left = sum(files.values()) * len(missing(manifest)) / len(manifest.unique)

@@ -44,9 +44,14 @@ def available(threads: int) -> int:
     return min(threads, processors())
 
 
-def compiler_wanted() -> bool:
-    """Return whether numba is installed and not switched off by `FRETSOLVE_NUMBA=0` in the environment."""
-    return os.environ.get("FRETSOLVE_NUMBA") != "0" and find_spec("numba") is not None
+def compiler_installed() -> bool:
+    """Return whether numba is installed."""
+    return find_spec("numba") is not None
+
+
+def compiler_asked() -> bool | None:
+    """Return whether to use numba by the environment's `FRETSOLVE_NUMBA`, 0 or 1; None if that does not decide it."""
+    return {"0": False, "1": True}.get(os.environ.get("FRETSOLVE_NUMBA", ""))
 
 
 def how_to_install(extra: str) -> str:

@@ -243,11 +243,12 @@ def test_nothing_from_outside_of_the_zone_comes_in(module):
 
 SOLVE = """
 from fretsolve import load_case, run
-from fretsolve import kernels as pointwise
+from fretsolve.kernels import load
+from fretsolve.setup.problem_setup import set_up
 path = "load_path=[{P: 400, increments: 2}, {Qx: 30, increments: 2}]"
-case = load_case("cases/mode1_dissimilar.yaml", ["grid.points=32", "expect=[]", path])
-last = list(run(case))[-1].summary
-print(pointwise.COMPILED, last.iterations_tangential, repr(last.delta_x), repr(last.work_total))
+setup = set_up(load_case("cases/mode1_dissimilar.yaml", ["grid.points=32", "expect=[]", path]))
+last = list(run(setup))[-1].summary
+print(load(setup.compiled).compiled, last.iterations_tangential, repr(last.delta_x), repr(last.work_total))
 """
 
 
@@ -271,7 +272,7 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     root = Path(__file__).parents[3]
     compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
     plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
-    refused = solve_in_a_process(PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
+    refused = solve_in_a_process(FRETSOLVE_NUMBA="1", PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
     assert (compiled[0], plain[0], refused[0]) == (True, False, False)
     assert refused == plain
     assert abs(compiled[1] - plain[1]) <= 2
@@ -281,8 +282,8 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
 def test_clock_of_what_is_read_from_disk(tmp_path):
     code = """if True:
         import numpy as np
-        from fretsolve.kernels import cg, compile_seconds, readying_seconds
-        cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
+        from fretsolve.kernels import compile_seconds, load, readying_seconds
+        load(True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
         print(compile_seconds(), readying_seconds())"""
     own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
     environment = os.environ | own

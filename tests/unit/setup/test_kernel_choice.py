@@ -1,0 +1,65 @@
+"""Kernels are compiled where that saves more than loading numba takes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fretsolve import load_case
+from fretsolve.setup import kernel_choice
+from fretsolve.setup.problem_setup import set_up
+
+ROOT = Path(__file__).parents[3]
+
+
+def compiled(*overrides):
+    return set_up(load_case(ROOT / "cases" / "mode1_dissimilar.yaml", ["expect=[]", *overrides])).compiled
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    monkeypatch.delenv("FRETSOLVE_NUMBA")
+    monkeypatch.setattr(kernel_choice, "compiler_installed", lambda: True)
+
+
+def test_the_work_of_a_case_decides(installed):
+    assert not compiled("grid.points=32")
+    assert compiled("grid.points=256")
+    short = "load_path=[{P: 400, increments: 1}]"
+    assert not compiled("grid.points=256", short)
+    assert compiled("grid.points=2048", short)
+
+
+def test_friction_and_coupling_add_work(installed):
+    case = load_case(ROOT / "cases" / "mode1_dissimilar.yaml", ["expect=[]", "grid.points=64"])
+    path = set_up(case).load_path
+    saved = []
+    for overrides in (["friction=0", "load_path=[{P: 400}]"], ["coupling=none"], []):
+        setup = set_up(load_case(ROOT / "cases" / "mode1_dissimilar.yaml", ["expect=[]", "grid.points=64", *overrides]))
+        saved.append(kernel_choice.seconds_saved(setup.model, setup.grid, path))
+    assert saved == sorted(set(saved))
+
+
+@pytest.mark.parametrize(("asked", "expected"), [("0", False), ("1", True)])
+def test_the_environment_decides_if_it_says_so(installed, monkeypatch, asked, expected):
+    monkeypatch.setenv("FRETSOLVE_NUMBA", asked)
+    assert [compiled("grid.points=32"), compiled("grid.points=256")] == [expected, expected]
+
+
+def test_without_numba_nothing_is_compiled(installed, monkeypatch):
+    monkeypatch.setattr(kernel_choice, "compiler_installed", lambda: False)
+    monkeypatch.setenv("FRETSOLVE_NUMBA", "1")
+    assert not compiled("grid.points=2048")
+
+
+def test_a_short_run_does_not_import_numba(installed):
+    code = """if True:
+        import sys
+        from fretsolve import load_case, run
+        case = load_case("cases/mode1_similar.yaml", ["grid.points=32", "expect=[]", "load_path=[{P: 400}]"])
+        print(len(list(run(case))), "numba" in sys.modules, "scipy" in sys.modules)"""
+    child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert child.stdout.split() == ["1", "False", "False"]
