@@ -23,7 +23,7 @@ from fretsolve.cli.options import (
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
 from fretsolve.plots import KINDS
-from fretsolve.system.environment import available, set_up_numerics
+from fretsolve.system.environment import available, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
 from fretsolve.templates import TEMPLATES
 
@@ -71,8 +71,8 @@ main.add_command(sweep)
 def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
-    Each increment is saved as soon as it is solved. Ctrl-C (SIGINT), SIGTERM and SIGUSR1 stop the run after the
-    increment under way, a second signal at once. --resume continues it.
+    Increments are saved as they are solved, quick ones a few at a time. Ctrl-C (SIGINT), SIGTERM and SIGUSR1 stop the
+    run after the increment under way, a second signal at once. --resume continues it.
     """
     if options["resume"] and options["overwrite"]:
         raise click.UsageError("--resume and --overwrite exclude each other.")
@@ -82,7 +82,8 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
         overrides = (*overrides, "solver.error_bars=true")
     threads = available(threads)
     with StopRequest() as stop:
-        from fretsolve.commands.run import run_case
+        with quick_imports():
+            from fretsolve.commands.run import run_case
 
         return run_case(overrides=overrides, threads=threads, stop=stop, **options)
 
@@ -95,7 +96,8 @@ def validate(**options: Any) -> int:
 
     It prints all values with their defaults, the model, grid, stages, expected results, memory and cost.
     """
-    from fretsolve.commands.validate import validate_cases
+    with quick_imports():
+        from fretsolve.commands.validate import validate_cases
 
     return validate_cases(**options)
 
@@ -115,7 +117,8 @@ def check(**options: Any) -> int:
     All cases are run. The exit code is that of the worst outcome: a file cannot be read or written (4), a case is
     wrong (2), there is no solution (3), a value is outside its tolerance (1).
     """
-    from fretsolve.commands.check import check_cases
+    with quick_imports():
+        from fretsolve.commands.check import check_cases
 
     return check_cases(**options)
 

@@ -14,7 +14,6 @@ from typing import Any
 from fretsolve import __version__
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
 from fretsolve.errors import printable
-from fretsolve.export.text_report import print_report
 from fretsolve.kernels import compile_seconds
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
@@ -145,6 +144,8 @@ class TextMessages(QuietMessages):
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= MOST_STAGES_IN_TABLE:
+            from fretsolve.export.text_report import print_report  # loads rich
+
             print_report(result, heading=False)
         super()._report(result, reached)
         if compiling := compile_seconds():

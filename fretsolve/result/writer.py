@@ -125,6 +125,10 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()
 
+    def is_saved(self, step: int) -> bool:
+        """Return whether increment `step` is committed."""
+        return step < len(self.summaries) - len(self._unsaved)
+
     def save(self) -> None:
         """Commit the increments that a pause has left unsaved. Raises FileError."""
         with self._reported("cannot save the increment", self._folder):
@@ -154,6 +158,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             except OSError:
                 self.save()  # what a pause has left unsaved
                 raise
+            self._unsaved.clear()
             self._clear()
         self.stop()
 

@@ -13,8 +13,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
 
+import h5py
+import numpy as np
+
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import HeightsSurface
+from fretsolve.elastic.fftw import pyfftw
 from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
@@ -50,9 +54,16 @@ def solve_missing(
     exception, the saved increments stay for a resume.
     """
 
+    unshown: list[tuple[Summary, SummaryErrors | None]] = []
+
     def save(state: State) -> None:
+        unshown.append((state.summary, state.errors))
         writer.append(state)
-        show(state.summary, state.errors)
+        show_saved()
+
+    def show_saved() -> None:
+        while unshown and writer.is_saved(unshown[0][0].step):
+            show(*unshown.pop(0))
 
     so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
     barred = setup.case.solver.error_bars
@@ -72,14 +83,16 @@ def solve_missing(
             failure = error
         if pending is not None:
             pending.result()
+    complete = len(writer.summaries) == setup.load_path.increments
     if failure is not None:
         writer.finish("failed", str(failure), failure.kind)
-        raise failure
-    complete = len(writer.summaries) == setup.load_path.increments
-    if complete:
+    elif complete:
         writer.finish("complete")
     elif writer.summaries:
         writer.save()
+    show_saved()
+    if failure is not None:
+        raise failure
     return complete
 
 
@@ -116,7 +129,9 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
 
 @functools.cache
 def _environment() -> dict[str, str]:
-    versions = {library: version(library) for library in ("numpy", "scipy", "pyfftw", "h5py")}
+    # Metadata takes milliseconds to search, so only for SciPy, which few runs load.
+    loaded = {"numpy": np, "pyfftw": pyfftw, "h5py": h5py}
+    versions = {"scipy": version("scipy"), **{name: library.__version__ for name, library in loaded.items()}}
     return {"platform": platform.platform(), "python": platform.python_version(), **versions}
 
 

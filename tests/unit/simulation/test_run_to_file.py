@@ -132,3 +132,22 @@ def test_header_says_what_makes_the_numbers(tmp_path: Path) -> None:
     heights.unlink()
     with pytest.raises(FileError, match=r"heights\.npy: cannot be read: No such file"):
         run_header(setup, 1, ())
+
+
+@pytest.mark.parametrize("increments", [3, 1000])
+def test_an_increment_is_shown_once_it_is_saved(tmp_path: Path, increments: int) -> None:
+    """With a pause, the increments are saved together, and shown after that."""
+    setup, out = setup_of(), tmp_path / "out.h5"
+    files: list[set[str]] = []
+    with HistoryWriter.open(out, run_header(setup, 1, ()), pause=1000.0) as writer:
+
+        def show(summary: Summary, errors: SummaryErrors | None) -> None:
+            assert writer.is_saved(summary.step)
+            files.append({path.name for path in tmp_path.rglob("*.h5")})
+
+        complete = solve_missing(setup, writer, StopAfter(increments), show=show)
+    assert complete == (increments > 3)
+    if complete:
+        assert files == [{out.name}] * 5
+    else:
+        assert files == [{f"{step:06d}-{step:06d}.h5" for step in range(3)}] * 3
