@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.study.result_files import HDF5_NAME
+from fretsolve.sweep.beginnings import FOLDER_NAME
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
@@ -142,6 +144,8 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
         if one.status == "error" and manifest.result(one.row).exists():
             print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
     messages.end(found)
+    if not missing(manifest):
+        shutil.rmtree(manifest.folder / FOLDER_NAME, ignore_errors=True)
     code = _worst_code(one.exit_code or EXIT_STOPPED for one in found if not one.has_result)
     if code:
         return EXIT_STOPPED if stop.requested else code

@@ -8,7 +8,7 @@ value that the contact had at the start of the stage.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
@@ -118,6 +118,15 @@ class LoadPath:
             for planned, count in zip(self._planned, counts, strict=True)
         ]
         return LoadPath(stages, self._model)
+
+    def imposed_in_stages(self) -> Iterator[tuple[dict[str, float], dict[str, float], list[float]]]:
+        """Yield for each stage what is imposed before it and at its end, and the share that each increment ends at.
+
+        With the history before it, that is all that a stage depends on.
+        """
+        for planned in self._planned:
+            steps = range(planned.first, planned.first + planned.increments)
+            yield planned.before, planned.after, [planned.share(step) for step in steps]
 
     def normal_loads(self) -> tuple[LoadControl, ...]:
         """Return what is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage."""

@@ -108,19 +108,34 @@ def set_aside(folder: Path, parts: Sequence[Path]) -> Path:
 
 def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:
     """Commit a part of all increments of `sources` up to `state`, or of `state` alone. Raises OSError, FileError."""
-    states = [] if sources else [state]
+    first = state.summary.step
+    if sources:
+        with Piece(sources[0]) as piece:
+            first = int(piece.rows()["step"][0])
+    part = Part(folder / part_name(first, state.summary.step), first, state.summary.step)
+    write_increments(part.path, header, sources, [] if sources else [state], state)
+    return part
+
+
+def part_name(first: int, last: int) -> str:
+    """Return the name of the part of the increments `first` to `last`."""
+    return f"{first:06d}-{last:06d}.h5"
+
+
+def write_increments(
+    path: Path, header: RunHeader, sources: Sequence[Path], states: Sequence[State], last_state: State
+) -> None:
+    """Write the increments of `sources` and then of `states`, which end with `last_state`, as a part does."""
     rows = read_rows(header, sources, states)
     first, last = int(rows["step"][0]), int(rows["step"][-1])
     steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
-    part = Part(folder / f"{first:06d}-{last:06d}.h5", first, last)
-    with atomic_files.new_hdf5(part.path, folder) as file:
+    with atomic_files.new_hdf5(path, path.parent) as file:
         file.create_dataset("rows", data=rows, chunks=rows.shape, **COLUMN_FILTERS)
         group = file.create_group("fields")
         group.create_dataset("step", data=np.array(steps, STEP.dtype))
         if steps:
             _write_fields(group, header, steps, sources, states)
-        _write_restart(file, state, header.stored_fields if last in steps else ())
-    return part
+        _write_restart(file, last_state, header.stored_fields if last in steps else ())
 
 
 def write_result(

@@ -7,7 +7,7 @@ the run is complete or has failed. If OUT exists, it is the result and its parts
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Literal
@@ -23,8 +23,10 @@ from fretsolve.result.parts import (
     Piece,
     all_parts,
     contiguous_parts,
+    part_name,
     parts_folder,
     set_aside,
+    write_increments,
     write_part,
     write_result,
 )
@@ -32,13 +34,18 @@ from fretsolve.result.reader import open_result, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.foreign_files import read_bytes, require_regular
 
 MERGE_EVERY = 32
 """Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
 
 RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
 """Advice for a run of one case, and for one of several cases."""
+
+NOTHING_SHARED: Mapping[int, Path] = {}
+
+LARGEST_SHARED = 2**31
+"""Bytes of the file of a shared beginning."""
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """Advice for an existing result."""
@@ -48,13 +55,21 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     """A result being written; a context manager, which stops the run if it is left without `finish`.
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
-    beginning. summaries: of all increments so far. notes: warnings about the resume.
+    beginning. summaries: of all increments so far. notes: warnings about the resume. shared: files of the increments 0
+    to a step, by that step, which other runs begin with as well.
     """
 
-    def __init__(self, out: Path, header: RunHeader, pause: float = 0.0, advice: str = RESUME):
+    def __init__(
+        self,
+        out: Path,
+        header: RunHeader,
+        pause: float = 0.0,
+        advice: str = RESUME,
+        shared: Mapping[int, Path] = NOTHING_SHARED,
+    ):
         self.out = out
         self.header = header
-        self._advice = advice
+        self._advice, self._shared = advice, shared
         self._pause = pause
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
@@ -77,13 +92,15 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         retry: bool = True,
         pause: float = 0.0,
         advice: str = RESUME,
+        shared: Mapping[int, Path] = NOTHING_SHARED,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
-        unsaved. advice: how to go on, for the message if nothing more can be saved. Raises CaseError if `out` or its
-        parts exist and neither option is given, FileError if they belong to another run or are damaged, if another run
-        writes them, or if the folder cannot be written.
+        unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
+        the longest of these files that is there, and writes those that are not. Raises CaseError if `out` or its parts
+        exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
+        them, or if the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
@@ -94,7 +111,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 if overwrite and out.stat().st_size and not h5py.is_hdf5(out):
                     message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
                     raise FileError(message, out)
-            writer = cls(out, header, pause, advice)
+            writer = cls(out, header, pause, advice, shared)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not writer._folder.exists() and writer._take_final(retry):
                 return writer
@@ -122,6 +139,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.last_state = state
         self.summaries.append(state.summary)
         self._unsaved.append(state)
+        self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()
 
@@ -201,6 +219,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             return
         if not all_parts(self._folder):
             self._clear()
+            self._begin_with_shared()
         elif not (self._folder / HEADER_NAME).exists() or not contiguous_parts(self._folder):
             missing = "the first of them" if (self._folder / HEADER_NAME).exists() else HEADER_NAME
             message = f"holds saved increments, but {missing} is missing, so they cannot be used"
@@ -212,6 +231,35 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise CaseError(message, (), self._folder)
         if not self._pause:
             self._write_header()
+
+    def _begin_with_shared(self) -> None:
+        """Take the longest shared beginning that is there as the first part."""
+        for step in sorted(self._shared, reverse=True):
+            part = Part(self._folder / part_name(0, step), 0, step)
+            try:
+                content = read_bytes(self._shared[step], LARGEST_SHARED)
+            except (OSError, FileError):  # most likely it is not there yet
+                continue
+            self._write_header()
+            with atomic_files.new_file(part.path, self._folder) as file:
+                file.write(content)
+            try:
+                self._take_up(part.path)
+            except FileError:  # damaged, so it is written anew
+                atomic_files.remove(part.path)
+                with suppress(OSError):
+                    atomic_files.remove(self._shared[step])
+                continue
+            self._parts = [part]
+            return
+
+    def _write_shared(self, state: State) -> None:
+        """Write a shared beginning that ends with `state`, unless it is there or cannot be written."""
+        path = self._shared.get(state.summary.step)
+        if path is not None and not path.exists():
+            with suppress(OSError):
+                atomic_files.add_folder(path.parent)
+                write_increments(path, self.header, [part.path for part in self._parts], self._unsaved, state)
 
     def _take_final(self, retry: bool) -> bool:
         """Take OUT as it is if nothing is left to do, and return whether. Raises FileError if it is of another run."""

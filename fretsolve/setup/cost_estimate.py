@@ -47,9 +47,9 @@ APPLICATIONS, COUPLED_APPLICATIONS = 20, 10
 normal load changes; where the pressure follows the shear, in the normal problem and of the coefficients between both.
 """
 
-CALL_SECONDS, NUMPY_SLOWNESS = 0.4e-3, 2.0
-"""Seconds per application for any number of cells; factor on the time of the cells without numba (2 for
-mode I.3 on 256 x 256 points, 1.6 for Hertz)."""
+CALL_SECONDS, NUMPY_SLOWNESS = 0.1e-3, 2.0
+"""Seconds per application for any number of cells, and factor on all times without numba. With both, mode I.3 takes a
+quarter more at most than measured on 32 x 32 to 256 x 256 points (`python benchmarks/small_grids.py`)."""
 
 COARSE_CELLS, COARSE_APPLICATIONS, COARSE_CALLS = 0.5, 0.33, 3.0
 """Of the coarse runs for error bars over those of the run: cells, applications in units of one on the run's grid, and
@@ -93,12 +93,13 @@ def estimate(setup: ProblemSetup) -> Estimate:
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
     applications = _applications(setup)
-    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * (1.0 if compiled else NUMPY_SLOWNESS)
+    slowness = 1.0 if compiled else NUMPY_SLOWNESS
+    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * slowness
     seconds = {part: CELL_COSTS[part][1] * effort * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
     seconds["slip and dissipated energy"] = SLIP_SECONDS * increments * effort
-    called = {part: CALL_SECONDS * count for part, count in applications.items()}
+    called = {part: CALL_SECONDS * slowness * count for part, count in applications.items()}
     called["ux from qy, uy from qx"] = 0.45 * called["tangential problem"]
     # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
     cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)

@@ -6,19 +6,21 @@ import itertools
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
 
 from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
 from fretsolve.kernels import load
 from fretsolve.result.state import Summary
-from fretsolve.result.writer import SAME_COMMAND, HistoryWriter
+from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
+from fretsolve.sweep.beginnings import files_of
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import compiler_asked
@@ -66,14 +68,16 @@ def solve(
     *,
     threads: int = 1,
     pause: float = 0.0,
+    shared: Mapping[int, Path] = NOTHING_SHARED,
 ) -> Report:
     """Solve what is missing of case `index`, save it and report how that ended.
 
-    show: called after each increment; pause: seconds for which increments may stay unsaved. Raises FileError.
+    show: called after each increment; pause: seconds for which increments may stay unsaved; shared: files
+    of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
     with HistoryWriter.open(
-        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND
+        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
         if writer.complete:  # another process was faster
             return Report(index, 0)
@@ -148,7 +152,8 @@ class CaseRunner:
                 message = "has changed since the sweep began; give the command sweep run again"
                 raise CaseError(message, (), self.manifest.case)
             # A kill may cost 2 s of work. A shorter case is written once, which is faster.
-            report = solve(case, row.index, stop, threads=self.manifest.threads, pause=2.0)
+            shared = files_of(row.shared, self.manifest.folder)
+            report = solve(case, row.index, stop, threads=self.manifest.threads, pause=2.0, shared=shared)
         except FretsolveError as error:
             report = Report(row.index, error.exit_code, _one_line(error), isinstance(error, BusyError))
         except MemoryError:

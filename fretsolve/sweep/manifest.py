@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +13,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fretsolve.errors import CaseError, FileError, dotted, shortened
+from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, writing
 from fretsolve.system.foreign_files import read_small_text
@@ -26,13 +27,14 @@ FORMAT = 1
 class ManifestRow:
     """One case. index: its place in the sweep, from 0; id: names its result, the same for equal cases.
 
-    seconds: estimated time.
+    seconds: estimated time; shared: beginnings that other cases have as well.
     """
 
     index: int
     id: str
     settings: Mapping[str, str]
     seconds: float
+    shared: tuple[Beginning, ...] = ()
 
     @property
     def words(self) -> str:
@@ -85,6 +87,14 @@ class Manifest:
         return self.results / f"{row.id}.note"
 
 
+class _StoredBeginning(BaseModel):
+    """A beginning in the manifest's file. Its key becomes the name of a file, too."""
+
+    model_config = ConfigDict(strict=True)
+    key: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+    increments: Annotated[int, Field(ge=1)]
+
+
 class _StoredRow(BaseModel):
     """A case in the manifest's file. Its id becomes the name of a file, so it is nothing but a digest."""
 
@@ -93,6 +103,7 @@ class _StoredRow(BaseModel):
     id: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     settings: dict[str, str]
     seconds: float
+    shared: tuple[_StoredBeginning, ...] = ()
 
 
 class _Stored(BaseModel):
@@ -126,7 +137,7 @@ def write_manifest(manifest: Manifest) -> None:
     """Write the manifest into its folder, in one step; make the folder if need be. Raises FileError."""
     names = ("sweep", "title", "case", "overrides", "quantities", "threads", "memory", "compiled")
     common = {name: getattr(manifest, name) for name in names}
-    cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **vars(row)} for row in manifest.rows]
+    cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **asdict(row)} for row in manifest.rows]
     values = {"format": FORMAT, **common, "cases": cases}
     path = manifest.folder / MANIFEST_NAME
     text = json.dumps(values, indent=1, ensure_ascii=False, default=str) + "\n"
@@ -156,7 +167,7 @@ def read_manifest(folder: Path) -> Manifest:
             values.quantities,
             values.threads,
             values.memory,
-            tuple(ManifestRow(case.index, case.id, case.settings, case.seconds) for case in values.cases),
+            tuple(map(_row, values.cases)),
             compiled=values.compiled,
         )
     except ValidationError as error:
@@ -168,6 +179,11 @@ def read_manifest(folder: Path) -> Manifest:
         raise FileError(f"cannot be read: {reason_of(error)}; {needed}", path) from None
     except ValueError as error:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
+
+
+def _row(case: _StoredRow) -> ManifestRow:
+    shared = tuple(Beginning(one.key, one.increments) for one in case.shared)
+    return ManifestRow(case.index, case.id, case.settings, case.seconds, shared)
 
 
 def index_list(indices: Sequence[int]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fretsolve.case.loading import read_case, validated
@@ -13,6 +13,7 @@ from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.sweep.base_case import BaseCase, placed
+from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
 from fretsolve.sweep.quantity import CORRECTED_NAMES, read_quantity, usual_quantities
@@ -44,6 +45,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     rows: list[ManifestRow] = []
     files: dict[str, float] = {}
     saved: dict[str, float] = {}
+    beginnings: dict[str, tuple[Beginning, ...]] = {}
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
     stages, memory, have_bars = sys.maxsize, 0.0, True
@@ -51,6 +53,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         setup = prepared.setup
         rows.append(ManifestRow(index, prepared.id, prepared.settings, prepared.expected.seconds))
         files[prepared.id] = prepared.expected.file
+        beginnings[prepared.id] = beginnings_of(setup, prepared.header, prepared.expected.seconds)
         saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
         found |= dict.fromkeys(setup.model.warnings)
         have_bars &= setup.case.solver.error_bars
@@ -58,6 +61,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
         usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
     _require_quantities(spec, text.source, stages, have_bars=have_bars)
+    found_shared = shared(beginnings)
     manifest = Manifest(
         folder.absolute(),
         path.absolute(),
@@ -67,7 +71,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         spec.quantities or usual,
         spec.threads,
         memory,
-        tuple(rows),
+        tuple(replace(row, shared=found_shared[row.id]) for row in rows),
         compiled=compiling_pays(sum(saved.values())),
     )
     warnings, free = tuple(found), free_bytes(manifest.folder)

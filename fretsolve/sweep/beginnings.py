@@ -1,0 +1,74 @@
+"""Beginnings that cases of a sweep share: the stages up to which their load paths and all else agree.
+
+Such a beginning is solved once, by the first case that comes to its end. The others go on from its last state, and have
+the same numbers as if they were run alone. The file of a beginning is a convenience: where it is missing or damaged,
+a case is solved from its start.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+from fretsolve.result import RunHeader
+from fretsolve.setup.problem_setup import ProblemSetup
+
+FOLDER_NAME = "beginnings"
+
+LEAST_SECONDS = 0.05
+"""Estimated time of a beginning from which it is shared: to write or to read one takes 10 to 20 ms."""
+
+OF_THE_PATH = ("title", "expect", "load_path")
+"""Keys of a case on which its increments do not depend, beyond what is imposed in them."""
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The first increments of a case, up to the end of a stage. key: the same where they give the same numbers."""
+
+    key: str
+    increments: int
+
+    @property
+    def last_step(self) -> int:
+        """The last increment."""
+        return self.increments - 1
+
+
+def beginnings_of(setup: ProblemSetup, header: RunHeader, seconds: float) -> tuple[Beginning, ...]:
+    """Return the beginnings of a case, one for each stage but the last, where they take long enough to be shared.
+
+    None with error bars, which need all stages. seconds: estimated time of the case.
+    """
+    if setup.case.solver.error_bars:
+        return ()
+    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in OF_THE_PATH}
+    model, axes = setup.model, (header.x.tolist(), header.y.tolist())
+    terms = (astuple(model.terms), model.has_shear, model.may_slip)
+    rest = json.dumps([case, header.inputs, header.version, axes, terms], sort_keys=True)
+    digest = hashlib.sha256(rest.encode())
+    found = []
+    for last_step, imposed in zip(setup.load_path.last_steps[:-1], setup.load_path.imposed_in_stages(), strict=False):
+        digest.update(json.dumps(imposed).encode())
+        if seconds * (last_step + 1) >= LEAST_SECONDS * setup.load_path.increments:
+            found.append(Beginning(digest.hexdigest()[:16], last_step + 1))
+    return tuple(found)
+
+
+def shared(beginnings: Mapping[str, Sequence[Beginning]]) -> dict[str, tuple[Beginning, ...]]:
+    """Return of the beginnings of each case (by its id) those that others go on from in another way."""
+    counts = Counter(one.key for own in beginnings.values() for one in own)
+    found = {}
+    for name, own in beginnings.items():
+        later = [*(counts[one.key] for one in own[1:]), 1]
+        found[name] = tuple(one for one, longer in zip(own, later, strict=False) if counts[one.key] > longer)
+    return found
+
+
+def files_of(beginnings: Sequence[Beginning], folder: Path) -> dict[int, Path]:
+    """Return the files of beginnings in the folder of a sweep, by their last steps."""
+    return {one.last_step: folder / FOLDER_NAME / f"{one.key}.h5" for one in beginnings}
