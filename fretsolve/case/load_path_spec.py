@@ -64,9 +64,7 @@ class StageSpec(CaseModel):
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
     bulk_1: BulkStress | None = Field(default=None, description="bulk stress of body 1")
-    bulk_2: BulkStress | None = Field(
-        default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}]
-    )
+    bulk_2: BulkStress | None = Field(default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}])
     increments: Annotated[Count | None, auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
