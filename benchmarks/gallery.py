@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
+import bulk_stress
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -346,6 +347,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "contact_map": contact_map,
     "stick_history": stick_history,
     "convergence": convergence,
+    "bulk_signs": bulk_stress.signs,
+    "bulk_stick_zone": bulk_stress.stick_zone,
     "figure_09": figure_9,
     "figure_10_11_I1": figures_10_and_11("I.1"),
     "figure_10_11_I2": figures_10_and_11("I.2"),
