@@ -56,6 +56,7 @@ def plot_result(
 
 def require_matplotlib() -> None:
     """Raise CaseError if matplotlib cannot be imported."""
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a wrong name in it would end the import
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:

@@ -11,6 +11,9 @@ from numba.core import event
 
 from fretsolve.kernels.numba_cache import KernelCache
 
+if numba.config.DISABLE_JIT:  # Python itself would run the loops over cells
+    raise ImportError("NUMBA_DISABLE_JIT is set")
+
 
 def _clock(name: str) -> Callable[[], float]:
     """Return a function that returns the wall-clock time (s) of one kind of the compiler's events in this process."""

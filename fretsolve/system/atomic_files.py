@@ -20,8 +20,9 @@ from typing import Any
 _TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
 """Names of files that are being written; earlier versions drew 8 digits at random."""
 
-STALE = 3600.0
-"""Seconds after which a temporary file counts as left by a kill, if other processes may write the same file."""
+STALE = 86400.0
+"""Seconds after which a temporary file counts as left by a kill, if other processes may write the same file. Clocks of
+servers differ, and may be set forward."""
 
 
 class WriteThroughFile(io.FileIO):

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import finish, invoke, refused
+from command_line import environment, finish, invoke, refused
 from PIL import Image
 from small_cases import DRAWN, write_case
 
@@ -81,6 +81,12 @@ def test_without_matplotlib(result_folder: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     told = refused(2, "plot", result_folder / "torsion.h5")
     assert told.endswith("pip install '.[plot]' in a clone of fretsolve\n")
+
+
+def test_a_display_that_matplotlib_does_not_have(result_folder: Path, tmp_path: Path) -> None:
+    own = environment() | {"MPLBACKEND": "no such display"}
+    line = ("plot", result_folder / "torsion.h5", "-o", tmp_path / "x.png")
+    assert finish(*line, env=own) == (0, f"{tmp_path / 'x.png'}\n", "")
 
 
 def test_letters_that_the_font_lacks_are_no_warning(result_folder: Path, tmp_path: Path) -> None:

@@ -273,8 +273,9 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
     plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
     refused = solve_in_a_process(FRETSOLVE_NUMBA="1", PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
-    assert (compiled[0], plain[0], refused[0]) == (True, False, False)
-    assert refused == plain
+    switched_off = solve_in_a_process(FRETSOLVE_NUMBA="1", NUMBA_DISABLE_JIT="1")
+    assert (compiled[0], plain[0], refused[0], switched_off[0]) == (True, False, False, False)
+    assert refused == switched_off == plain
     assert abs(compiled[1] - plain[1]) <= 2
     np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
 import tempfile
 from dataclasses import replace
@@ -282,6 +283,19 @@ def test_parts_with_the_checksums_of_earlier_versions_are_gone_on_with(
     write(out, fake_header(), resume=True)
     write(tmp_path / "whole.h5", fake_header())
     assert_same_result(out, tmp_path / "whole.h5")
+
+
+def test_a_clock_that_jumps_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out.h5"
+    jumps = itertools.cycle([4e9, 0.0, 1e9, -1e9])
+    monkeypatch.setattr("time.time", lambda: next(jumps))
+    write(out, fake_header(), stop_after=3)
+    for path, when in zip(sorted(parts_folder(out).iterdir()), jumps, strict=False):
+        os.utime(path, (when, when))
+    write(out, fake_header(), resume=True)
+    monkeypatch.undo()
+    write(tmp_path / "whole.h5", fake_header())
+    assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
 
 
 def test_missing_part_ends_what_is_taken_up(out: Path) -> None:
