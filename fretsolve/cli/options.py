@@ -11,6 +11,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,7 +70,8 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         code = EXIT_BUG
     else:
         return code
-    print(message, file=sys.stderr)
+    with suppress(FileError):  # on a full disk, where the code says enough
+        print(message, file=sys.stderr)
     return code
 
 

@@ -11,7 +11,7 @@ from numba.core import event
 
 from fretsolve.kernels.numba_cache import KernelCache
 
-if numba.config.DISABLE_JIT:  # Python itself would run the loops over cells
+if getattr(numba.config, "DISABLE_JIT", False):  # Python itself would run the loops over cells
     raise ImportError("NUMBA_DISABLE_JIT is set")
 
 

@@ -161,6 +161,12 @@ def test_output_on_a_full_disk_keeps_the_increments(tmp_path: Path) -> None:
     assert (code, messages) == (4, "standard output: cannot be written: No space left on device\n")
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_no_room_for_output_nor_for_messages() -> None:
+    with Path("/dev/full").open("w") as full:
+        assert finish("schema", stdout=full, stderr=full)[0] == 4
+
+
 def test_streams_closed_before_the_start(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     with start("run", case, preexec_fn=lambda: os.closerange(0, 3), stdout=None, stderr=None) as process:
