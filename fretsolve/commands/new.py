@@ -29,8 +29,8 @@ def new_case(kind: str, out: Path) -> int:
         files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
     require_free(*files, advice="it is not touched; choose another name with -o")
     for path, content in files.items():
-        with writing(path), path.open("x", encoding="utf-8") as file:
-            file.write(content)
+        with writing(path), atomic_files.new_file(path, exclusive=True) as file:
+            file.write(content.encode())
         print(path)
     return 0
 

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import PATIENCE, assert_same_result, finish, python, saved_steps, start, wait_for
+from command_line import PATIENCE, assert_same_result, environment, finish, python, saved_steps, start, wait_for
 from small_cases import CASE, LONG, write_case
 
 from fretsolve import open_result
@@ -118,6 +118,12 @@ def test_full_disk(case: Path, uninterrupted: Path) -> None:
     assert_same_result(out, uninterrupted)
 
 
+def test_a_new_case_on_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    code, _, messages = finish("new", "rough", "-o", tmp_path / "x.yaml", preexec_fn=limit_file_size)
+    assert (code, messages.count("\n")) == (4, 1)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("together", [False, True], ids=["output", "output and messages"])
 def test_reader_that_goes_away(tmp_path: Path, together: bool) -> None:
     """As under ``| head -1``; with both streams in the pipe, the notice of a signal meets its end as well."""
@@ -159,6 +165,13 @@ def test_output_on_a_full_disk_keeps_the_increments(tmp_path: Path) -> None:
         assert (code, messages.count("\n")) == (4, 1)
         code, _, messages = finish("schema", stdout=full)
     assert (code, messages) == (4, "standard output: cannot be written: No space left on device\n")
+
+
+def test_an_interrupt_while_the_command_is_loaded(tmp_path: Path) -> None:
+    (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    own = environment()
+    own["PYTHONPATH"] = os.pathsep.join([str(tmp_path), own["PYTHONPATH"]])
+    assert finish("--help", env=own) == (-signal.SIGINT, "", "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
