@@ -27,9 +27,11 @@ from fretsolve.system.environment import available, quick_imports, set_up_numeri
 from fretsolve.system.signals import StopRequest
 from fretsolve.templates import TEMPLATES
 
-_CASE = click.argument("case", type=click.Path(path_type=Path))
-_CASES = click.argument("cases", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CASE...")
-_OUT = click.argument("out", type=click.Path(path_type=Path))
+_CASE = click.argument("case", type=click.Path(readable=False, path_type=Path))
+_CASES = click.argument(
+    "cases", type=click.Path(readable=False, path_type=Path), nargs=-1, required=True, metavar="CASE..."
+)
+_OUT = click.argument("out", type=click.Path(readable=False, path_type=Path))
 
 
 @click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]})
@@ -106,7 +108,7 @@ def validate(**options: Any) -> int:
 @_CASES
 @click.option(
     "--junit",
-    type=click.Path(path_type=Path),
+    type=click.Path(readable=False, path_type=Path),
     metavar="FILE.xml",
     help="Also write the outcome as JUnit XML; an existing FILE.xml is replaced.",
 )
@@ -208,7 +210,7 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
     "-o",
     "--output",
     "target",
-    type=click.Path(),
+    type=click.Path(readable=False),
     metavar="FILE",
     help="The picture (.png, .pdf, .svg; animate: .gif, .mp4), or a folder (created if the name ends in /); by default"
     " OUT with the kind in its name.",

@@ -19,7 +19,8 @@ import click
 from click.core import ParameterSource
 
 from fretsolve.cli.streams import tolerant_streams
-from fretsolve.errors import EXIT_BUG, CaseError, FileError, FretsolveError
+from fretsolve.errors import EXIT_BUG, CaseError, FileError, FretsolveError, printable
+from fretsolve.system.files import reason_of
 from fretsolve.system.signals import end_by
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -54,9 +55,12 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     except FretsolveError as error:
         message, code = str(error), error.exit_code
     except OSError as error:
-        if error.errno not in (errno.EMFILE, errno.ENFILE):
+        if os.environ.get("FRETSOLVE_DEBUG"):
             raise
-        message, code = f"{error.strerror}: a higher limit (ulimit -n) is needed", FileError.exit_code
+        where, why = error.filename or "a file or the working folder", reason_of(error)
+        few = error.errno in (errno.EMFILE, errno.ENFILE)
+        message = f"{why}: a higher limit (ulimit -n) is needed" if few else f"{where}: cannot be used: {why}"
+        message, code = printable(message), FileError.exit_code
     except MemoryError:
         message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
     except Exception as error:
@@ -103,7 +107,9 @@ class WholeNumber(click.IntRange):
 
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:
     """Return the option `-o`, whose value goes to the parameter `name`."""
-    return click.option("-o", "--output", name, type=click.Path(path_type=Path), metavar=metavar, help=help_text)
+    return click.option(
+        "-o", "--output", name, type=click.Path(readable=False, path_type=Path), metavar=metavar, help=help_text
+    )
 
 
 def repeatable_option(flag: str, name: str, metavar: str, help_text: str, **more: Any) -> Callable[[Command], Command]:

@@ -42,11 +42,11 @@ def _indices(context: click.Context, parameter: click.Parameter, value: str) -> 
     return found
 
 
-_FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+_FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Path), metavar="DIR")
 
 
 @sweep.command("run")
-@click.argument("file", type=click.Path(path_type=Path), metavar="SWEEP")
+@click.argument("file", type=click.Path(readable=False, path_type=Path), metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
     "-j", "--jobs", type=WholeNumber(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."

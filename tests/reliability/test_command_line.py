@@ -167,6 +167,18 @@ def test_output_on_a_full_disk_keeps_the_increments(tmp_path: Path) -> None:
     assert (code, messages) == (4, "standard output: cannot be written: No space left on device\n")
 
 
+def test_a_working_folder_that_is_gone(tmp_path: Path) -> None:
+    gone = tmp_path / "gone"
+
+    def enter() -> None:
+        gone.mkdir()
+        os.chdir(gone)
+        gone.rmdir()
+
+    code, _, messages = finish("run", write_case(tmp_path), "-o", "out.h5", preexec_fn=enter)
+    assert (code, messages) == (4, "a file or the working folder: cannot be used: No such file or directory\n")
+
+
 def test_an_interrupt_while_the_command_is_loaded(tmp_path: Path) -> None:
     (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
     own = environment()

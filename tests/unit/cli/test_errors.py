@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,15 @@ def test_warnings_of_libraries_are_for_debugging(debug: bool) -> None:
     code, _, messages = ended(process)
     assert (code, "RuntimeWarning: divide by zero" in messages) == (4, debug)
     assert messages.endswith("no.yaml: cannot be read: No such file or directory\n")
+
+
+def test_no_permission_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
+    def closed() -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", "a/b\n")
+
+    monkeypatch.delenv("FRETSOLVE_DEBUG", raising=False)
+    monkeypatch.setattr("fretsolve.case.schema.case_schema", closed)
+    assert refused(4, "schema") == "a/b\\u000a: cannot be used: Permission denied\n"
 
 
 def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
