@@ -1,4 +1,4 @@
-"""Contacts of alike bodies under a tangential force and bulk stress together, both in proportion from full stick.
+"""Contacts of alike bodies under a tangential force and bulk stress together, both applied at once from full stick.
 
 Bulk stress strains the two surfaces differently, which shifts the stick zone (Nowell & Hills 1987; Hills & Nowell,
 Mechanics of Fretting Fatigue (1994)). A mismatch is the strain of body 2's surface less that of body 1's, as
@@ -9,7 +9,7 @@ Mechanics of Fretting Fatigue (1994)). A mismatch is the strain of body 2's surf
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -55,6 +55,20 @@ class LineUnderBulk:
     def reverses(self) -> bool:
         """True if the two slip zones have opposite signs: |b| > 1 - sqrt(1 - f)."""
         return abs(self.bulk) > 1.0 - math.sqrt(1.0 - self.fraction)
+
+    @cached_property
+    def is_reached_in_proportion(self) -> bool:
+        """True if force and mismatch that grow in proportion, in many increments, lead here.
+
+        They do while no slip zone shrinks on the way: |b| <= f/2, or a zone of backward slip that still grows. Where it
+        shrinks it sticks at once, and the stick zone is wider than that of both applied in one step.
+        """
+        if abs(self.bulk) <= 0.5 * self.fraction:
+            return True
+        if not self.reverses:
+            return False
+        before = replace(self, shear_force=0.999 * self.shear_force, mismatch=0.999 * self.mismatch)
+        return max(map(abs, self.stick_zone)) <= max(map(abs, before.stick_zone))
 
     @cached_property
     def stick_zone(self) -> tuple[float, float]:

@@ -81,6 +81,21 @@ class TestLine:
         assert beyond.stick_zone == pytest.approx(just.stick_zone, rel=1e-6)
         assert line(1e-9, 0.2).stick_zone == pytest.approx(line(0.0, 0.2).stick_zone, rel=1e-6)
 
+    @pytest.mark.parametrize(
+        ("f", "b", "reached"),
+        [
+            *((0.6, b, True) for b in (0.0, 0.3)),
+            *((0.6, b, False) for b in (0.31, 0.36, 0.5, 0.6)),
+            *((0.9, 0.75, False), (0.3, 0.2, True), (0.1, 0.3, True), (0.0, 0.3, True), (-0.6, 0.5, False)),
+        ],
+    )
+    def test_loading_in_proportion_leads_there_or_not(self, f, b, reached):
+        """By the ends of the stick zone on the way: no one moves outwards."""
+        assert line(f, b).is_reached_in_proportion is line(f, -b).is_reached_in_proportion is reached
+        ends = np.array([line(part * f, part * b).stick_zone for part in np.linspace(0.05, 1.0, 60)])
+        outward = np.concatenate([-np.diff(ends[:, 0]), np.diff(ends[:, 1])])
+        assert bool((outward < 1e-7).all()) is reached
+
     @pytest.mark.parametrize("b", [0.1, 0.5])
     def test_signs(self, b):
         """Either sign that changes moves the stick zone to the other side; both leave it there."""
