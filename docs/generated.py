@@ -15,14 +15,14 @@ import inspect
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
 from fretsolve.case.quantities import UNIT_NOTE
-from fretsolve.case.schema import case_schema
+from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
 from fretsolve.result.layout import BULK_HISTORY, ERRORS, FIELDS, HISTORY, Quantity
@@ -32,23 +32,31 @@ Schema = Mapping[str, Any]
 PAGES = Path(__file__).parent / "reference"
 
 KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
-SHORTHANDS = ("SurfaceEntry", "CycleSpec")
+SHORTHANDS = ("SurfaceEntry", "CycleSpec", "LineSurfaceEntry", "LineCycleSpec", "LineExpectation")
 """Definitions that only wrap others, each under a key of its own."""
 
 FUNCTIONS = {"fretsolve": ("load_case", "run", "run_with_error_bars", "open_result")}
 RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(
-    f"fretsolve.reference.{name}" for name in ("hertz", "tangential", "cyclic_loading", "bulk_stress")
+    f"fretsolve.reference.{name}" for name in ("hertz", "tangential", "cyclic_loading", "bulk_stress", "line")
 )
 
 
 def case_file() -> Iterator[str]:
     """Return the keys of the case file: those of the top, then a section for each kind of mapping."""
-    schema = case_schema()
+    yield from _sections(area_schema())
+
+
+def line_case_file() -> Iterator[str]:
+    """Return the keys of a line contact that differ: those of the top, then a section for each kind of mapping."""
+    yield from _sections(line_schema(), known=area_schema()["$defs"])
+
+
+def _sections(schema: Schema, known: Collection[str] = ()) -> Iterator[str]:
     yield from _mapping(schema)
     for name in _mentioned(schema["properties"], schema["$defs"]):
-        if name not in SHORTHANDS:
+        if name not in SHORTHANDS and name not in known:
             yield f"\n## {_heading(name)}\n"
             yield from _mapping(schema["$defs"][name])
 
@@ -81,6 +89,8 @@ def _mapping(schema: Schema) -> Iterator[str]:
 def _heading(name: str) -> str:
     """Return a heading such as ``Elastic body`` for ``ElasticBody``; for a surface its key."""
     words = re.findall("[A-Z][a-z]+", name.removesuffix("Spec"))
+    if words[0] == "Line":
+        return f"Line contact: {' '.join(words[1:]).lower()}"
     return f"Surface: {words[0].lower()}" if words[-1] == "Surface" else " ".join(words).capitalize()
 
 
@@ -97,9 +107,9 @@ def _value(node: Schema) -> str:
     """Return what may stand for a key, in words."""
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
-        if name == "SurfaceEntry":
+        if name.endswith("SurfaceEntry"):
             return "one of the surfaces below"
-        heading = "Cycle" if name == "CycleSpec" else _heading(name)
+        heading = _heading("Expectation" if name == "LineExpectation" else name)
         return f"[{heading}](#{re.sub('[^a-z]+', '-', heading.lower())})"
     if "const" in node:
         return f"`{node['const']}`"
@@ -317,6 +327,7 @@ def _escaped(text: str) -> str:
 
 PARTS: Mapping[str, Callable[[], Iterator[str]]] = {
     "case file": case_file,
+    "line case file": line_case_file,
     "history": history,
     "errors": errors,
     "fields": fields,

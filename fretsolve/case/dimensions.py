@@ -41,7 +41,13 @@ ANGLE = Dimension("an angle", "rad", "rad", "0.1 deg")
 TIME = Dimension("a time", "s", "s", "2 s")
 NUMBER = Dimension("a number", "", "1", "0.1")
 
-DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, ANGLE, TIME, NUMBER)
+LINE_FORCE = Dimension("a force per length", "N/mm", "N/mm", "100 N/mm")
+LINE_MOMENT = Dimension("a moment per length", "N*mm/mm", "N mm/mm", "5 N*mm/mm")
+LINE_ENERGY = Dimension("an energy per length", "N*mm/mm", "mJ/mm", "0.014 N*mm/mm")
+LINE_AREA = Dimension("an area per length", "mm^2/mm", "mm^2/mm", "0.2 mm^2/mm")
+"""In a line contact, per mm of its length."""
+
+DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart."""
 
 

@@ -5,7 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from fretsolve.case.dimensions import ANGLE, AREA, ENERGY, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, TIME, Dimension
+from fretsolve.case.dimensions import (
+    ANGLE,
+    AREA,
+    ENERGY,
+    FORCE,
+    LENGTH,
+    LINE_AREA,
+    LINE_ENERGY,
+    LINE_FORCE,
+    LINE_MOMENT,
+    MOMENT,
+    NUMBER,
+    PRESSURE,
+    TIME,
+    Dimension,
+)
 
 PAIRS = (("P", "delta_z"), ("Mx", "phi_x"), ("My", "phi_y"), ("Qx", "delta_x"), ("Qy", "delta_y"), ("Mz", "phi_z"))
 """The load components: force or moment of each rigid mode, normal modes first, and the displacement or rotation that it
@@ -103,9 +118,26 @@ results of versions that did not have them."""
 
 DIMENSIONS_BY_NAME: dict[str, Dimension] = {column.name: column.metadata["dimension"] for column in fields(Summary)}
 
+PER_LENGTH = {FORCE: LINE_FORCE, MOMENT: LINE_MOMENT, ENERGY: LINE_ENERGY, AREA: LINE_AREA}
+"""Dimensions of the history in a line contact, where they are others."""
+
+LINE_MEANINGS = {
+    "contact_area": "area of contact per mm of the line",
+    "stick_area": "area of the stick zone per mm of the line",
+    "contact_radius": "half-width of the contact, half of its width in all",
+    "stick_radius": "half-width of the stick zone, half of its width in all",
+    "delta_z": "normal approach relative to the reference depth; NaN without one",
+    "delta_x": "always NaN: in a line contact it has a free constant",
+    "delta_y": "always NaN: in a line contact it has a free constant",
+}
+"""Meaning of columns of the history in a line contact, where it is another."""
+
 HISTORY_DIMENSIONS: dict[str, Dimension] = {
     name: dimension
     for name, dimension in DIMENSIONS_BY_NAME.items()
     if name not in ("step", "stage", *BULK[1], *BULK[2])
 }
 """Quantities that a case can expect, in the order of the result file."""
+
+LINE_DIMENSIONS = {name: PER_LENGTH.get(dimension, dimension) for name, dimension in HISTORY_DIMENSIONS.items()}
+"""The same in a line contact."""

@@ -111,14 +111,15 @@ class CycleSpec(CaseModel):
     cycle: Cycle
 
 
-def _step_tag(value: object) -> str:
+def step_tag(value: object) -> str:
+    """Return which kind of entry of a load path `value` is."""
     # The tags appear in the locations of pydantic's errors and must differ from every key of the file.
     is_cycle = "cycle" in value if isinstance(value, dict) else isinstance(value, CycleSpec)
     return "(cycle)" if is_cycle else "(stage)"
 
 
 LoadStep = Annotated[
-    Annotated[StageSpec, Tag("(stage)")] | Annotated[CycleSpec, Tag("(cycle)")], Discriminator(_step_tag)
+    Annotated[StageSpec, Tag("(stage)")] | Annotated[CycleSpec, Tag("(cycle)")], Discriminator(step_tag)
 ]
 Cycle.model_rebuild()
 

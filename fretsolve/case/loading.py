@@ -64,7 +64,7 @@ class CaseText:
         if isinstance(self.data, dict) and {"case", "axes"} <= self.data.keys():
             raise self.source.problem("this is a sweep file; `fretsolve sweep run` takes it")
         text = self.overridden(overrides)
-        case = validated(Case, text.data, text.source, text.problems)
+        case = validated(case_model(text.data), text.data, text.source, text.problems)
         case._source = text.source
         return case
 
@@ -97,6 +97,15 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     line each), `FileError` if the file cannot be read.
     """
     return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
+
+
+def case_model(data: Any) -> type[Case]:
+    """Return the model of the case in `data`, plain values as in a file or in an effective case."""
+    if not isinstance(data, dict) or data.get("plane") != "strain":
+        return Case
+    from fretsolve.case.line_case import LineCase  # other cases need not build its validators
+
+    return LineCase
 
 
 def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -34,7 +35,7 @@ from fretsolve.case.base import (
     refused_at,
     require_either,
 )
-from fretsolve.case.dimensions import NUMBER, PRESSURE
+from fretsolve.case.dimensions import NUMBER, PRESSURE, Dimension
 from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.load_path_spec import LoadStep, Stage, bulk_keys, check_load_path, stage_count, unrolled
 from fretsolve.case.problems import nearest
@@ -185,6 +186,7 @@ class Expectation(CaseModel):
     """A scalar of the history, the value expected of it, and how far off it may be."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rel"]}, {"required": ["abs"]}]})
+    dimensions: ClassVar[Mapping[str, Dimension]] = HISTORY_DIMENSIONS
 
     quantity: Annotated[
         str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
@@ -203,7 +205,7 @@ class Expectation(CaseModel):
     @field_validator("value", "abs", mode="before")
     @classmethod
     def _of_the_quantity(cls, value: Any, info: ValidationInfo) -> Any:
-        dimension = HISTORY_DIMENSIONS.get(info.data.get("quantity", ""))
+        dimension = cls.dimensions.get(info.data.get("quantity", ""))
         if dimension is None:
             return 0.0  # the quantity itself is refused
         least = 0.0 if info.field_name == "abs" else None
@@ -220,7 +222,15 @@ class Expectation(CaseModel):
 class Case(CaseModel):
     """Case file of fretsolve. A bare number is in mm, N, MPa, rad."""
 
+    dimensions: ClassVar[Mapping[str, Dimension]] = HISTORY_DIMENSIONS
+    """The quantities of the history with their dimensions."""
+
     title: str | None = Field(default=None, description="title of the case", examples=["Fretting mode I"])
+    plane: Literal["strain"] | None = Field(
+        default=None,
+        description="strain for a line contact in plane strain; left out for a contact on an area",
+        examples=["strain"],
+    )
     bodies: tuple[Body, Body] = Field(
         description="body 1, which is loaded, and body 2, which is held",
         examples=[["rigid", {"young_modulus": "200 GPa", "poisson_ratio": 0.3}]],
@@ -244,6 +254,12 @@ class Case(CaseModel):
         min_length=1,
         description="the stages, a list: each moves what it names to a new total",
         examples=[[{"P": "400 N"}, {"Qx": "36 N", "increments": 10}]],
+    )
+    reference_depth: PositiveLength | None = Field(
+        default=None,
+        description="with plane: strain, depth in both bodies of the points that approach by delta_z, which is unknown"
+        " without it",
+        examples=["10 mm"],
     )
     solver: SolverSpec = Field(SolverSpec(), description="accuracy and limits of the solver")
     output: OutputSpec = Field(OutputSpec(), description="what the result holds")
@@ -296,6 +312,12 @@ class Case(CaseModel):
         return load_path
 
     @model_validator(mode="after")
+    def _depth_of_a_line(self) -> Self:
+        if self.plane is None and self.reference_depth is not None:
+            refused_at([(("reference_depth",), "only a line contact needs it; remove it, or add plane: strain")])
+        return self
+
+    @model_validator(mode="after")
     def _enough_points(self) -> Self:
         if self.grid.points is None:
             if self.solver.accuracy is None:
@@ -303,9 +325,10 @@ class Case(CaseModel):
                 raise ValidationError.from_exception_data("case", [{"type": "missing", "loc": lacking, "input": None}])
             return self
         implied = self.solver.accuracy is not None and "error_bars" not in self.solver.model_fields_set
-        if (self.solver.error_bars or implied) and min(self.grid.points) < FEWEST_ERROR_BAR_POINTS:
-            nx, ny = self.grid.points
-            message = f"{nx} x {ny} are too few for error bars; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
+        sides = self.grid.points[: 1 if self.plane else 2]
+        if (self.solver.error_bars or implied) and min(sides) < FEWEST_ERROR_BAR_POINTS:
+            few = " x ".join(map(str, sides))
+            message = f"{few} are too few for error bars; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])
         return self
 

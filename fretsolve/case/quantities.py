@@ -18,7 +18,18 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from fretsolve.case.dimensions import ANGLE, DIMENSIONS, FORCE, LENGTH, MOMENT, NUMBER, PRESSURE, Dimension
+from fretsolve.case.dimensions import (
+    ANGLE,
+    DIMENSIONS,
+    FORCE,
+    LENGTH,
+    LINE_FORCE,
+    LINE_MOMENT,
+    MOMENT,
+    NUMBER,
+    PRESSURE,
+    Dimension,
+)
 
 _DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -72,6 +83,8 @@ COMMON_FACTORS = {
     ("um", LENGTH): 1e-3,
     ("nm", LENGTH): 1e-6,
     ("kN", FORCE): 1e3,
+    ("N/m", LINE_FORCE): 1e-3,
+    ("kN/m", LINE_FORCE): 1.0,
     ("N*m", MOMENT): 1e3,
     ("GPa", PRESSURE): 1e3,
     ("deg", ANGLE): 0.017453292519943295,
@@ -134,7 +147,7 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
         raise QuantityError(f"{shown(value)} is not finite; {dimension.wanted} is needed")
     if abs(number) > LARGEST_MAGNITUDE:
         raise _out_of_bounds(value, dimension)
-    if dimension in (FORCE, MOMENT) and abs(number) < LEAST_MAGNITUDE:
+    if dimension in (FORCE, MOMENT, LINE_FORCE, LINE_MOMENT) and abs(number) < LEAST_MAGNITUDE:
         return 0.0
     return number
 

@@ -14,9 +14,29 @@ from fretsolve.case.quantities import UNIT_NOTE
 
 
 def case_schema() -> dict[str, Any]:
-    """Return the schema (draft 2020-12), for editors and for hints in messages."""
-    dialect = "https://json-schema.org/draft/2020-12/schema"
-    return {"$schema": dialect, "title": "fretsolve case", **model_schema(Case)}
+    """Return the schema (draft 2020-12) of any case, for editors."""
+    area, line = model_schema(Case), line_schema()
+    definitions = area.pop("$defs") | line.pop("$defs")
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "fretsolve case",
+        "if": {"properties": {"plane": {"const": "strain"}}, "required": ["plane"]},
+        "then": line,
+        "else": area,
+        "$defs": definitions,
+    }
+
+
+def area_schema() -> dict[str, Any]:
+    """Return the schema of a case without `plane: strain`."""
+    return model_schema(Case)
+
+
+def line_schema() -> dict[str, Any]:
+    """Return the schema of a line contact."""
+    from fretsolve.case.line_case import LineCase  # other cases need not build its models
+
+    return model_schema(LineCase)
 
 
 def model_schema(model: type[BaseModel]) -> dict[str, Any]:

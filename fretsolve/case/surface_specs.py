@@ -80,6 +80,7 @@ class PunchSurface(_SurfaceModel):
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]})
 
     kind: ClassVar[Literal["punch"]] = "punch"
+    of_line: ClassVar[bool] = False
     radius: PositiveLength | None = Field(default=None, description="of a round punch", examples=["1 mm"])
     half_width: PositiveLength | None = Field(default=None, description="of a square punch", examples=["1 mm"])
     edge_radius: Annotated[float, InUnits(LENGTH, least=0)] = Field(
@@ -100,6 +101,7 @@ class HeightsSurface(_SurfaceModel):
     """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
 
     kind: ClassVar[Literal["heights"]] = "heights"
+    of_line: ClassVar[bool] = False
     file: Path = Field(description="file of the map, relative to the case file", examples=["heights.npy"])
     dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file", examples=["z"])
     spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(

@@ -53,7 +53,7 @@ class ActiveRegion:
         """Return the region as a grid of its own."""
         x, y = grid.x[slice(*self.rows)], grid.y[slice(*self.columns)]
         center_x, center_y = 0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])
-        return Grid(x.size, y.size, grid.dx, grid.dy, float(center_x), float(center_y))
+        return grid.part(x.size, y.size, (grid.dx, grid.dy), (float(center_x), float(center_y)))
 
 
 def region_around(contact: BoolArray, free: int = FREE_CELLS) -> ActiveRegion:

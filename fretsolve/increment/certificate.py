@@ -18,7 +18,7 @@ from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes
+from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 
@@ -88,7 +88,7 @@ class Examiner:
         friction_limit = self.friction * solution.pressure
         # C2: gap (T1) and slip increment (T2)
         gap = np.empty_like(self.separation)
-        errors = self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
+        errors = self.gap_errors(solution, gap)
         slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
         # C3: zones
         zone = zones(contact, solution.shear, slip, friction_limit, self.friction, self.precision)
@@ -112,6 +112,11 @@ class Examiner:
             load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
         )
         return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
+
+    def gap_errors(self, solution: Solution, gap: FloatArray) -> GapErrors:
+        """Write the gap (nx, ny) of a solution and return its errors with their scale."""
+        contact = solution.pressure > 0.0
+        return self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
 
     def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
         """Describe the rounding that keeps gap or slip above the tolerance; return "" if it is not rounding."""

@@ -28,7 +28,7 @@ class GridTransfer:
             fx, fy = self.factors
             nx, ny = -(-grid.nx // fx), -(-grid.ny // fy)
             x0, y0 = grid.x0 + 0.5 * (nx * fx - grid.nx) * grid.dx, grid.y0 + 0.5 * (ny * fy - grid.ny) * grid.dy
-            self.coarse = Grid(nx, ny, fx * grid.dx, fy * grid.dy, x0, y0)
+            self.coarse = grid.part(nx, ny, (fx * grid.dx, fy * grid.dy), (x0, y0))
 
     def restrict(self, field: FloatArray) -> FloatArray:
         """Return means over the coarse cells, ``(..., nx, ny)``, with zeros beyond the fine grid."""

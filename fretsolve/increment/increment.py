@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -61,10 +62,14 @@ class IncrementSolver:
         self._precision, self._single = precision, precision is np.float32
         self._team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self._team, precision)
-        self._examiner = Examiner(separation, model.friction, grid, tolerance, model.may_slip, precision, kernels)
+        checked = separation, model.friction, grid, tolerance, model.may_slip, precision, kernels
+        self._examiner = self._examiner_of(*checked)
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID
+
+    def _examiner_of(self, *arguments: Any) -> Examiner:
+        return Examiner(*arguments)
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it.

@@ -49,12 +49,12 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
             "map",
         )
     edges = {"x": (pressure[0].any(), pressure[-1].any()), "y": (pressure[:, 0].any(), pressure[:, -1].any())}
-    sides = [f"{sign}{axis}" for axis, reached in edges.items() for sign, at in zip("-+", reached, strict=True) if at]
+    sides = [f"{sign}{axis}" for axis in grid.axes for sign, at in zip("-+", edges[axis], strict=True) if at]
     if sides:
-        lx, ly = grid.size
+        size = " x ".join(f"{side:.4g}" for _, side in zip(grid.axes, grid.size, strict=False))
         raise GridEdgeError(
-            f"the contact reaches the edge ({', '.join(sides)}) of the potential contact area of"
-            f" {lx:.4g} x {ly:.4g} mm, where its pressure would be cut off"
+            f"the contact reaches the edge ({', '.join(sides)}) of the potential contact area of {size} mm, where its"
+            " pressure would be cut off"
         )
 
 

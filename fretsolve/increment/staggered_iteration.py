@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.incremental_update import add_displacement
-from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
@@ -153,7 +152,7 @@ class StaggeredIteration:
             workspace = self.level.tangential.workspace
             change = np.subtract(work.shear, self._shear, out=workspace.double)
             allowed = self._kept_tolerance * work.gap_scale
-            from_shear = ElasticOperator.normal_from_shear
+            from_shear = type(self.level.operator).normal_from_shear
             add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
             work.change = self._update_separation(work)
         # from the second iteration on, as at first the zones still move
@@ -270,7 +269,7 @@ class StaggeredIteration:
             workspace = self.level.tangential.workspace
             change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
             np.copyto(self._pressure, work.pressure)
-            from_pressure = ElasticOperator.tangential_from_pressure
+            from_pressure = type(operator).tangential_from_pressure
             allowed = self._kept_tolerance * self._last_slip_scale
             add_displacement(operator, from_pressure, slip, change, workspace, allowed, -1.0)
         if work.staggered_iterations == 0 and (start.normal != increment.normal or not work.shear.any()):

@@ -1,10 +1,11 @@
-"""The potential contact area: a rectangle cut into equal rectangular cells."""
+"""The potential contact area: a rectangle cut into equal rectangular cells, or one row of cells of a line contact."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -29,6 +30,9 @@ class Grid:
     x0: float = 0.0
     y0: float = 0.0
 
+    axes: ClassVar[str] = "xy"
+    """The directions in which the contact has edges."""
+
     def __post_init__(self) -> None:
         if min(self.nx, self.ny) < 1:
             raise ValueError(f"a grid needs at least one cell per direction, got {self.nx} x {self.ny}")
@@ -42,6 +46,14 @@ class Grid:
         """Cut the rectangle `size` (mm), centred at `center` (mm), into `points` = (nx, ny) cells."""
         nx, ny = points  # a number below 1 is refused by the class
         return cls(nx, ny, size[0] / max(nx, 1), size[1] / max(ny, 1), center[0], center[1])
+
+    def cut_into(self, nx: int, ny: int) -> Grid:
+        """Return the same rectangle cut into other cells."""
+        return Grid.from_size((nx, ny), self.size, self.center)
+
+    def part(self, nx: int, ny: int, spacing: tuple[float, float], center: tuple[float, float]) -> Grid:
+        """Return a grid of its own for a part of the rectangle, or for larger cells that cover it."""
+        return replace(self, nx=nx, ny=ny, dx=spacing[0], dy=spacing[1], x0=center[0], y0=center[1])
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -77,6 +89,33 @@ class Grid:
     def farthest(self) -> float:
         """Largest absolute coordinate of a cell's centre (mm)."""
         return max(abs(float(end)) for end in (self.x[0], self.x[-1], self.y[0], self.y[-1]))
+
+
+@dataclass(frozen=True)
+class LineGrid(Grid):
+    """The row of cells of a line contact along x. Sums over its cells are per mm of the line's length.
+
+    log_length: the length l (mm) of the logarithm ln(|x|/l) in the displacements. It is that of the whole grid on all
+    parts of it, since it sets the free constant of the displacements.
+    """
+
+    log_length: float = 1.0
+
+    axes: ClassVar[str] = "x"
+
+    @classmethod
+    def of_length(cls, points: int, length: float, center: float, log_length: float | None = None) -> LineGrid:
+        """Cut a length (mm) about `center` (mm) into `points` cells."""
+        side = length / points
+        return cls(points, 1, side, side, center, 0.0, log_length or length)
+
+    def cut_into(self, nx: int, ny: int) -> LineGrid:
+        return LineGrid.of_length(nx, self.size[0], self.x0, self.log_length)
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a cell per mm of the line's length (mm^2/mm)."""
+        return self.dx
 
 
 def cell_centers(count: int, spacing: float, center: float) -> DoubleArray:

@@ -11,6 +11,7 @@ from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.model.bulk_stress import BulkResponse
 from fretsolve.model.materials import Compliances, compliances
+from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
 UNCOUPLED_BELOW = 1e-12
@@ -65,7 +66,7 @@ class Model:
     otherwise slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file; moved:
     the tangential components and bulk stresses that some stage moves away from 0; decisions: one per part of the model;
     warnings: of terms that the case leaves out although it needs them; bulk: the response to bulk stress, None where it
-    never moves the surfaces apart.
+    never moves the surfaces apart; line: whether it is a line contact in plane strain.
     """
 
     compliances: Compliances
@@ -78,6 +79,7 @@ class Model:
     decisions: tuple[Decision, ...]
     warnings: tuple[str, ...]
     bulk: BulkResponse | None = None
+    line: bool = False
 
     @property
     def coupled(self) -> bool:
@@ -97,10 +99,12 @@ def derive_model(case: Case) -> Model:
     coupled = asked == "full" or (asked == "auto" and needed)
     has_shear = friction > 0.0 and (bool(moved) or coupled)
     coupled = coupled and (has_shear or bool({"slip", "slip_path"} & set(case.output.fields)))
+    line = case.plane is not None
     in_plane = has_shear and (asked in ("tangential", "full") or (asked == "auto" and (material.B != 0.0 or coupled)))
+    in_plane = in_plane and not line
     may_slip = has_shear or coupled or bool(moved)
     shear, slip = _why_shear(friction, moved, coupled), _why_slip(has_shear, may_slip, moved)
-    directions = _why_in_plane(asked, has_shear, material.B)
+    directions = _why_in_plane(asked, has_shear, material.B) if not line else "in a line contact they do not act so"
     both = _why_coupled(asked, material, needed, has_shear, coupled)
     return Model(
         material,
@@ -119,8 +123,9 @@ def derive_model(case: Case) -> Model:
             ),
             Decision("slip and dissipated energy", may_slip, slip, "slip, slip path, dissipated energy"),
         ),
-        tuple(_warnings(asked, moved, friction, material, needed)),
+        tuple(_warnings(asked, moved, friction, material, needed, line)),
         bulk,
+        line,
     )
 
 
@@ -192,20 +197,24 @@ def _why_slip(has_shear: bool, may_slip: bool, moved: tuple[str, ...]) -> str:
 
 
 def _warnings(
-    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, needed: bool
+    asked: str, moved: tuple[str, ...], friction: float, material: Compliances, needed: bool, line: bool
 ) -> Iterator[str]:
     """Warn of each term that the case leaves out and ``auto`` would keep, with the error where theory gives one."""
     if friction == 0.0 or asked in ("auto", "full"):
         return
     if needed:
         beta = material.dundurs_constant
+        if line:
+            ratio = percent(pressed_stick_ratio(friction, beta), 3)
+            sticks = f"a cylinder under P alone sticks on {ratio} of the contact's width"
+        else:
+            ratio = percent(spence_stick_ratio(friction, beta), 3)
+            sticks = f"a sphere under P alone sticks on {ratio} of the contact radius"
         yield (
             f"coupling: {asked} leaves out what pressure and shear do to each other: with Dundurs' constant {beta:.4g}"
-            f" and friction {friction:g} a sphere under P alone sticks on"
-            f" {percent(spence_stick_ratio(friction, beta), 3)} of the contact radius (Spence), here on all of it;"
-            " coupling: auto keeps it"
+            f" and friction {friction:g} {sticks} (Spence), here on all of it; coupling: auto keeps it"
         )
-    if asked == "none" and moved and material.B:
+    if asked == "none" and moved and material.B and not line:
         error = ""
         if {"Mz", "phi_z"} & set(moved):
             share = torsion_error_without_in_plane_coupling(material.B, material.torsional)

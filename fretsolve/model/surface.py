@@ -41,6 +41,8 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
                 _add_cylinder(total, column, row, surface)
             case "cone":
                 total += math.tan(surface.angle) * np.hypot(column, row)
+            case "punch" if surface.of_line:
+                total += _line_punch(column, surface)
             case "punch":
                 total += _punch(column, row, surface)
             case "heights":
@@ -112,6 +114,15 @@ def _punch(x: DoubleArray, y: DoubleArray, punch: PunchSurface) -> DoubleArray:
     else:
         beyond = np.hypot(x, y) - flat
     return _rounded_edge(beyond, punch.edge_radius, size)
+
+
+def _line_punch(x: DoubleArray, punch: PunchSurface) -> DoubleArray:
+    """Return a punch that is flat over its half-width; beyond, h = d^2/2R at the distance d, or no material."""
+    flat = punch.half_width or 0.0
+    beyond = np.maximum(np.abs(x) - flat, 0.0)
+    if punch.edge_radius:
+        return beyond**2 / (2.0 * punch.edge_radius)
+    return np.where(beyond > EDGE_SLACK * flat, np.inf, 0.0)
 
 
 def _rounded_edge(beyond: DoubleArray, edge_radius: float, size: float) -> DoubleArray:

@@ -94,10 +94,10 @@ class Result(AbstractContextManager["Result"]):
         """The case with its defaults, None if this version does not understand it."""
         from pydantic import ValidationError
 
-        from fretsolve.case.models import Case
+        from fretsolve.case.loading import case_model
 
         try:
-            return Case.model_validate(self.effective_case)
+            return case_model(self.effective_case).model_validate(self.effective_case)
         except ValidationError:
             return None
 

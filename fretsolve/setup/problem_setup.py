@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
@@ -59,6 +60,15 @@ def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> 
         raise case.source.problem(error.message, error.key) from None
 
 
+def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid:
+    if not model.line:
+        return Grid.from_size(points, size, case.grid.center)
+    length, depth, material = size[0], case.reference_depth, model.compliances
+    # With a reference depth, a force in the grid's middle does not sink the points there.
+    log_length = length if depth is None else depth * math.exp(-0.5 * (material.A + material.B) / material.A)
+    return LineGrid.of_length(points[0], length, case.grid.center[0], log_length)
+
+
 def set_up(case: Case) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
@@ -72,7 +82,7 @@ def set_up(case: Case) -> ProblemSetup:
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
     heights = cache(partial(_read_heights, case, model, load_path, size))
     points = case.grid.points or points_needed(closed_forms, load_path, size, heights)
-    grid = Grid.from_size(points, size, case.grid.center)
+    grid = _grid(model, points, size, case)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
     if case.solver.precision == "single" and not 1.0 / SINGLE_RANGE < compliance < SINGLE_RANGE:

@@ -16,7 +16,6 @@ import numpy as np
 
 from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, NoSolutionError
-from fretsolve.model.grid import Grid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -174,7 +173,7 @@ def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
     """Return the problem on a `factor`-th of the points per side (rounded up), with `counts` increments per stage."""
     nx, ny = (max(min(points, FEWEST_POINTS), -(-points // factor)) for points in setup.grid.shape)
-    grid = Grid.from_size((nx, ny), setup.grid.size, setup.grid.center)
+    grid = setup.grid.cut_into(nx, ny)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
     case = setup.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +23,7 @@ from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.line_contact import LineContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import zone_area
 from fretsolve.simulation.zone_edges import contact_edge, stick_edge
@@ -50,7 +52,9 @@ def run(
     separation, precision = setup.separation(), _precision(setup)
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     kernels = load(setup.compiled)
-    solver = IncrementSolver(setup.grid, separation, setup.model, *limits, threads, border, precision, kernels)
+    arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
+    line = LineContact.of(setup, *arguments) if setup.model.line else None
+    solver = IncrementSolver(*arguments) if line is None else line.solver
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):
@@ -58,6 +62,8 @@ def run(
         increment = setup.load_path.increment(step, summaries)
         before = setup.load_path.increment(step - 1, summaries).normal if step else None
         rigid = np.array([getattr(summaries[-1], name) for name in RIGID]) if step else np.zeros(6)
+        if line is not None:
+            rigid = line.rigid_start(fields, rigid)
         try:
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before)
             if increment.stretch is not None:
@@ -70,10 +76,13 @@ def run(
             # Before the state is yielded: a resumed run must transform by the same plans.
             save_wisdom()
             plans = measured_plans()
-        sizes = _sizes(solved, setup)  # from the slip of this increment, which the next line adds to that before
+        # from the slip of this increment, which the next line adds to that before
+        sizes = _sizes(solved, setup) if line is None else line.sizes(solved)
+        unknown = line.displacements(solved) if line is not None else {}
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
+        summary = replace(summary, **unknown) if unknown else summary
         del solved  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement)

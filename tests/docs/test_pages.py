@@ -19,7 +19,7 @@ from pages import DOCS, ROOT, Block, agree, blocks, links, pages
 
 from fretsolve import load_case
 from fretsolve.case.models import Case
-from fretsolve.case.schema import case_schema
+from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.case.source import parse
 from fretsolve.result.layout import BULK_HISTORY, ERRORS, FIELDS, HISTORY
 
@@ -29,7 +29,8 @@ CASE = {
     "grid": {"points": 16},
     "load_path": [{"P": 1.0}],
 }
-"""Stands for the parts of a case that a page leaves out."""
+LINE_CASE = {**CASE, "surface": {"cylinder": {"radius": 10.0}}}
+"""They stand for the parts of a case that a page leaves out."""
 
 
 @pytest.mark.parametrize(
@@ -108,15 +109,16 @@ def _result_of(command: str, code: int) -> tuple[int, str]:
 @pytest.mark.parametrize("page", [ROOT / "README.md", *pages()], ids=lambda page: page.stem)
 def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
     """Whole cases, and parts of cases but for the keys that they leave out, for the reader and for the schema."""
-    schema = jsonschema.Draft202012Validator({**case_schema(), "required": []})
     for number, block in enumerate(blocks(page)):
         if block.language != "yaml":
             continue
         part = yaml.safe_load(block.text)
         if isinstance(part, dict) and part.keys() <= Case.model_fields.keys():
             path = tmp_path / f"{number}.yaml"
-            path.write_text(yaml.safe_dump({**CASE, **part}))
+            line = part.get("plane") == "strain"
+            path.write_text(yaml.safe_dump({**(LINE_CASE if line else CASE), **part}))
             load_case(path)
+            schema = jsonschema.Draft202012Validator({**(line_schema() if line else area_schema()), "required": []})
             assert list(schema.iter_errors(parse(block.text).value)) == []
 
 
@@ -135,8 +137,9 @@ def test_reference_is_what_the_code_says(page: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_reference_has_every_key_and_dataset() -> None:
-    schema = case_schema()
-    keys = {key for kind in (schema, *schema["$defs"].values()) for key in kind.get("properties", ())}
+    schemas = area_schema(), line_schema()
+    kinds = [kind for schema in schemas for kind in (schema, *schema["$defs"].values())]
+    keys = {key for kind in kinds for key in kind.get("properties", ())}
     assert {"bodies", "young_modulus", "radius_x", "phi_z", "times", "tolerance"} <= keys
     case_page = (DOCS / "reference/case.md").read_text(encoding="utf-8")
     surfaces = {key for key in keys if f"\n## Surface: {key}\n" in case_page}

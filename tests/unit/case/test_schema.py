@@ -17,7 +17,7 @@ import fretsolve
 from fretsolve.case.dimensions import DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.quantities import UNIT_NOTE, to_internal
-from fretsolve.case.schema import case_schema
+from fretsolve.case.schema import area_schema, case_schema
 from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]
@@ -77,7 +77,7 @@ def test_mistakes_are_invalid(validator: jsonschema.Draft202012Validator, right:
 
 def test_defaults_are_those_of_the_effective_case(tmp_path: Path) -> None:
     effective = load_case(write_case(tmp_path, MINIMAL)).effective()
-    schema = case_schema()
+    schema = area_schema()
     for key in ("friction", "coupling", "solver", "output", "expect"):
         assert schema["properties"][key]["default"] == effective[key]
     assert schema["$defs"]["GridSpec"]["properties"]["size"]["default"] == "auto"
@@ -93,7 +93,7 @@ def _nodes(node: Any) -> list[dict[str, Any]]:
 
 
 def test_every_key_is_described_and_none_may_be_null() -> None:
-    schema = case_schema()
+    schema = area_schema()
     properties = [
         (name, value) for node in _nodes(schema) for name, value in node.get("properties", {}).items() if value
     ]
@@ -110,7 +110,7 @@ def _keys(schema: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
 
 
 def test_quantities_tell_their_unit_and_every_key_has_an_example_default_or_choice() -> None:
-    keys = _keys(case_schema())
+    keys = _keys(area_schema())
     with_unit = {name: node["description"].partition(UNIT_NOTE)[2] for name, node in keys if "description" in node}
     expected = {"radius": "mm", "P": "N", "young_modulus": "MPa", "Mz": "N*mm", "phi_z": "rad", "size": "mm", "rel": ""}
     assert {name: with_unit[name] for name in expected} == expected
@@ -120,7 +120,7 @@ def test_quantities_tell_their_unit_and_every_key_has_an_example_default_or_choi
 
 
 def test_examples_and_defaults_are_valid_and_of_the_right_dimension() -> None:
-    schema = case_schema()
+    schema = area_schema()
     for name, node in _keys(schema):
         validator = jsonschema.Draft202012Validator({"$defs": schema["$defs"], **node})
         for example in (*node.get("examples", ()), *([node["default"]] if "default" in node else [])):

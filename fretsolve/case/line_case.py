@@ -1,0 +1,293 @@
+"""The case of a line contact (`plane: strain`): one row of cells along x, and loads per mm of the line's length.
+
+The models are those of a contact on an area without the keys that a line has no use for, and with the same attributes,
+so that the other modules read them alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    GetPydanticSchema,
+    Tag,
+    model_validator,
+)
+from pydantic_core import CoreSchema, core_schema
+
+from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
+from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
+from fretsolve.case.history import LINE_DIMENSIONS, PAIRS
+from fretsolve.case.load_path_spec import Cycle, CycleSpec, StageSpec, check_load_path, step_tag
+from fretsolve.case.models import Case, Expectation, GridSpec
+from fretsolve.case.quantities import InUnits, refused, shown
+from fretsolve.case.surface_specs import CylinderSurface, HeightsSurface, PunchSurface
+
+
+@dataclass(frozen=True)
+class AlongX:
+    """Annotation of a pair (along x, along y): in the file, the value along x alone.
+
+    other: the value along y; None for that along x. automatic: whether `auto` stands for None.
+    """
+
+    other: float | None = None
+    automatic: bool = False
+
+    def read(self, value: object) -> object:
+        """Return the pair that a value stands for; a pair of the default, and None, stay."""
+        if isinstance(value, list):
+            raise refused(f"{shown(value)} is a list; with plane: strain one value is needed, that along x")
+        if value is None or isinstance(value, tuple):
+            return value
+        if self.automatic and value == "auto":
+            return None
+        return value, value if self.other is None else self.other
+
+    def write(self, value: Any) -> object:
+        """Return what stands for a pair in a file."""
+        return ("auto" if self.automatic else None) if value is None else value[0]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        writer = core_schema.plain_serializer_function_ser_schema(self.write)
+        return core_schema.no_info_before_validator_function(self.read, handler(source), serialization=writer)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        inner = handler(schema)
+        array = next(node for node in inner.get("anyOf", [inner]) if node.get("type") == "array")
+        one = dict(array["prefixItems"][0])
+        return {"anyOf": [{"const": "auto"}, *one.get("anyOf", [one])]} if self.automatic else one
+
+
+Place = Annotated[tuple[Length, Length], AlongX(0.0)]
+_PLACE = Field(
+    default=(0.0, 0.0),
+    description="x of the surface's origin",
+    examples=["0.1 mm"],
+    json_schema_extra={"default": 0.0},
+)
+
+
+class _LineModel(CaseModel):
+    """A mapping that refuses, with a reason, keys that only a contact on an area has."""
+
+    refused_keys: ClassVar[Mapping[str, str]] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_line(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            refused_at(((key,), reason) for key, reason in cls.refused_keys.items() if key in value)
+        return value
+
+
+_NO_LENGTH = "a line contact is endless along y; remove it, or plane: strain"
+
+
+class LineCylinder(_LineModel, CylinderSurface):
+    """A cylinder whose axis is the y axis."""
+
+    refused_keys = dict.fromkeys(("axis", "length", "end_radius", "crown_radius"), _NO_LENGTH)
+
+    center: Place = _PLACE
+    axis: ClassVar[float] = 0.5 * math.pi  # type: ignore[misc]
+    length: ClassVar[None] = None  # type: ignore[misc]
+    end_radius: ClassVar[None] = None  # type: ignore[misc]
+    crown_radius: ClassVar[None] = None  # type: ignore[misc]
+
+
+class LinePunch(_LineModel, PunchSurface):
+    """A punch, flat over twice `half_width`; beyond, its face falls away with `edge_radius`, or ends if that is 0."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["half_width"]})
+    refused_keys: ClassVar[Mapping[str, str]] = {"radius": "no punch of a line contact is round; half_width is needed"}
+
+    of_line: ClassVar[bool] = True
+    center: Place = _PLACE
+    radius: ClassVar[None] = None  # type: ignore[misc]
+    half_width: PositiveLength = Field(description="half of the flat, such as 1 mm")
+    edge_radius: Annotated[float, InUnits(LENGTH, least=0)] = Field(
+        default=0.0, description="radius of curvature beyond the flat, 0 for a sharp edge", examples=["100 mm"]
+    )
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        return self
+
+
+class LineHeights(_LineModel, HeightsSurface):
+    """A measured profile along x, one column: the separation itself, or with `invert` heights of body 1."""
+
+    of_line: ClassVar[bool] = True
+    center: Place = _PLACE
+    spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, AlongX()] = Field(
+        default=None, description="distance between the points, unless the file gives it", examples=["5 um"]
+    )
+
+
+LineSurface = LineCylinder | LinePunch | LineHeights
+
+
+class LineSurfaceEntry(_LineModel):
+    """One surface as the file has it: its kind, and what belongs to the kind."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
+    refused_keys = dict.fromkeys(
+        ("sphere", "ellipsoid", "cone"), "it makes no line contact; cylinder, punch or heights is needed"
+    )
+    cylinder: LineCylinder | None = None
+    punch: LinePunch | None = None
+    heights: LineHeights | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if len(self.model_fields_set) != 1:
+            kinds = ", ".join(sorted(self.model_fields_set)) or "none"
+            raise refused(f"one of cylinder, punch, heights is needed, not {kinds}; several go in a list")
+        return self
+
+    @property
+    def surface(self) -> LineSurface:
+        """The surface that is given."""
+        (kind,) = self.model_fields_set
+        surface: LineSurface = getattr(self, kind)
+        return surface
+
+
+_FROM_LINE_ENTRY = GetPydanticSchema(
+    lambda source, handler: core_schema.no_info_after_validator_function(
+        lambda entry: entry.surface,
+        handler.generate_schema(LineSurfaceEntry),
+        serialization=core_schema.plain_serializer_function_ser_schema(
+            lambda surface: {surface.kind: surface.model_dump(mode="json")}
+        ),
+    )
+)
+
+LineSurfaces = Annotated[
+    tuple[Annotated[LineSurface, _FROM_LINE_ENTRY], ...], Field(min_length=1), Repeated(1)
+]
+
+
+class LineGridSpec(GridSpec):
+    """The potential contact area of a line contact: one row of cells along x."""
+
+    points: Annotated[tuple[Count, Literal[1]] | None, AlongX(1)] = Field(
+        default=None, description="cells along x, such as 256; or solver.accuracy, which picks them", examples=[256]
+    )
+    size: Annotated[tuple[PositiveLength, PositiveLength] | None, AlongX(automatic=True)] = Field(
+        default=None, description="length of the row of cells, or auto: by the loads"
+    )
+    center: Place = Field(
+        default=(0.0, 0.0), description="x of its middle", examples=["0.1 mm"], json_schema_extra={"default": 0.0}
+    )
+
+
+LineForce = Annotated[float, InUnits(LINE_FORCE)]
+LineMoment = Annotated[float, InUnits(LINE_MOMENT)]
+LINE_PAIRS = tuple(pair for pair in PAIRS if pair[0] not in ("Mx", "Mz"))
+
+
+class LineStageSpec(_LineModel, StageSpec):
+    """A stage of a line contact: the totals to which it moves the load components that it names."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"minProperties": 1, "allOf": [{"not": {"required": list(pair)}} for pair in LINE_PAIRS[:2]]}
+    )
+    refused_keys: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("Mx", "phi_x"), "a line contact is the same all along y; My or phi_y tilts it about y"),
+        **dict.fromkeys(("Mz", "phi_z"), "a line contact cannot turn about z; remove it, or plane: strain"),
+        "delta_x": "a displacement along x has an unknown constant in a line contact; impose Qx",
+        "delta_y": "a displacement along y has an unknown constant in a line contact; impose Qy",
+    }
+
+    P: Annotated[float, InUnits(LINE_FORCE, least=0)] | None = Field(
+        default=None, description="normal force per length, compressive"
+    )
+    Mx: ClassVar[None] = None  # type: ignore[misc]
+    phi_x: ClassVar[None] = None  # type: ignore[misc]
+    My: LineMoment | None = Field(default=None, description="moment of the pressure per length, sum of x p dx")
+    Qx: LineForce | None = Field(default=None, description="tangential force per length along x")
+    delta_x: ClassVar[None] = None  # type: ignore[misc]
+    Qy: LineForce | None = Field(default=None, description="tangential force per length along y")
+    delta_y: ClassVar[None] = None  # type: ignore[misc]
+    Mz: ClassVar[None] = None  # type: ignore[misc]
+    phi_z: ClassVar[None] = None  # type: ignore[misc]
+
+
+class LineCycle(Cycle):
+    """Stages that are repeated."""
+
+    stages: tuple[LineLoadStep, ...] = Field(
+        min_length=1,
+        description="the stages of one cycle, a list",
+        examples=[[{"Qx": "-18 N/mm", "increments": 20}, {"Qx": "18 N/mm", "increments": 20}]],
+    )
+
+
+class LineCycleSpec(CycleSpec):
+    """An entry of the load path that is a cycle."""
+
+    cycle: LineCycle
+
+
+LineLoadStep = Annotated[
+    Annotated[LineStageSpec, Tag("(stage)")] | Annotated[LineCycleSpec, Tag("(cycle)")], Discriminator(step_tag)
+]
+LineCycle.model_rebuild()
+
+
+class LineExpectation(Expectation):
+    """A scalar of the history of a line contact, the value expected of it, and how far off it may be."""
+
+    dimensions = LINE_DIMENSIONS
+
+
+class LineCase(Case):
+    """Case file of a line contact. A bare number is in mm, N/mm, N mm/mm, MPa, rad."""
+
+    dimensions: ClassVar[Mapping[str, Dimension]] = LINE_DIMENSIONS
+
+    plane: Literal["strain"] = Field(description="strain: a line contact in plane strain, the same all along y")
+    surface: LineSurfaces = Field(
+        description="undeformed separation: one surface, or a list of surfaces that add up",
+        examples=[{"cylinder": {"radius": "10 mm"}}],
+    )
+    grid: LineGridSpec = Field(
+        default=LineGridSpec(), description="grid of the potential contact area", examples=[{"points": 256}]
+    )
+    coupling: Literal["auto", "none", "full"] = Field(
+        default="auto", description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
+        " full (also between p and qx), auto (those that the case needs)",
+    )
+    load_path: Annotated[tuple[LineLoadStep, ...], AfterValidator(check_load_path)] = Field(
+        min_length=1,
+        description="the stages, a list: each moves what it names to a new total",
+        examples=[[{"P": "100 N/mm"}, {"Qx": "18 N/mm", "increments": 20}]],
+    )
+    expect: tuple[LineExpectation, ...] = Field(
+        default=(),
+        description="what `fretsolve check` compares",
+        examples=[[{"quantity": "stick_radius", "value": "0.0681 mm", "rel": "1 %", "stage": 2}]],
+    )
+
+    @model_validator(mode="after")
+    def _known_depth(self) -> Self:
+        if self.reference_depth is None:
+            message = "delta_z has an unknown constant in a line contact; give reference_depth, or impose P"
+            refused_at(
+                (stage.key, message) for stage in self.stages() if "delta_z" in dict(stage.targets)
+            )
+        elif self.grid.size is not None and self.reference_depth < self.grid.size[0]:
+            message = f"{self.reference_depth:g} mm is less than the grid's length; {self.grid.size[0]:g} mm or more"
+            refused_at([(("reference_depth",), f"{message} is needed, since delta_z is about points far below")])
+        return self

@@ -1,0 +1,65 @@
+"""Solve the increments of a line contact, and compute the columns of its history that differ."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from fretsolve.increment.increment import Solved
+from fretsolve.increment.line_increment import LineIncrementSolver, line_solver
+from fretsolve.model.grid import LineGrid
+from fretsolve.result.state import Fields
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.line_edges import line_zones, width
+from fretsolve.system.arrays import Vector
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """A line contact with the solver of its increments."""
+
+    setup: ProblemSetup
+    solver: LineIncrementSolver
+
+    @classmethod
+    def of(cls, setup: ProblemSetup, *arguments: Any) -> LineContact:
+        """Return the line contact of a problem; arguments: those of `IncrementSolver`."""
+        return cls(setup, line_solver(setup.case.bodies, setup.case.reference_depth, *arguments))
+
+    def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
+        """Return the rigid displacements that the next increment counts from; rigid: those of the history."""
+        return self.solver.rigid_start(fields.pressure, fields.shear, float(rigid[2]))
+
+    def displacements(self, solved: Solved) -> dict[str, float]:
+        """Return the rigid displacements of the history: NaN where they hold the free constant."""
+        return {"delta_z": self.solver.approach(solved.solution), "delta_x": math.nan, "delta_y": math.nan}
+
+    def sizes(self, solved: Solved) -> dict[str, float]:
+        """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""
+        solution, evidence, grid = solved.solution, solved.evidence, self.setup.grid
+        assert isinstance(grid, LineGrid)
+        model = self.setup.model
+        zones = line_zones(
+            solution.pressure,
+            evidence.gap,
+            solution.shear,
+            model.friction,
+            evidence.slip,
+            evidence.zone,
+            grid,
+            model.compliances,
+        )
+        sizes: dict[str, float] = {}
+        for zone, intervals in (("contact", zones.contact), ("stick", zones.stick)):
+            area = min(width(intervals), sizes.get("contact_area", math.inf))
+            low, high = (intervals[0][0], intervals[-1][1]) if intervals else (math.nan, math.nan)
+            sizes |= {
+                f"{zone}_area": area,
+                f"{zone}_radius": 0.5 * area,
+                f"{zone}_half_width_x": 0.5 * (high - low) if intervals else 0.0,
+                f"{zone}_half_width_y": math.nan,
+                f"{zone}_center_x": 0.5 * (low + high),
+                f"{zone}_center_y": math.nan,
+            }
+        return sizes
