@@ -38,6 +38,8 @@ def grid_line(setup: ProblemSetup) -> str:
     grid = setup.grid
     chosen = " (auto)" if setup.case.grid.size is None else ""
     at = f" about ({grid.x0:g}, {grid.y0:g}) mm" if grid.x0 or grid.y0 else ""
+    if setup.model.line:
+        return f"{grid.nx} cells of {grid.dx:.4g} mm on {grid.size[0]:.4g} mm{chosen}{at}"
     return (
         f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
         f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
@@ -56,7 +58,8 @@ def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield one line per stage: its targets and its number of increments."""
     stages, path = setup.case.stages(), setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_LISTED]:
-        targets = ", ".join(f"{name} -> {value:g} {DIMENSIONS_BY_NAME[name].unit}" for name, value in stage.targets)
+        dimensions = {**DIMENSIONS_BY_NAME, **setup.case.dimensions}
+        targets = ", ".join(f"{name} -> {value:g} {dimensions[name].unit}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
         chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"

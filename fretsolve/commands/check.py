@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from fretsolve.case.history import HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Expectation
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
@@ -51,7 +50,7 @@ class Comparison:
 
     def cells(self) -> tuple[str, ...]:
         """Return the row under `HEADINGS`. Deviations have the form of the tolerance: in per cent or with a unit."""
-        value, unit = self.expected.value, HISTORY_DIMENSIONS[self.expected.quantity].unit
+        value, unit = self.expected.value, self.expected.dimensions[self.expected.quantity].unit
         factor, of = (1.0, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
         found, deviation = "not reached", "-"
         if self.found is not None:

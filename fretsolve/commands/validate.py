@@ -62,6 +62,9 @@ def effective_yaml(setup: ProblemSetup) -> str:
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield Hertz's or Boussinesq's contact at the largest normal load, the loads of gross slip, the smallest stick."""
     forms, modulus = setup.closed_forms, setup.model.compliances.contact_modulus
+    if setup.model.line:
+        yield from line_form_lines(setup)
+        return
     hertz, punch, stick = forms.largest, forms.punch, forms.smallest_stick
     contact = hertz or punch
     if contact is None:
@@ -88,6 +91,31 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield (
             f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.source})"
+        )
+
+
+def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield the line contact at the largest load, the force of gross slip and the smallest stick zone."""
+    from fretsolve.setup.line_forms import LineClosedForms
+
+    forms, grid = setup.closed_forms, setup.grid
+    if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:
+        return
+    stick = forms.smallest_stick
+    modulus = setup.model.compliances.contact_modulus
+    yield f"\n# {forms.source} at the largest load"
+    name = "p0" if forms.source == "Hertz" else "largest pressure"
+    a, p0 = contact.half_width, contact.max_pressure
+    yield f"P = {contact.load:.6g} N/mm: half-width a = {a:.6g} mm, {name} = {p0:.6g} MPa"
+    yield f"{name}/E* = {p0 / modulus:.3g}, E* = {modulus:.6g} MPa"
+    yield f"{2.0 * a / grid.dx:.1f} cells across the contact"
+    force, _, _ = forms.gross_slip(contact.load)
+    if force:
+        yield f"gross slip begins at Q = mu P = {force:.6g} N/mm"
+    if stick is not None:
+        yield (
+            f"smallest stick half-width c = {stick.value:.6g} mm, {2.0 * stick.value / grid.dx:.1f} cells across,"
+            f" at the end of stage {stick.stage + 1} ({stick.source})"
         )
 
 

@@ -20,6 +20,9 @@ NOT_ROUND = 0.1
 """Least difference of half-width and radius, or of middle and origin, over the contact radius, that is shown."""
 
 
+LINE_SLOPE = 1e-3
+"""Stands for the approach over the contact radius in a line contact, where it has a free constant."""
+
 RESIDUALS = {
     "residual_gap": "gap",
     "residual_stick": "stick",
@@ -64,7 +67,7 @@ def stage_ends(stage: IndexArray) -> IndexArray:
 
 
 def relevant_columns(result: Result) -> list[str]:
-    """Return the names of the columns above round-off; `P` and `delta_z` always.
+    """Return the names of the columns above round-off; `P` and `delta_z` always, unless unknown.
 
     Widths of a zone that is a circle are left out, as its radius says the same, and middles at the origin.
     """
@@ -74,7 +77,10 @@ def relevant_columns(result: Result) -> list[str]:
 def _is_relevant(result: Result, name: str) -> bool:
     if name in EXTENTS:
         return _tells_more(result.history, name)
-    return name in ("P", "delta_z") or bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
+    column = result.history[name]
+    if name in ("P", "delta_z"):
+        return not np.isnan(column).all()
+    return bool(np.abs(column).max(initial=0.0) > round_off(result, name))
 
 
 def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
@@ -94,11 +100,12 @@ def round_off(result: Result, name: str) -> float:
     if not result.increments:
         return 0.0
     force, approach, radius, shift_x, shift_y = (
-        float(np.abs(result.history[column]).max())
+        float(np.nan_to_num(np.abs(result.history[column]).max()))
         for column in ("P", "delta_z", "contact_radius", "delta_x", "delta_y")
     )
     scales = dict.fromkeys(("Qx", "Qy"), force) | dict.fromkeys(("Mx", "My", "Mz"), force * radius)
     scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, 1e3 * max(shift_x, shift_y)))
     scales |= dict.fromkeys((name for name in EXTENTS if "_center_" in name), 1e3 * radius)
-    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0)
+    turn = LINE_SLOPE * radius if np.isnan(result.history["delta_z"]).all() else approach
+    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn / radius if radius else 0.0)
     return 1e-8 * scales.get(name, 0.0)

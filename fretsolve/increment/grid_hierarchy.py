@@ -10,14 +10,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.line_operator import LineOperator
-from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.line_operator import operator_on
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
 from fretsolve.increment.grid_transfer import GridTransfer
 from fretsolve.increment.load_checks import require_supported
-from fretsolve.model.grid import Grid, LineGrid
+from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.solvers.normal import NormalSolver
@@ -40,10 +39,7 @@ class GridLevel:
     def __init__(self, grid: Grid, model: Model, team: ThreadTeam, dtype: type[np.floating]):
         self.grid = grid
         self._has_shear = model.has_shear
-        if isinstance(grid, LineGrid):
-            self.operator: ElasticOperator = LineOperator(grid, model.compliances, model.terms, team, dtype)
-        else:
-            self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms, team, dtype)
+        self.operator = operator_on(grid, model.compliances, model.terms, team, dtype)
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
         self.coarser = None if coarse is None else GridLevel(coarse, model, team, dtype)

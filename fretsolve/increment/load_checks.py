@@ -58,10 +58,14 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
         )
 
 
-def gross_slip_error(imposed: LoadControl, factor: float, capacity: float) -> SlidingError:
-    """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N)."""
+def gross_slip_error(imposed: LoadControl, factor: float, capacity: float, line: bool = False) -> SlidingError:
+    """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N).
+
+    line: for a line contact, whose loads are per mm and whose motion cannot be imposed.
+    """
     loads = imposed.imposed_resultant
-    names = zip(("Qx", "Qy", "Mz"), ("N", "N", "N mm"), ("delta_x", "delta_y", "phi_z"), loads, strict=True)
+    unit = "N/mm" if line else "N"
+    names = zip(("Qx", "Qy", "Mz"), (unit, unit, "N mm"), ("delta_x", "delta_y", "phi_z"), loads, strict=True)
     named = [(name, f"{name} = {load:.6g} {unit}", motion) for name, unit, motion, load in names if load]
     if factor == 0.0 and capacity > 0.0 and loads[2]:
         return SlidingError(
@@ -72,9 +76,9 @@ def gross_slip_error(imposed: LoadControl, factor: float, capacity: float) -> Sl
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < 2e-6:  # which six digits do not show
         carried = "slightly less"
+    instead = "" if line else f", or impose {' and '.join(motion for _, _, motion in named)} instead"
     return SlidingError(
         f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} (mu P ="
-        f" {capacity:.6g} N); lower the load, raise P or the friction, or impose"
-        f" {' and '.join(motion for _, _, motion in named)} instead",
+        f" {capacity:.6g} {unit}); lower the load, {'' if instead else 'or '}raise P or the friction{instead}",
         named[0][0],
     )

@@ -211,7 +211,7 @@ class StaggeredIteration:
             if any(imposed.relative_to(start.rigid[3:]).values):
                 return True
         elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
-            raise gross_slip_error(imposed, 0.0, 0.0)
+            raise gross_slip_error(imposed, 0.0, 0.0, self.model.line)
         work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
         return False
 
@@ -229,7 +229,8 @@ class StaggeredIteration:
         settled = not self._coupled or work.change < 1e-4
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
-            raise gross_slip_error(imposed, factor, float(self._friction_limit.sum()) * self.level.grid.cell_area)
+            capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area
+            raise gross_slip_error(imposed, factor, capacity, self.model.line)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:

@@ -4,8 +4,8 @@ The error of an increment comes from the cells that an edge passes during it: ce
 So the edges should move by equal parts in each increment. Their motion is estimated before anything is solved. The
 contact radius grows like P^(1/3) or delta_z^(1/2) (Hertz). The ratio of stick radius to contact radius falls like
 (1 - f)^(1/3) (Cattaneo, Mindlin), with the tangential force over mu P as f; after a reversal f is half of the change of
-that force over mu P. Under P alone the contact radius grows by equal parts, so the shear that the edge leaves behind
-between dissimilar bodies has no waves.
+that force over mu P. In a line contact all these powers are 1/2. Under P alone the contact radius grows by equal parts,
+so the shear that the edge leaves behind between dissimilar bodies has no waves.
 
 A cell that has not slipped in an increment counts as sticking, so a growing stick zone is found where it was at the
 start of the increment. The last increments of a stage are therefore smaller and smaller.
@@ -13,12 +13,13 @@ start of the increment. The last increments of a stage are therefore smaller and
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from fretsolve.reference.line import line_stick_ratio
 from fretsolve.reference.tangential import mindlin_stick_ratio
 from fretsolve.system.arrays import DoubleArray
 
@@ -84,7 +85,23 @@ class _Branch:
     span: float
 
 
-def stage_gradings(friction: float, imposed: Sequence[Loads]) -> Iterator[StageGrading]:
+@dataclass(frozen=True)
+class EdgeLaws:
+    """How edges move: power of P and of delta_z with which the contact grows, and ratio of stick to contact radius.
+
+    stick_ratio: of the tangential force over mu P, from 0 to 1, both (n,).
+    """
+
+    by_force: float
+    by_approach: float
+    stick_ratio: Callable[[DoubleArray], DoubleArray]
+
+
+SPHERE = EdgeLaws(1.0 / 3.0, 0.5, mindlin_stick_ratio)
+LINE = EdgeLaws(0.5, 0.5, line_stick_ratio)
+
+
+def stage_gradings(friction: float, imposed: Sequence[Loads], laws: EdgeLaws = SPHERE) -> Iterator[StageGrading]:
     """Yield the grading of each stage. imposed: the components before the first stage and at the end of each stage.
 
     The grading is even where there is no estimate: where moments or tangential displacements move, or where a
@@ -97,11 +114,13 @@ def stage_gradings(friction: float, imposed: Sequence[Loads]) -> Iterator[StageG
         key = branch, tuple(before.items()), tuple(after.items())
         if key not in known:
             even = StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
-            known[key] = _estimated(friction, branch, before, after) or even
+            known[key] = _estimated(friction, branch, before, after, laws) or even
         yield known[key]
 
 
-def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Loads) -> StageGrading | None:
+def _estimated(
+    friction: float, branch: _Branch | None, before: Loads, after: Loads, laws: EdgeLaws
+) -> StageGrading | None:
     """Return the grading by the estimated motion of the edges, or None where there is no estimate."""
     if before.get("P") == 0.0 and "delta_z" in after:
         before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
@@ -114,7 +133,7 @@ def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Lo
     if load.max() <= 0.0:
         return None
     # The edge of the contact.
-    radius = np.maximum(load / load.max(), 0.0) ** (1.0 / 3.0 if pressed == "P" else 0.5)
+    radius = np.maximum(load / load.max(), 0.0) ** (laws.by_force if pressed == "P" else laws.by_approach)
     radius = np.maximum(radius, LEAST_RADIUS)
     moves: DoubleArray = np.abs(np.diff(radius))
     if pressed == "delta_z" or branch is None:
@@ -123,7 +142,7 @@ def _estimated(friction: float, branch: _Branch | None, before: Loads, after: Lo
     qx, qy = (_between(before, after, name) for name in ("Qx", "Qy"))
     force = np.hypot(qx - branch.start.real, qy - branch.start.imag)
     limit = branch.span * friction * load
-    ratio = mindlin_stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
+    ratio = laws.stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
     return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
 
 

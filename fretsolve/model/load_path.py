@@ -14,7 +14,7 @@ from itertools import accumulate, pairwise
 
 from fretsolve.case.history import PAIRS, SHEARING
 from fretsolve.case.load_path_spec import Stage
-from fretsolve.model.increment_grading import StageGrading, stage_gradings
+from fretsolve.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Summary
@@ -86,7 +86,7 @@ class LoadPath:
         self.path_dependent = False
         self.slip_width = 0.0
         imposed = list(accumulate(stages, _after, initial=INITIAL))
-        gradings = stage_gradings(model.friction, imposed)
+        gradings = stage_gradings(model.friction, imposed, LINE if model.line else SPHERE)
         first, moved = 0, set[str]()
         for stage, (before, after), grading in zip(stages, pairwise(imposed), gradings, strict=True):
             # A tangential component that returns to 0 still counts: shear stays behind.

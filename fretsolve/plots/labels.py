@@ -47,6 +47,7 @@ _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
 _SMALLER_UNITS = {
     "mm": ("mm", "µm", "nm"),
     "mJ": ("mJ", "µJ", "nJ"),
+    "mJ/mm": ("mJ/mm", "µJ/mm", "nJ/mm"),
     "mJ/mm^2": ("mJ/mm²", "µJ/mm²", "nJ/mm²"),
     "rad": ("rad", "mrad", "µrad"),
 }

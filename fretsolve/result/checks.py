@@ -20,6 +20,9 @@ from fretsolve.system.arrays import DoubleArray
 _MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
 """Columns in which NaN stands for what is not known or does not exist."""
 
+UNKNOWN_OF_A_LINE = ("delta_z", "delta_x", "delta_y")
+"""Columns that a line contact leaves unknown throughout."""
+
 
 def require(holds: object, name: str, what: str) -> None:
     """Raise ValueError unless `holds`; name: of the dataset; what: it must hold that."""
@@ -84,7 +87,8 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
         require(column.shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
         require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
         rows[name] = column
-        if name not in _MAY_BE_UNKNOWN:
+        unknown = name in UNKNOWN_OF_A_LINE and np.isnan(rows[name]).all()
+        if name not in _MAY_BE_UNKNOWN and not unknown:
             require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
     first = rows["step"][0] if len(rows) else 0
     require((rows["step"] == first + np.arange(len(rows))).all(), "step", "numbers that follow each other")

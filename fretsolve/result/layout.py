@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.history import LINE_MEANINGS, PER_LENGTH
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
@@ -125,6 +126,24 @@ RESTART = FIELDS + DISPLACEMENT
 
 QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART)}
 """All of them by their names, which are unique."""
+
+_PER_LENGTH = {known.stored: other.stored for known, other in PER_LENGTH.items()}
+
+
+def _of_a_line(one: Quantity) -> Quantity:
+    """Return a dataset as it is in a line contact, whose loads and energies are per mm of its length."""
+    units = _PER_LENGTH.get(one.units, one.units)
+    return replace(one, units=units, long_name=LINE_MEANINGS.get(one.name, one.long_name))
+
+
+LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *ERRORS)}
+"""The same of a line contact."""
+
+
+def quantities_of(effective_case: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    """Return the datasets by their names, with the units that they have in the result of a case."""
+    return LINE_QUANTITIES if effective_case.get("plane") == "strain" else QUANTITIES
+
 
 ZONE_ATTRIBUTES: dict[str, Any] = {
     "flag_values": np.arange(len(ZONE_NAMES), dtype=np.uint8),

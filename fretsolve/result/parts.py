@@ -8,6 +8,7 @@ modified. A merged part makes those it was merged from superfluous, which may st
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,6 +41,7 @@ from fretsolve.result.layout import (
     copy_chunks,
     create_column,
     create_field,
+    quantities_of,
 )
 from fretsolve.result.state import Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
@@ -166,9 +168,9 @@ def write_result(
         text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
         create_column(file.create_group(HEADER_GROUP), HEADER, text)
         history, fields = file.create_group("history"), file.create_group("fields")
-        scale = None
+        scale, known = None, quantities_of(json.loads(header.effective_case))
         for name in rows.dtype.names or ():  # the step first
-            column = create_column(history, QUANTITIES[name], rows[name], scale)
+            column = create_column(history, known[name], rows[name], scale)
             scale = scale or column
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         for quantity, dataset in _write_fields(fields, header, steps, sources, unsaved):

@@ -19,7 +19,7 @@ from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result.checks import changed_content, content_of
 from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
-from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single
+from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import (
     CONTENT,
@@ -117,7 +117,7 @@ class Result(AbstractContextManager["Result"]):
         """Return the units of a column of the history, of a field or of an axis. Raises KeyError."""
         if name not in QUANTITIES:
             raise KeyError(f"no column, field or axis {name!r} in a result, which has {', '.join(QUANTITIES)}")
-        return QUANTITIES[name].units
+        return quantities_of(self.effective_case)[name].units
 
     def field_type(self, name: str) -> np.dtype[Any]:
         """Return the type of a field's values."""

@@ -93,6 +93,8 @@ def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
     """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
     largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES}
+    # In a line contact displacements are not known, which leaves their scales 0.
+    largest = {name: 0.0 if math.isnan(value) else value for name, value in largest.items()}
     approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
     turn = approach / radius if radius else 0.0
     tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION_SCALE * force)

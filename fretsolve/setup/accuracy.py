@@ -65,6 +65,8 @@ def points_needed(
         math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
         for side, extent in zip(size, extents, strict=True)
     )
+    if forms.model.line:
+        nx, ny = max(nx, ny), 1
     without_maps = nx, ny
     nx, ny = heights().resolving_points(size, without_maps)
     if max(nx, ny) > MOST_POINTS and (nx, ny) != without_maps:
@@ -73,7 +75,8 @@ def points_needed(
             " give grid.points",
             ("surface",),
         )
-    return ROUND_POINTS * math.ceil(nx / ROUND_POINTS), ROUND_POINTS * math.ceil(ny / ROUND_POINTS)
+    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS) for count in (nx, ny))
+    return nx, (1 if forms.model.line else ny)
 
 
 def refinement(accuracy: float | None, model: Model) -> float:

@@ -30,6 +30,7 @@ from fretsolve.reference.hertz import (
     love_cone,
     love_cone_at,
 )
+from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
 
 Load = Mapping[str, float]
@@ -65,9 +66,14 @@ def round_contact(surface: Surface, modulus: float, name: str, value: float) -> 
 
 
 def spence_ratio(model: Model) -> float:
-    """Return the stick radius over the contact radius of a sphere under P alone, by Spence; 1 for uncoupled bodies."""
+    """Return the stick radius over the contact radius of a sphere under P alone, by Spence; 1 for uncoupled bodies.
+
+    In a line contact it is that of a cylinder, where shear does not act on the pressure.
+    """
     if not model.terms.normal_tangential_coupling:
         return 1.0
+    if model.line:
+        return pressed_stick_ratio(model.friction, model.compliances.dundurs_constant)
     return spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import Surface
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.height_map import load_height_map
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
@@ -27,7 +27,10 @@ AREA_MARGIN = 1.2
 COUPLED_MARGIN = 1.1
 """Half a side over the reach of a contact that shear moves. Tried with friction from 0.3 to 30 on unlike bodies."""
 
-TRIAL_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 1e-3, 60
+COUPLED_LINE_MARGIN = 1.5
+"""Side over the width of a line contact that shear moves."""
+
+TRIAL_POINTS, TRIAL_LINE_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 96, 1e-3, 60
 FILLED = (0.55, 0.95)
 """A trial has the right size where the contact fills this part of it, in both directions."""
 
@@ -43,12 +46,15 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
         side = 2.0 * max(AREA_MARGIN * hertz.contact_radius, COUPLED_MARGIN * _sheared_reach(forms))
         return side, side
+    if forms.model.line and (width := forms.contact_width(0.0)) and case.surface[0].center == case.grid.center:
+        side = (COUPLED_LINE_MARGIN if forms.model.coupled and forms.model.moved else AREA_MARGIN) * width
+        return side, side
     try:
         first = min(
             _own_size(surface, compliances.contact_modulus, forms.loads, ("surface", index, surface.kind))
             for index, surface in enumerate(case.surface)
         )
-        return contact_size(case.surface, compliances, loads, case.grid.center, first)
+        return contact_size(case.surface, compliances, loads, case.grid.center, first, forms.model.line)
     except CaseError as error:
         raise case.source.problem(error.message, error.key) from None
 
@@ -88,17 +94,22 @@ def concave_sphere(case: Case) -> CaseError | None:
 
 
 def contact_size(
-    surfaces: Sequence[Surface], compliances: Compliances, loads: Sequence[LoadControl], center: Size, first: float
+    surfaces: Sequence[Surface],
+    compliances: Compliances,
+    loads: Sequence[LoadControl],
+    center: Size,
+    first: float,
+    line: bool = False,
 ) -> Size:
     """Search for the sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`.
 
-    The search solves on coarse grids and begins with the side `first` (mm). Raises CaseError where the contact always
-    reaches the edge, as that of an endless cylinder does.
+    The search solves on coarse grids and begins with the side `first` (mm); line: on one row of cells. Raises CaseError
+    where the contact always reaches the edge, as that of an endless cylinder does.
     """
     extent = np.zeros(2)
     for load in dict.fromkeys(loads):
         if not load.forced[0] or load.values[0] > 0.0:
-            extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first))
+            extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first, line))
     if not extent.any():
         message = "auto finds no contact anywhere on the load path; give the size of the potential contact area"
         raise CaseError(message, ("grid", "size"))
@@ -118,13 +129,16 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
 
 
 def _extent(
-    surfaces: Sequence[Surface], compliances: Compliances, load: LoadControl, center: Size, first: float
+    surfaces: Sequence[Surface], compliances: Compliances, load: LoadControl, center: Size, first: float, line: bool
 ) -> DoubleArray:
     """Return the sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
     size = np.array([first, first])
     refused: CaseError | None = None
     for _ in range(MOST_TRIALS):
-        grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
+        if line:
+            grid: Grid = LineGrid.of_length(TRIAL_LINE_POINTS, float(size[0]), center[0])
+        else:
+            grid = Grid.from_size((TRIAL_POINTS, TRIAL_POINTS), (float(size[0]), float(size[1])), center)
         try:
             contact, refused = _contact(separation(surfaces, grid.x, grid.y), compliances, load, grid), None
         except CaseError as error:  # the grid is too small to meet the surface, or the surface itself is wrong
@@ -136,7 +150,7 @@ def _extent(
             return np.zeros(2)
         reach_x = np.abs(grid.x - center[0])[contact.any(axis=1)].max() + 0.5 * grid.dx
         reach_y = np.abs(grid.y - center[1])[contact.any(axis=0)].max() + 0.5 * grid.dy
-        extent = 2.0 * np.array([reach_x, reach_y])
+        extent = 2.0 * np.array([reach_x, reach_x if line else reach_y])
         filled = extent / size
         if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
             return extent
@@ -151,7 +165,7 @@ def _extent(
 def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid: Grid) -> BoolArray | None:
     """Return the cells in contact on a trial grid; None where the grid is too small to carry the load."""
     # Imported here, since most cases are sized by a formula.
-    from fretsolve.elastic.operator import ElasticOperator
+    from fretsolve.elastic.line_operator import operator_on
     from fretsolve.solvers.normal import NormalSolver
 
     if not np.isfinite(gap).any():
@@ -160,7 +174,7 @@ def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid
     for mode, moment, centers in ((1, mx, grid.y), (2, my, grid.x)):
         if load.forced[0] and load.forced[mode] and not centers.min() <= moment / p <= centers.max():
             return None
-    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, Terms(False, False, False))
+    operator = operator_on(grid, compliances, Terms(False, False, False))
     pressure = np.zeros(grid.shape)
     NormalSolver(operator, grid).solve(gap, load, pressure, TRIAL_TOLERANCE, 200, np.zeros(3))
     return pressure > 0.0

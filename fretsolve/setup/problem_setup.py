@@ -14,7 +14,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
-from fretsolve.setup.closed_forms import ClosedForms
+from fretsolve.setup.closed_forms import ClosedForms, Load
 from fretsolve.setup.contact_size import Size, automatic_size
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps
@@ -60,6 +60,15 @@ def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> 
         raise case.source.problem(error.message, error.key) from None
 
 
+def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
+    """Return the closed forms that hold for a case under `loads` one after another."""
+    if not model.line:
+        return ClosedForms(case, model, loads)
+    from fretsolve.setup.line_forms import LineClosedForms  # other cases need none of them
+
+    return LineClosedForms(case, model, loads)
+
+
 def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid:
     if not model.line:
         return Grid.from_size(points, size, case.grid.center)
@@ -78,7 +87,7 @@ def set_up(case: Case) -> ProblemSetup:
     asked, case = case, settled(case)
     model = derive_model(case)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
-    closed_forms = ClosedForms(case, model, load_path.imposed)
+    closed_forms = closed_forms_of(case, model, load_path.imposed)
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
     heights = cache(partial(_read_heights, case, model, load_path, size))
     points = case.grid.points or points_needed(closed_forms, load_path, size, heights)

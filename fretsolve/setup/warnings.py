@@ -89,13 +89,15 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         Qx, Qy, Mz = (abs(load.get(name, 0.0)) for name in ("Qx", "Qy", "Mz"))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if Qx >= Qy else "Qy"
-            loads = f"{force:.6g} N is not below the {most_force:.6g} N (mu P)"
+            unit = setup.case.dimensions[name].unit
+            loads = f"{force:.6g} {unit} is not below the {most_force:.6g} {unit} (mu P)"
         elif Mz > most_torque:
             name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)
-        yield f"{place}: {loads} that friction carries: gross slip ends the run; impose {motion[name]} to follow it"
+        advice = "lower it" if setup.model.line else f"impose {motion[name]} to follow it"
+        yield f"{place}: {loads} that friction carries: gross slip ends the run; {advice}"
         return
 
 
@@ -199,11 +201,13 @@ def cells_across(setup: ProblemSetup) -> float | None:
 def warning_of_result(setup: ProblemSetup, contact_cells: DoubleArray) -> str | None:
     """Warn if the contact had too few cells in all increments, where no closed form could warn before the run."""
     most, needed = int(contact_cells.max(initial=0)), math.ceil(0.25 * math.pi * FEWEST_CELLS**2)
+    needed = FEWEST_CELLS if setup.model.line else needed
     if not len(contact_cells) or cells_across(setup) is not None or most >= needed:
         return None
+    like = "" if setup.model.line else f", as many as a round contact of {FEWEST_CELLS} cells across has"
     return (
         f"grid.points: the contact has at most {most} cell{'s' * (most != 1)}; errors below a few per cent need"
-        f" {needed} or more, as many as a round contact of {FEWEST_CELLS} cells across has"
+        f" {needed} or more{like}"
     )
 
 

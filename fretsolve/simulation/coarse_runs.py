@@ -108,6 +108,7 @@ class CoarseRuns:
         self.half = CoarseRun(coarser(setup, 2, fewer), threads)
         self.other_increments = CoarseRun(coarser(setup, 3, other), threads) if other else None
         self._points = math.prod(setup.grid.shape)
+        self._directions = len(setup.grid.axes)
 
     @property
     def tolerance(self) -> float:
@@ -121,11 +122,12 @@ class CoarseRuns:
 
     def refinement(self, coarse: CoarseRun) -> float:
         """Return the points per side of the run over those of a coarse one."""
-        return math.sqrt(self._points / math.prod(coarse.setup.grid.shape))
+        cells = self._points / math.prod(coarse.setup.grid.shape)
+        return cells if self._directions == 1 else math.sqrt(cells)
 
     def cost(self) -> DoubleArray:
         """Return operator applications so far, in units of one on the run's own grid, and their seconds."""
-        applications = sum(coarse.applications / self.refinement(coarse) ** 2 for coarse in self.all)
+        applications = sum(coarse.applications / self.refinement(coarse) ** self._directions for coarse in self.all)
         return np.array([applications, sum(coarse.seconds for coarse in self.all)])
 
     def failure(self) -> str | None:

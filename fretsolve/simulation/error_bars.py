@@ -177,6 +177,8 @@ class ErrorBars:
         half, limit = 0.5 * max(self._setup.grid.size), self._setup.model.friction * summary.P
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
+        if self._setup.model.line:  # whose displacements have a free constant
+            normal = tangential = self._setup.model.compliances.A * summary.P
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}
         scales |= {"P": summary.P, "Mx": half * summary.P, "My": half * summary.P}
         scales |= {"Qx": limit, "Qy": limit, "Mz": half * limit}

@@ -95,4 +95,5 @@ class LeastErrors:
             return 0.0, 0.0
         pair, radius = self.model.compliances, summary.contact_radius
         mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
-        return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * radius**3 / pair.contact_modulus
+        size = radius**2 if self.model.line else radius**3
+        return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus

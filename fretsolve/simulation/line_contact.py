@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fretsolve.increment.increment import Solved
 from fretsolve.increment.line_increment import LineIncrementSolver, line_solver
 from fretsolve.model.grid import LineGrid
-from fretsolve.result.state import Fields
+from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.line_edges import line_zones, width
 from fretsolve.system.arrays import Vector
@@ -31,9 +31,9 @@ class LineContact:
         """Return the rigid displacements that the next increment counts from; rigid: those of the history."""
         return self.solver.rigid_start(fields.pressure, fields.shear, float(rigid[2]))
 
-    def displacements(self, solved: Solved) -> dict[str, float]:
-        """Return the rigid displacements of the history: NaN where they hold the free constant."""
-        return {"delta_z": self.solver.approach(solved.solution), "delta_x": math.nan, "delta_y": math.nan}
+    def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
+        """Return a row of the history with NaN for the rigid displacements that hold the free constant."""
+        return replace(summary, delta_z=self.solver.approach(solved.solution), delta_x=math.nan, delta_y=math.nan)
 
     def sizes(self, solved: Solved) -> dict[str, float]:
         """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -78,11 +77,11 @@ def run(
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
         sizes = _sizes(solved, setup) if line is None else line.sizes(solved)
-        unknown = line.displacements(solved) if line is not None else {}
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
-        summary = replace(summary, **unknown) if unknown else summary
+        if line is not None:
+            summary = line.with_displacements(summary, solved)
         del solved  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement)
@@ -220,7 +219,8 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     loads = [increment.normal, *setup.load_path.normal_loads()]
     surfaces, materials = setup.case.surface, setup.model.compliances
     try:
-        size = contact_size(surfaces, materials, loads, setup.grid.center, max(setup.grid.size))
+        center, first = setup.grid.center, max(setup.grid.size)
+        size = contact_size(surfaces, materials, loads, center, first, setup.model.line)
     except CaseError:
         return "; no size would hold it"
     contact = tuple(side / AREA_MARGIN for side in size)

@@ -99,7 +99,7 @@ def _values(study: Assessment) -> list[Column]:
         column(
             study.plan.column(one),
             [row.values[index] for row in study.rows],
-            one.units,
+            study.finest.outcome.units.get(one.name, one.units),
             f"{study.plan.column(one).partition('@')[0]} at the end of stage {one.stage}",
             scale=study.scales[index],
             **_reference(study.reference[index]),

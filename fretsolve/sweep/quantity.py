@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -96,6 +96,9 @@ def _moved(setup: ProblemSetup) -> list[str]:
     """Return both components of each load pair that is moved, and what describes the contact."""
     moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
     names = [name for pair in PAIRS for name in pair if moved & set(pair)]
+    if setup.model.line:  # whose displacements have a free constant
+        known = "delta_z" if setup.case.reference_depth else ""
+        names = [name for name in names if name == known or not name.startswith("delta_")]
     names += ["max_pressure", "contact_radius"]
     if setup.model.has_shear and (moved & SHEARING or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]
@@ -113,7 +116,8 @@ class Outcome:
     values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
     increments, seconds, applications: solved, with their wall-clock time and applications of the elastic operator.
     peaks: the largest absolute value of each quantity on the path, 0 if it is round-off; failure: why there is no
-    solution, empty if there is one; stages: of the whole path, 0 if the run failed.
+    solution, empty if there is one; stages: of the whole path, 0 if the run failed; units: of the quantities by their
+    names, empty without a result.
     """
 
     values: DoubleArray
@@ -125,6 +129,7 @@ class Outcome:
     failure: str = ""
     running_condition: RunningCondition = ""
     stages: int = 0
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_outcome(
@@ -164,6 +169,7 @@ def read_outcome(
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,
+            {one.name: result.units(one.name) for one in quantities},
         )
 
 

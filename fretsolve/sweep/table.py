@@ -149,13 +149,15 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
         if stages and stages < one.stage < LAST_STAGE:
             raise CaseError(f"--quantity {one}: there is no stage {one.stage}; the cases have stages 1 to {stages}")
     values, errors = (np.array(rows) for rows in zip(*((one.values, one.errors) for one in outcomes), strict=True))
-    bars = [Column(f"{text} error", one.units, errors[:, i]) for i, (text, one) in enumerate(wanted.items())]
+    units = {one.name: one.units for one in wanted.values()}
+    units |= next((outcome.units for outcome in outcomes if outcome.units), {})
+    bars = [Column(f"{text} error", units[one.name], errors[:, i]) for i, (text, one) in enumerate(wanted.items())]
     return Table(
         manifest,
         tuple(found),
         tuple(outcomes),
         tuple(setting_column(key, [state.row for state in found]) for key in manifest.keys),
-        tuple(Column(text, one.units, values[:, i]) for i, (text, one) in enumerate(wanted.items())),
+        tuple(Column(text, units[one.name], values[:, i]) for i, (text, one) in enumerate(wanted.items())),
         tuple(one for one in bars if np.isfinite(one.values).any()),
     )
 
