@@ -12,7 +12,7 @@ from fretsolve.export.selection import stored_names
 from fretsolve.plots import maps
 from fretsolve.plots.canvas import Target
 from fretsolve.plots.labels import FIELD_NAMES, line_colors
-from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, view_box
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, require_area, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
 from fretsolve.system.arrays import DoubleArray
@@ -26,6 +26,7 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
 
     Colours show the length of the vectors. Raises PictureError if there are none.
     """
+    require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))
     names = chosen_fields([snapshot], VECTORS)
     if min(len(result.x), len(result.y)) < 2:
@@ -69,6 +70,7 @@ def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) ->
     is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with fields.
     Raises PictureError if nothing slips or no tangential load changes.
     """
+    require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))
     degrees, reference = angle_of(snapshot)
     slipping = np.isfinite(degrees)

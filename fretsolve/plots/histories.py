@@ -50,12 +50,15 @@ def loop(result: Result, ax: Target = None) -> Figure:
     moved = moved_pairs(result)
     if not moved:
         raise PictureError("no load component is more than round-off")
+    moved = [pair for pair in moved if not np.isnan(result.history[pair.motion]).all()]
+    if not moved:
+        raise PictureError("displacements of a line contact have an unknown constant; profiles draws its slip")
     pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2] or moved[:1]
     with canvas(ax, len(pairs), (4.6, 3.9)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
-        drawn.heading(title_of(result), f"total dissipated energy: {_energy(energy, error)}")
+        drawn.heading(title_of(result), f"total dissipated energy: {_energy(result, energy, error)}")
     return drawn.figure
 
 
@@ -107,7 +110,7 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     for cycle in closed if len(closed) <= 2 else closed[-1:]:
         color = marks(len(found))[cycle.number].color
         total = result.history["work_total"]
-        label = f"{_energy(float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
+        label = f"{_energy(result, float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
         axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5, label=label)
     errors = [
         np.abs(result.history[f"{name}_error"]) * unit.factor if f"{name}_error" in result.history else None
@@ -159,9 +162,9 @@ def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
         axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
 
 
-def _energy(energy: float, error: float = 0.0) -> str:
-    """Return a dissipated energy (mJ) in a readable unit, with its error if that is known."""
-    unit = readable("mJ", energy)
+def _energy(result: Result, energy: float, error: float = 0.0) -> str:
+    """Return a dissipated energy in a readable unit, with its error if that is known."""
+    unit = readable(result.units("work_total"), energy)
     if not error > 0.0:
         return f"{energy * unit.factor:.4g} {unit.text}"
     uncertain = error * unit.factor

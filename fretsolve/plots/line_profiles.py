@@ -47,6 +47,8 @@ class ProfileLine:
     def text(self) -> str:
         """The title of a panel."""
         name, other = "xy" if self.axis == 0 else "yx"
+        if len(self.across) == 1:
+            return f"along {name}"
         return f"along {name} at {other} = {short_number(self.at, float(np.ptp(self.across)))} mm"
 
     def cut(self, values: DoubleArray) -> DoubleArray:
@@ -63,6 +65,8 @@ def profiles(
 ) -> Figure:
     """Draw pressure, shear traction and slip along x and y: a row of two panels for each of them that is stored.
 
+    Of a line contact it is one panel, along x.
+
     steps: increments; by default the ends of stages, of many the first two and the last four. at: the point (mm) that
     both lines go through; by default the middle of the contact at the last of the increments. Components of vectors
     are drawn if they reach 2 % of the largest length. Raises PictureError.
@@ -72,7 +76,7 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = chosen_fields(snapshots, PROFILE_FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
-    with canvas(ax, 2 * len(names), (4.6, 2.5), columns=2) as drawn:
+    with canvas(ax, len(lines) * len(names), (4.6, 2.5), columns=len(lines)) as drawn:
         panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
         components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
         drawn.heading(title_of(result))
@@ -88,12 +92,13 @@ def profiles(
     return drawn.figure
 
 
-def _lines(result: Result, at: tuple[float, float]) -> tuple[ProfileLine, ProfileLine]:
+def _lines(result: Result, at: tuple[float, float]) -> tuple[ProfileLine, ...]:
     for name, position, centres in (("x", at[0], result.x), ("y", at[1], result.y)):
         if not centres[0] <= position <= centres[-1]:
             reach = f"from {centres[0]:.4g} to {centres[-1]:.4g} mm"
             raise PictureError(f"{name} = {position:g} mm is off the grid, whose cells lie {reach}")
-    return ProfileLine(0, at[1], result.x, result.y), ProfileLine(1, at[0], result.y, result.x)
+    lines = ProfileLine(0, at[1], result.x, result.y), ProfileLine(1, at[0], result.y, result.x)
+    return lines[:1] if len(result.y) == 1 else lines  # a line contact has a row of cells alone
 
 
 def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]) -> int:

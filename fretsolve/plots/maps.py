@@ -26,7 +26,16 @@ from numpy.typing import NDArray
 from fretsolve.plots.canvas import Canvas, Target, canvas, own_style, panel_width, title_of
 from fretsolve.plots.labels import FIELD_NAMES, unit_of
 from fretsolve.plots.load_history import step_text
-from fretsolve.plots.snapshot import VECTORS, Snapshot, cell_size, chosen_fields, chosen_step, outer_edges, view_box
+from fretsolve.plots.snapshot import (
+    VECTORS,
+    Snapshot,
+    cell_size,
+    chosen_fields,
+    chosen_step,
+    outer_edges,
+    require_area,
+    view_box,
+)
 from fretsolve.result import Result
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
@@ -58,6 +67,7 @@ def contact_map(
     and work_density, if they are stored and not 0 everywhere. Arrows show the direction of vectors. Raises
     PictureError.
     """
+    require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))
     names = chosen_fields([snapshot], MAP_FIELDS, fields)
     box = view_box(result, snapshot.contact)
@@ -73,6 +83,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     fields: names of the case file; by default pressure and shear. All frames have the same colours and limits. Raises
     PictureError.
     """
+    require_area(result)
     chosen_step(result, None)
     steps = result.steps
     if len(steps) > 60:

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from fretsolve.model.required_terms import derive_model
+from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.result import Result
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.setup.problem_setup import closed_forms_of
 from fretsolve.system.arrays import DoubleArray
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A closed form with its authors' name. at: values at points x, y (mm), (n,) or of a vector (2, n)."""
-
-    name: str
-    at: Callable[[DoubleArray, DoubleArray], DoubleArray]
 
 
 def hertz_pressure(result: Result, step: int) -> Curve | None:
     """Return the pressure of a sphere or an ellipsoid without friction."""
     forms = _closed_forms(result)
+    if forms is not None and forms.model.line:
+        return line_pressure(forms, step, float(result.history["phi_y"][step]))
     if forms is None or (form := forms.hertz[step]) is None:
         return None
     x0, y0 = _center(result, step, forms, form)
@@ -47,6 +41,8 @@ def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
 def shear_form(result: Result, step: int) -> Curve | None:
     """Return the shear of Cattaneo and Mindlin under a force in one direction, or of Lubkin under a torque."""
     forms = _closed_forms(result)
+    if forms is not None and forms.model.line:
+        return line_shear(forms, step, float(result.history["phi_y"][step]))
     form = _shear(result, step, forms) if forms is not None else None
     return None if form is None else Curve(form.source, form.shear)
 
@@ -59,6 +55,8 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
     forms = _closed_forms(result)
     if forms is None or not forms.model.friction:
         return None
+    if forms.model.line:
+        return line_stick(forms, result.increments, force)
     if force == "P":
         nothing = SAME * float(result.history["P"].max())
         loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
@@ -80,7 +78,7 @@ def _closed_forms(result: Result) -> ClosedForms | None:
         return None
     columns = {name: result.history[name].tolist() for name in ("P", "Qx", "Qy", "Mz")}
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
-    return ClosedForms(case, derive_model(case), loads)
+    return closed_forms_of(case, derive_model(case), loads)
 
 
 def _shear(result: Result, step: int, forms: ClosedForms) -> CyclicLoading | None:

@@ -73,6 +73,12 @@ def require_field(result: Result, name: str) -> None:
         raise PictureError(f"no field {name!r} is stored, only {there}; output.fields in the case file chooses them")
 
 
+def require_area(result: Result) -> None:
+    """Raise PictureError if the contact is a line, of one row of cells."""
+    if len(result.y) == 1:
+        raise PictureError("a line contact has one row of cells along x; profiles draws its fields")
+
+
 def chosen_fields(snapshots: Sequence[Snapshot], usual: Sequence[str], asked: Sequence[str] | None = None) -> list[str]:
     """Return the fields asked for, else the usual ones that are stored and not 0 everywhere, or the first stored one.
 
