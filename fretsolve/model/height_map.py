@@ -123,7 +123,8 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
         reason = (isinstance(error, OSError) and error.strerror) or shortened(str(error)) or type(error).__name__
         raise FileError(f"the height map cannot be read: {reason}", file) from error
     _require_unit(content.units, source, (*key, "unit"))
-    values = _checked(content.values, file, (*key, "file"))
+    values = _as_columns(content.values, source, (*key, "file"))
+    values = _checked(values, file, (*key, "file"))
     _require_possible(values, source, (*key, "file"))
     values *= -source.unit if source.invert else source.unit
     return HeightMap(values, _spacing(source, content, (*key, "spacing")))
@@ -150,6 +151,17 @@ def _require_unit(units: str, source: HeightsSurface, key: KeyPath) -> None:
             f" unit: {units} would be right",
             key,
         )
+
+
+def _as_columns(values: NDArray[Any], source: HeightsSurface, key: KeyPath) -> NDArray[Any]:
+    """Return the one column of a line contact's profile twice, as a map that is the same along y; other maps as is."""
+    if not source.of_line:
+        return values
+    column = values if values.ndim == 1 else values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else None
+    if column is None:
+        shape = " x ".join(map(str, values.shape)) or "scalar"
+        raise CaseError(f"{source.file.name!r} holds a {shape} array; plane: strain takes one column of heights", key)
+    return np.stack([column, column], axis=1)
 
 
 def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:

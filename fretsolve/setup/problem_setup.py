@@ -54,6 +54,7 @@ class ProblemSetup:
 
 def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
     modulus = model.compliances.contact_modulus
+    size = (size[0], 1.0) if model.line else size  # the area of a mm of the line
     try:
         return HeightMaps.of(case.surface, case.grid.center, size, load_path.imposed, modulus)
     except CaseError as error:

@@ -192,7 +192,8 @@ def cells_across(setup: ProblemSetup) -> float | None:
     grid, surface = setup.grid, setup.case.surface[0]
     width = setup.closed_forms.contact_width(max(grid.size))
     if width is None:
-        return min(grid.shape) / AREA_MARGIN if setup.case.grid.size is None else None
+        cells = grid.nx if setup.model.line else min(grid.shape)
+        return cells / AREA_MARGIN if setup.case.grid.size is None else None
     if surface.kind == "cylinder":
         return width / math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
     return width / max(grid.dx, grid.dy)
