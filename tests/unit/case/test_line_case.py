@@ -16,7 +16,7 @@ from fretsolve.case.schema import case_schema, line_schema
 
 ROUND_TRIPS = [
     LINE,
-    LINE.replace("{cylinder: {radius: 10 mm}}", "[{punch: {half_width: 1 mm}}, {cylinder: {radius: -20, center: 0.1}}]"),
+    LINE.replace("{cylinder: {radius: 10 mm}}", "[{punch: {half_width: 1}}, {cylinder: {radius: -20, center: 0.1}}]"),
     LINE.replace("{cylinder: {radius: 10 mm}}", "{heights: {file: a.h5, dataset: z, unit: um, spacing: 2 um}}"),
     LINE.replace(", size: 0.28 mm", ", size: auto") + "reference_depth: 10 mm\n",
     LINE + "  - {cycle: {times: 2, stages: [{Qy: 3 N/m, My: 0.1 N*mm/mm}]}}\n",
@@ -49,8 +49,8 @@ def test_loads_are_per_length(tmp_path):
 
 
 MISTAKES = [
-    ("{P: 100 N/mm}", "{P: 100 N}", "load_path.0.P: '100 N' is a force; a force per length such as '100 N/mm' is needed"),
-    ("cylinder: {radius: 10 mm}", "sphere: {radius: 1}", "surface.sphere: it makes no line contact; cylinder, punch or"),
+    ("{P: 100 N/mm}", "{P: 100 N}", "load_path.0.P: '100 N' is a force; a force per length such as '100 N/mm' is"),
+    ("cylinder: {radius: 10 mm}", "sphere: {radius: 1}", "surface.sphere: it makes no line contact; cylinder, punch"),
     ("cylinder: {radius: 10 mm}", "cone: {angle: 2 deg}", "surface.cone: it makes no line contact"),
     ("cylinder: {radius: 10 mm}", "ellipsoid: {radius_x: 1, radius_y: 2}", "surface.ellipsoid: it makes no line"),
     ("radius: 10 mm", "radius: 10 mm, axis: y", "surface.cylinder.axis: a line contact is endless along y"),

@@ -1,0 +1,341 @@
+"""Line contact against closed forms and values certified by independent code (docs/verification.md)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from line_cases import (
+    CATTANEO,
+    DISSIMILAR,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MATERIAL,
+    PUNCH,
+    SHEAR_FORCE,
+    A,
+    cells_per_half_width,
+    line_case,
+    modulus_of,
+    solve_line,
+)
+from solving import SIMILAR, build
+
+from fretsolve import run
+from fretsolve.elastic.line_operator import LineOperator
+from fretsolve.model.grid import LineGrid
+from fretsolve.model.load_control import LoadControl
+from fretsolve.model.required_terms import derive_model
+from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
+from fretsolve.result.state import Zone
+from fretsolve.simulation.line_edges import line_zones, width
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
+
+BETA = 0.1938462
+TIGHT = {"tolerance": 1e-9}
+
+
+def orders(errors):
+    """The order from the first to the last of errors, of grids that are refined by two."""
+    sizes = np.abs(errors)
+    return math.log2(sizes[0] / sizes[-1]) / (len(sizes) - 1)
+
+
+class TestCylinder:
+    CELLS = (20, 40, 80, 160)
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def found(cls):
+        """Relative errors by name, over the grids."""
+        rows = []
+        for cells in cls.CELLS:
+            grid = cells_per_half_width(cells)
+            pressed, sheared = solve_line(
+                grid=grid, load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 1}], solver=TIGHT
+            )
+            x = line_x(grid)
+            shear, slip = sheared.fields.shear[0, :, 0], sheared.fields.slip[0, :, 0]
+            rows.append(
+                {
+                    "p0": pressed.summary.max_pressure / HERTZ.max_pressure,
+                    "a": pressed.summary.contact_radius / A,
+                    "q(0)": shear[len(x) // 2] / CATTANEO.shear(np.zeros(1))[0],
+                    "slip": np.interp(0.9 * A, x, slip) / CATTANEO.slip(np.array([0.9 * A]))[0],
+                    "c": sheared.summary.stick_radius / CATTANEO.stick_half_width,
+                }
+            )
+        return {name: np.array([row[name] for row in rows]) - 1.0 for name in rows[0]}
+
+    @pytest.mark.parametrize(
+        ("name", "certified", "order"),
+        [
+            ("p0", (3.2e-4, 8.1e-5, 2.0e-5, 5.1e-6), 1.9),
+            ("a", (6.7e-3, 2.0e-3, 6.5e-4, 2.5e-4), 0.95),
+            ("q(0)", (4.8e-4, 1.4e-4, 2.4e-5, 1e-5), 1.2),
+            ("slip", (5.5e-3, 6.0e-4, 3.2e-4, 6.0e-5), 0.9),
+            ("c", (1e-3, 5e-4, 2e-4, 1e-4), 0.9),
+        ],
+    )
+    def test_converges(self, found, name, certified, order):
+        assert (np.abs(found[name]) <= certified).all()
+        assert orders(found[name]) > order
+
+    def test_whole_profile(self):
+        grid = cells_per_half_width(80)
+        state = solve_line(grid=grid, load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 1}], solver=TIGHT)[-1]
+        x = line_x(grid)
+        inside = np.abs(np.abs(x) - CATTANEO.stick_half_width) > 0.02 * A
+        error = state.fields.shear[0, :, 0] - CATTANEO.shear(x)
+        assert np.abs(error[inside & (np.abs(x) < 0.98 * A)]).max() < 2e-3 * FRICTION * HERTZ.max_pressure
+
+    def test_dissipated_energy_of_a_cycle(self):
+        cycle = [{"Qx": -SHEAR_FORCE, "increments": 40}, {"Qx": SHEAR_FORCE, "increments": 40}]
+        errors = []
+        for cells, certified in ((20, 5.5e-3), (40, 1.3e-3), (80, 2.9e-4), (160, 1e-4)):
+            path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 1}, *cycle]
+            states = solve_line(grid=cells_per_half_width(cells), load_path=path, solver={"tolerance": 1e-8})
+            work = states[-1].summary.work_total - states[1].summary.work_total
+            errors.append(work / CATTANEO.work_per_cycle - 1.0)
+            assert abs(errors[-1]) <= certified
+        assert orders(errors) > 1.5
+
+    def test_energy_of_the_first_loading(self):
+        """A quarter of a cycle's, less what a coarse path misses."""
+        path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": 40}]
+        state = solve_line(grid=cells_per_half_width(80), load_path=path)[-1]
+        assert state.summary.work_total == pytest.approx(CATTANEO.work_per_cycle / 4.0, rel=2e-3)
+
+    def test_antiplane_shear(self):
+        """The same tractions, and slip in the ratio of the compliances."""
+        path = [{"P": LOAD}, {"Qy": SHEAR_FORCE, "increments": 1}]
+        state = solve_line(grid=cells_per_half_width(80), load_path=path, solver=TIGHT)[-1]
+        along = LinePartialSlip(HERTZ, FRICTION, SHEAR_FORCE, MATERIAL.A + MATERIAL.B)
+        x = line_x(cells_per_half_width(80))
+        assert not state.fields.shear[0].any()
+        assert state.fields.shear[1, len(x) // 2, 0] == pytest.approx(65.2132, rel=1e-4)
+        slip = np.interp(0.9 * A, x, state.fields.slip[1, :, 0])
+        assert slip == pytest.approx(float(along.slip(np.array([0.9 * A]))[0]), rel=1e-3)
+        assert state.summary.stick_radius == pytest.approx(CATTANEO.stick_half_width, rel=1e-3)
+
+    def test_tilt_rolls_the_contact_aside(self):
+        state = solve_line(load_path=[{"P": LOAD, "phi_y": 2e-3}], grid={"points": 201, "size": 0.4})[-1]
+        pressure = state.fields.pressure[:, 0]
+        x = (np.arange(201) - 100) * 0.4 / 201
+        assert pressure @ x / pressure.sum() == pytest.approx(10.0 * 2e-3, rel=1e-4)
+        assert state.summary.My == pytest.approx(LOAD * 10.0 * 2e-3, rel=1e-4)
+
+    def test_an_imposed_moment_tilts_it(self):
+        state = solve_line(load_path=[{"P": LOAD, "My": 2.0}], grid={"points": 201, "size": 0.4})[-1]
+        assert state.summary.phi_y == pytest.approx(2e-3, rel=1e-4)
+
+
+def line_x(grid):
+    """The cell centres of a grid about 0."""
+    points, size = grid["points"], grid["size"]
+    return (np.arange(points) - (points - 1) / 2) * size / points
+
+
+class TestRoundedPunch:
+    @pytest.fixture(scope="class")
+    @classmethod
+    def found(cls):
+        shear = LinePartialSlip(PUNCH, 0.3, 36.0, MATERIAL.A)
+        rows = []
+        for cells in (20, 40, 80, 160):
+            grid = cells_per_half_width(cells, PUNCH.half_width, 1.2)
+            pressed, sheared = solve_line(
+                surface={"punch": {"half_width": 0.5, "edge_radius": 100.0}},
+                grid=grid,
+                load_path=[{"P": 200.0}, {"Qx": 36.0, "increments": 1}],
+                solver=TIGHT,
+            )
+            middle = grid["points"] // 2
+            x = line_x(grid)
+            rows.append(
+                {
+                    "p(0)": pressed.fields.pressure[middle, 0] / 89.13927,
+                    "p(.25)": np.interp(0.25, x, pressed.fields.pressure[:, 0]) / 95.65080,
+                    "a": pressed.summary.contact_radius / PUNCH.half_width,
+                    "c": sheared.summary.stick_radius / shear.stick_half_width,
+                    "q(0)": sheared.fields.shear[0, middle, 0] / 14.49338,
+                }
+            )
+        return {name: np.array([row[name] for row in rows]) - 1.0 for name in rows[0]}
+
+    @pytest.mark.parametrize(
+        ("name", "finest", "order"),
+        [("p(0)", 2e-5, 1.0), ("p(.25)", 5e-5, 1.0), ("a", 5e-5, 0.8), ("c", 2.3e-4, 0.8), ("q(0)", 1e-3, 0.8)],
+    )
+    def test_converges(self, found, name, finest, order):
+        assert abs(found[name][-1]) < finest
+        assert orders(found[name]) > order
+
+    def test_largest_pressure_is_near_the_end_of_the_flat(self):
+        grid = cells_per_half_width(160, PUNCH.half_width, 1.2)
+        surface = {"punch": {"half_width": 0.5, "edge_radius": 100.0}}
+        state = solve_line(surface=surface, grid=grid, load_path=[{"P": 200.0}])[-1]
+        assert state.summary.max_pressure == pytest.approx(163.5155, rel=2e-4)
+        x = line_x(grid)[state.fields.pressure[:, 0].argmax()]
+        assert abs(x) == pytest.approx(0.60313, abs=PUNCH.half_width / 160)
+
+    def test_sharp_punch_has_the_singular_pressure(self):
+        """P/(pi sqrt(a^2 - x^2)), all of whose face touches."""
+        state = solve_line(surface={"punch": {"half_width": 0.5}}, grid={"points": 401, "size": 1.1})[0]
+        x = line_x({"points": 401, "size": 1.1})
+        inside = np.abs(x) < 0.4
+        exact = LOAD / (math.pi * np.sqrt(0.25 - x[inside] ** 2))
+        assert state.fields.pressure[inside, 0] == pytest.approx(exact, rel=5e-3)
+        assert state.summary.contact_radius == pytest.approx(0.5, abs=1.1 / 401)
+
+
+class TestDissimilar:
+    """Bodies of beta = 0.1938 pressed together, in increments in which the contact grows by equal parts."""
+
+    CELLS = 96
+    HERTZ = HertzLine(LOAD, 10.0, modulus_of(DISSIMILAR))
+
+    @pytest.mark.parametrize(
+        ("friction", "stick", "peak"),
+        [(0.10, 0.178, 1.036), (0.15, 0.462, 1.035), (0.20, 0.706, 1.035), (0.25, 0.844, 1.034)],
+    )
+    def test_fully_coupled(self, friction, stick, peak):
+        """The certified stick ratios are known to 0.01."""
+        path = [{"P": LOAD, "increments": 48, "spacing": "graded"}]
+        grid = cells_per_half_width(self.CELLS, self.HERTZ.half_width, 1.15)
+        summary = solve_line(bodies=DISSIMILAR, friction=friction, grid=grid, load_path=path)[-1].summary
+        assert summary.stick_radius / summary.contact_radius == pytest.approx(stick, abs=0.01)
+        assert summary.max_pressure / self.HERTZ.max_pressure == pytest.approx(peak, abs=1e-3)
+        assert summary.stick_radius / summary.contact_radius < pressed_stick_ratio(friction, BETA)
+
+    def test_fully_coupled_at_low_friction_sticks_in_one_cell(self):
+        path = [{"P": LOAD, "increments": 48, "spacing": "graded"}]
+        grid = cells_per_half_width(self.CELLS, self.HERTZ.half_width, 1.15)
+        summary = solve_line(bodies=DISSIMILAR, friction=0.05, grid=grid, load_path=path)[-1].summary
+        assert summary.stick_cells <= 3
+        assert summary.max_pressure / self.HERTZ.max_pressure == pytest.approx(1.031, abs=2e-3)
+
+    def test_swapped_bodies_mirror_the_shear(self):
+        path = [{"P": LOAD, "increments": 6}]
+        one = solve_line(bodies=DISSIMILAR, load_path=path)[-1].fields
+        other = solve_line(bodies=DISSIMILAR[::-1], load_path=path)[-1].fields
+        assert other.shear[0] == pytest.approx(-one.shear[0], rel=1e-6, abs=1e-6)
+        assert other.pressure == pytest.approx(one.pressure, rel=1e-6, abs=1e-6)
+
+    def test_shear_points_inwards_if_body_1_gives_way_more(self):
+        """C > 0: q towards the centre, on body 2 that is negative on the right."""
+        case = line_case(bodies=DISSIMILAR, load_path=[{"P": LOAD, "increments": 6}])
+        fields = list(run(case))[-1].fields
+        assert derive_model(case).compliances.C > 0.0
+        right = line_x({"points": 64, "size": 1.0}) > 0.0
+        assert (fields.shear[0, right, 0] <= 0.0).all() and fields.shear[0, right, 0].min() < 0.0
+
+    @pytest.mark.parametrize("friction", [0.10, 0.15, 0.20, 0.25])
+    def test_one_way(self, friction):
+        """Hertz's pressure grows and shears the bodies; the stick ratio is that of the elliptic integrals."""
+        coarse, fine = (one_way_stick_ratio(self.HERTZ, friction, *size) for size in ((96, 48), (200, 200)))
+        exact = pressed_stick_ratio(friction, BETA)
+        assert fine == pytest.approx(exact, abs=2.5e-3)
+        assert coarse == pytest.approx(exact, abs=0.01)
+
+
+def one_way_stick_ratio(hertz, friction, cells, increments):
+    """c/a under Hertz's pressure, imposed in increments equal in a, without what shear does to the pressure."""
+    setting = cells_per_half_width(cells, hertz.half_width, 1.1)
+    grid = LineGrid.of_length(setting["points"], setting["size"], 0.0)
+    model = derive_model(line_case(bodies=DISSIMILAR, friction=friction, coupling="full", load_path=[{"P": LOAD}]))
+    operator = LineOperator(grid, model.compliances, model.terms)
+    solver = TangentialSolver(operator, grid)
+    free = LoadControl((True, True, False), (0.0, 0.0, 0.0))
+    shear, before = np.zeros((2, grid.nx, 1)), np.zeros((2, grid.nx, 1))
+    for part in np.arange(1, increments + 1) / increments:
+        now = hertz.under(hertz.load * part**2)
+        inner = np.linspace(-0.5, 0.5, 41)[:, None] * grid.dx
+        pressure = now.pressure(grid.x + inner).mean(axis=0)[:, None]  # of each cell
+        moved, from_pressure = np.empty_like(shear), np.empty_like(shear)
+        operator.tangential_from_pressure(pressure, from_pressure)
+        operator.tangential(shear, moved)
+        slip = before - moved - from_pressure
+        found = solver.solve(slip, free, friction * pressure, shear, 1e-8, 5000, SlipScales(motion=1e-4))
+        assert found.converged
+        before = before - slip  # the displacement at the end
+    gap = np.where(pressure > 0.0, 0.0, 1e-3)
+    slipping = solver.slipping
+    zone = np.where(pressure > 0.0, np.where(slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
+    slip[0] += found.rigid[0]
+    zones = line_zones(pressure, gap, shear, friction, slip, zone, grid, model.compliances)
+    return 0.5 * width(zones.stick) / hertz.half_width
+
+
+class TestLongCylinder:
+    """A cylinder of 40 half-widths in length has the line's tractions in its middle."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def middle(cls):
+        """Cell centres along x, and pressure and shear across the middle, of a coarse grid."""
+        length, side = 40.0 * A, 3.6 * A
+        case = build(
+            bodies=SIMILAR,
+            surface={"cylinder": {"radius": 10.0, "axis": "y", "length": length}},
+            grid={"points": [72, 101], "size": [side, 1.02 * length]},
+            friction=FRICTION,
+            load_path=[{"P": LOAD * length}, {"Qx": SHEAR_FORCE * length, "increments": 1}],
+        )
+        fields = list(run(case))[-1].fields
+        x = line_x({"points": 72, "size": side})
+        return x, fields.pressure[:, 50], fields.shear[0][:, 50]
+
+    def test_agrees_with_the_line(self, middle):
+        x, pressure, shear = middle
+        load, force = (float(row.sum()) * (x[1] - x[0]) for row in (pressure, shear))
+        line = solve_line(
+            grid={"points": 72, "size": 3.6 * A}, load_path=[{"P": load}, {"Qx": force, "increments": 1}]
+        )[-1].fields
+        assert pressure == pytest.approx(line.pressure[:, 0], abs=0.01 * pressure.max())
+        assert shear == pytest.approx(line.shear[0, :, 0], abs=0.01 * FRICTION * pressure.max())
+
+    def test_is_hertz_under_its_own_share(self, middle):
+        """The sharp ends carry more than theirs, so that the middle has less than the mean load."""
+        x, pressure, _ = middle
+        load = float(pressure.sum()) * (x[1] - x[0])
+        assert 0.8 * LOAD < load < LOAD
+        assert pressure.max() == pytest.approx(HERTZ.under(load).max_pressure, rel=0.01)
+
+
+class TestApproach:
+    """delta_z relative to a depth, for a = p0 = E = 1, nu = 0.3 (docs/verification.md)."""
+
+    LOAD = 0.5 * math.pi
+    MODULUS = 1.0 / (1.0 - 0.3**2)
+
+    def solve(self, depth, **imposed):
+        return solve_line(
+            bodies=["rigid", {"young_modulus": 1.0, "poisson_ratio": 0.3}],
+            surface={"cylinder": {"radius": math.pi * self.MODULUS / (4.0 * self.LOAD)}},
+            grid={"points": 401, "size": 2.4},
+            friction=0.0,
+            reference_depth=depth,
+            load_path=[imposed],
+            solver=TIGHT,
+        )[-1].summary
+
+    @pytest.mark.parametrize(("depth", "exact"), [(10.0, 2.533868), (100.0, 4.626496)])
+    def test_of_a_cylinder(self, depth, exact):
+        assert self.solve(depth, P=self.LOAD).delta_z == pytest.approx(exact, abs=4e-6)
+
+    @pytest.mark.parametrize("depth", [3.0, 10.0, 100.0])
+    def test_may_be_imposed(self, depth):
+        pressed = self.solve(depth, P=self.LOAD)
+        again = self.solve(depth, delta_z=pressed.delta_z)
+        assert pytest.approx(self.LOAD, rel=1e-8) == again.P
+        assert again.delta_z == pytest.approx(pressed.delta_z, rel=1e-9)
+
+
+def test_punch_of_a_narrow_flat_is_a_cylinder():
+    narrow = RoundedPunch(LOAD, 1e-6, 10.0, MATERIAL.contact_modulus)
+    surface = {"punch": {"half_width": 1e-6, "edge_radius": 10.0}}
+    summary = solve_line(surface=surface, load_path=[{"P": LOAD}])[-1].summary
+    assert summary.contact_radius == pytest.approx(narrow.half_width, rel=1e-3)
