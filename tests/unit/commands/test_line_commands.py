@@ -1,0 +1,159 @@
+"""The commands on a line contact: units, closed forms, pictures, exports, sweeps and studies."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import invoke, refused
+from line_cases import LINE, A
+from pictures import figure_texts, panels
+from small_cases import write_case
+
+from fretsolve import open_result, plots
+
+CYCLE = LINE + "  - {Qx: -18 N/mm, increments: 6}\n"
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("line")
+    done = invoke("run", write_case(folder, CYCLE), "-q")
+    assert (done.exit_code, done.stderr) == (0, "")
+    return folder / "case.h5"
+
+
+def test_validate_prints_units_and_closed_forms(tmp_path: Path) -> None:
+    done = invoke("validate", write_case(tmp_path, LINE))
+    assert (done.exit_code, done.stderr) == (0, "")
+    for line in (
+        "64 cells of 0.004375 mm on 0.28 mm",
+        "stage 2: Qx -> 18 N/mm in 4 increments",
+        "# Hertz at the largest load",
+        "P = 100 N/mm: half-width a = 0.107641 mm, p0 = 591.431 MPa",
+        "gross slip begins at Q = mu P = 30 N/mm",
+        "smallest stick half-width c = 0.0680778 mm, 31.1 cells across, at the end of stage 2 (Cattaneo-Mindlin)",
+    ):
+        assert line in done.stdout
+
+
+def test_validate_prints_the_rounded_punch(tmp_path: Path) -> None:
+    surface = "surface={punch: {half_width: 0.5 mm, edge_radius: 100 mm}}"
+    words = ["--set", surface, "--set", "grid={points: 64}", "--set", "stage.1.P=200 N/mm", "--set", "stage.2.Qx=36"]
+    done = invoke("validate", write_case(tmp_path, LINE), *words)
+    assert "P = 200 N/mm: half-width a = 0.866669 mm, largest pressure = 163.515 MPa" in done.stdout
+    assert "smallest stick half-width c = 0.709708 mm" in done.stdout
+    assert "(Ciavarella-Jaeger)" in done.stdout
+
+
+def test_validate_prints_the_stick_zone_of_dissimilar_bodies(tmp_path: Path) -> None:
+    words = ["--set", "bodies.0.poisson_ratio=0.06", "--set", "bodies.1.poisson_ratio=0.42", "--set", "friction=0.2"]
+    done = invoke("validate", write_case(tmp_path, LINE), *words, "--set", "load_path=[{P: 100 N/mm}]")
+    assert "Dundurs' constant 0.1938" in done.stdout
+    ratio = 0.73085851
+    assert f"c = {ratio * A:.4g}"[:9] in done.stdout and "(Spence, one-way)" in done.stdout
+
+
+def test_too_large_a_force_is_warned_of(tmp_path: Path) -> None:
+    done = invoke("validate", write_case(tmp_path, LINE), "--set", "stage.2.Qx=31 N/mm")
+    told = "31 N/mm is not below the 30 N/mm (mu P) that friction carries: gross slip ends the run; lower it"
+    assert told in done.stderr
+
+
+def test_gross_slip_has_its_exit_code(tmp_path: Path) -> None:
+    done = invoke("run", write_case(tmp_path, LINE.replace("18 N/mm", "31 N/mm")), "-q")
+    assert done.exit_code == 3
+    assert "load_path.1.Qx: gross slip under Qx = 31 N/mm" in done.stderr.splitlines()[-1]
+
+
+def test_units_of_the_result_are_per_length(result: Path) -> None:
+    with h5py.File(result) as file:
+        units = {name: file["history"][name].attrs["units"] for name in ("P", "My", "Qx", "work_total", "contact_area")}
+        assert "half-width" in file["history/contact_radius"].attrs["long_name"]
+    assert units == {
+        "P": "N/mm", "My": "N mm/mm", "Qx": "N/mm", "work_total": "mJ/mm", "contact_area": "mm^2/mm",
+    }  # fmt: skip
+    with open_result(result) as opened:
+        assert (opened.units("P"), opened.units("max_pressure")) == ("N/mm", "MPa")
+        assert opened.case is not None and opened.case.plane == "strain"
+
+
+def test_unknown_displacements_are_stored_as_nan_and_not_shown(result: Path) -> None:
+    with open_result(result) as opened:
+        assert np.isnan(opened.history["delta_z"]).all() and np.isnan(opened.history["delta_x"]).all()
+    shown = invoke("show", result)
+    assert shown.exit_code == 0
+    assert "N/mm" in shown.stdout and "mJ/mm" in shown.stdout
+    assert "delta" not in shown.stdout and "nan" not in shown.stdout
+
+
+def test_check_compares_in_units_per_length(tmp_path: Path) -> None:
+    work = "{quantity: work_total, value: 1.394e-4 N*mm/mm, rel: 5 %}"
+    done = invoke("check", write_case(tmp_path, f"{LINE}expect: [{work}, {{quantity: P, value: 100, rel: 1 %}}]\n"))
+    assert done.exit_code == 0, done.stdout
+    assert "N*mm/mm" in done.stdout and "100 N/mm" in done.stdout
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz", "vtk", "xdmf"])
+def test_exports(result: Path, kind: str) -> None:
+    done = invoke("export", result, "--to", kind, "--overwrite")
+    assert done.exit_code == 0, done.stderr
+    if kind == "csv":
+        with result.with_suffix(".csv").open() as file:
+            heading = next(csv.reader(file))
+        assert {"P (N/mm)", "work_total (mJ/mm)"} <= set(heading)
+
+
+class TestPictures:
+    def test_profiles_are_along_x_with_closed_forms(self, result: Path) -> None:
+        with open_result(result) as opened:
+            figure = plots.profiles(opened)
+            axes = panels(figure)
+            assert [one.get_title() for one in axes] == ["along x"] * 3
+            assert {"Hertz (closed form)", "Cattaneo-Mindlin (closed form)"} <= set(figure_texts(figure))
+            drawn = next(line for line in axes[1].lines if "closed form" in str(line.get_label()))
+            assert np.abs(drawn.get_ydata()).max() == pytest.approx(137.0, rel=0.02)
+
+    def test_stick_history_has_the_closed_form(self, result: Path) -> None:
+        with open_result(result) as opened:
+            (axes,) = panels(plots.stick_history(opened))
+        texts = [str(line.get_label()) for line in axes.lines]
+        assert any("Cattaneo-Mindlin" in text for text in texts)
+
+    @pytest.mark.parametrize("kind", ["map", "streamlines", "slip-angle", "animate", "loop"])
+    def test_others_say_why_not(self, result: Path, kind: str) -> None:
+        assert "line contact" in refused(2, "plot", result, kind)
+
+
+def test_study_against_closed_forms(tmp_path: Path) -> None:
+    words = ["--vary", "grid.points=32,64", "--truth", "closed-form", "-o", tmp_path / "out"]
+    done = invoke("study", write_case(tmp_path, LINE), *words)
+    assert done.exit_code == 0, done.stderr
+    heading = (tmp_path / "out" / "study.csv").read_text().splitlines()[0]
+    assert "work_total@2 (mJ/mm)" in heading and "delta" not in heading
+
+
+def test_sweep_collects_in_units_per_length(tmp_path: Path) -> None:
+    write_case(tmp_path, LINE)
+    sweep = "case: case.yaml\naxes: [{friction: [0.25, 0.3]}]\nquantities: [work_total, stick_radius]\n"
+    done = invoke("sweep", "run", write_case(tmp_path, sweep, "sweep.yaml"))
+    assert done.exit_code == 0, done.stderr
+    table = tmp_path / "table.csv"
+    assert invoke("sweep", "collect", tmp_path / "sweep.sweep", "-o", table).exit_code == 0
+    assert "work_total (mJ/mm),stick_radius (mm)" in table.read_text().splitlines()[0]
+
+
+def test_profile_of_one_column(tmp_path: Path) -> None:
+    x = (np.arange(401) - 200) * 1e-3
+    np.save(tmp_path / "profile.npy", x**2 / 20.0 * 1e3)
+    surface = "{heights: {file: profile.npy, unit: um, spacing: 1 um}}"
+    path = write_case(tmp_path, CYCLE.replace("{cylinder: {radius: 10 mm}}", surface))
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as opened:
+        assert opened.history["contact_radius"][0] == pytest.approx(A, rel=2e-3)
+    np.save(tmp_path / "profile.npy", np.ones((20, 3)))
+    message = refused(2, "run", path, "-q", "--overwrite")
+    assert "'profile.npy' holds a 20 x 3 array; plane: strain takes one column of heights" in message

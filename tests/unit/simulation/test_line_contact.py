@@ -1,0 +1,207 @@
+"""Increments of a line contact: what the history holds, restarts, error bars, and what has no solution."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from line_cases import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, line_case, solve_line
+
+from fretsolve import run, run_with_error_bars
+from fretsolve.errors import GridEdgeError, SlidingError
+from fretsolve.model.grid import LineGrid
+from fretsolve.model.load_path import LoadPath
+from fretsolve.model.required_terms import derive_model
+from fretsolve.result.state import Zone
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.line_edges import line_zones, width
+
+PARTS = {
+    "bodies": DISSIMILAR,
+    "grid": {"points": 100, "size": 0.3},
+    "reference_depth": 5.0,
+    "load_path": [
+        {"P": LOAD, "increments": 2},
+        {"Qx": 8.0, "My": 0.05, "increments": 2},
+        {"delta_z": 1.2e-3, "increments": 2},
+        {"Qy": 4.0, "P": 60.0, "increments": 2},
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def states():
+    return list(run(line_case(**PARTS)))
+
+
+@pytest.mark.parametrize("done", [1, 3, 5, 7])
+def test_resuming_gives_the_same_to_the_last_bit(states, done):
+    resumed = list(run(line_case(**PARTS), states[done - 1], [state.summary for state in states[:done]]))
+    assert len(resumed) == len(states) - done
+    for found, wanted in zip(resumed, states[done:], strict=True):
+        for name in ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"):
+            np.testing.assert_array_equal(getattr(found.fields, name), getattr(wanted.fields, name))
+        ours, theirs = asdict(found.summary), asdict(wanted.summary)
+        ours["wall_time"] = theirs["wall_time"]
+        np.testing.assert_equal(ours, theirs)  # NaN is NaN
+
+
+def test_imposed_values_are_found(states):
+    ends = [states[step].summary for step in (1, 3, 5, 7)]
+    assert pytest.approx(LOAD, rel=1e-6) == ends[0].P
+    assert (ends[1].Qx, ends[1].My) == pytest.approx((8.0, 0.05), rel=1e-5)
+    assert ends[2].delta_z == pytest.approx(1.2e-3, rel=1e-6)
+    assert (ends[3].Qy, ends[3].P) == pytest.approx((4.0, 60.0), rel=1e-5)
+
+
+def test_displacements_along_the_plane_are_unknown(states):
+    assert all(math.isnan(state.summary.delta_x) and math.isnan(state.summary.delta_y) for state in states)
+    assert all(state.summary.delta_z > 0.0 for state in states)
+    assert all(math.isnan(state.summary.delta_z) for state in solve_line())
+
+
+def test_every_increment_is_certified(states):
+    assert all(0.0 < state.summary.worst_residual <= 1e-6 for state in states)
+
+
+def test_sums_are_per_length():
+    state = solve_line()[-1]
+    side = set_up(line_case()).grid.dx
+    assert state.fields.pressure.sum() * side == pytest.approx(LOAD, rel=1e-6)
+    assert state.fields.work_density.sum() * side == pytest.approx(state.summary.work_total, rel=1e-9)
+    assert state.summary.contact_area == 2.0 * state.summary.contact_radius
+
+
+def test_all_arrays_have_one_column(states):
+    assert states[-1].fields.pressure.shape == (100, 1)
+    assert states[-1].fields.shear.shape == states[-1].displacement.shape == (2, 100, 1)
+
+
+@pytest.mark.parametrize("reach", [1.15, 3.0, 40.0])
+def test_size_of_the_grid_changes_little(reach):
+    """The free constant, which follows from the grid's length, has no effect: the same cells give the same."""
+    cells = 2 * round(20 * reach) + 1
+    found = solve_line(grid={"points": cells, "size": cells * A / 20})
+    assert found[-1].summary.max_pressure == pytest.approx(HERTZ.max_pressure, rel=1e-3)
+    assert found[-1].summary.stick_radius == pytest.approx(0.0680778, rel=2e-3)
+    assert found[-1].summary.work_total == pytest.approx(1.36e-4, rel=0.03)
+    assert all(state.summary.worst_residual <= 1e-6 for state in found)
+
+
+def test_residuals_do_not_grow_with_the_grid():
+    """They refer to A P/pi, which is what the middle moves more than the edge, on any grid."""
+    for reach in (2, 40):
+        cells = 40 * reach + 1
+        state = solve_line(grid={"points": cells, "size": cells * A / 20}, load_path=[{"P": LOAD}])[0]
+        inside = state.fields.pressure > 0.0
+        assert np.abs(state.fields.gap[inside]).max() <= 1e-6 * MATERIAL.A * LOAD / math.pi
+
+
+class TestErrorBars:
+    def test_they_hold_the_closed_forms(self):
+        case = line_case(
+            grid={"points": 60}, load_path=[{"P": LOAD}, {"Qx": 18.0}], solver={"error_bars": True}, coupling="none"
+        )
+        state = list(run_with_error_bars(case))[-1]
+        summary, errors = state.summary, state.errors
+        for name, exact in (("contact_radius", A), ("max_pressure", HERTZ.max_pressure), ("stick_radius", 0.0680778)):
+            bar = getattr(errors, f"{name}_error")
+            assert abs(getattr(summary, name) - exact) <= bar < 0.05 * exact
+        assert abs(summary.work_total - 5.57719e-4 / 4.0) <= errors.work_total_error < 0.2 * summary.work_total
+
+    def test_coarse_runs_are_lines(self):
+        from fretsolve.simulation.coarse_runs import CoarseRuns
+
+        runs = CoarseRuns(set_up(line_case(grid={"points": 60})), 1)
+        assert [coarse.setup.grid.shape for coarse in runs.all] == [(20, 1), (30, 1)]
+        assert all(isinstance(coarse.setup.grid, LineGrid) for coarse in runs.all)
+        assert [runs.refinement(coarse) for coarse in runs.all] == [3.0, 2.0]
+
+    def test_bars_of_unknown_displacements_are_unknown(self):
+        state = list(run_with_error_bars(line_case(grid={"points": 32}, solver={"error_bars": True})))[-1]
+        assert math.isnan(state.errors.delta_x_error) and math.isnan(state.errors.delta_z_error)
+        assert math.isfinite(state.errors.work_total_error) and math.isfinite(state.errors.phi_y_error)
+
+
+def test_accuracy_picks_a_row_of_cells():
+    setup = set_up(line_case(grid={}, solver={"accuracy": 0.01}, load_path=[{"P": LOAD}, {"Qx": 18.0}]))
+    assert setup.grid.nx >= 36 and setup.grid.ny == 1
+
+
+def test_increments_of_pressing_grow_the_contact_by_equal_parts():
+    """a grows like sqrt(P)."""
+    case = line_case(bodies=DISSIMILAR, load_path=[{"P": LOAD, "increments": 8, "spacing": "graded"}])
+    path = LoadPath(case.stages(), derive_model(case))
+    radii = [math.sqrt(path.increment(step, []).normal.values[0]) for step in range(4)]
+    steps = [after - before for before, after in pairwise(radii)]
+    assert max(steps) < 1.35 * min(steps)
+
+
+class TestSize:
+    def test_cylinder_by_hertz(self):
+        assert set_up(line_case()).grid.size[0] == pytest.approx(2.4 * A)
+
+    @pytest.mark.parametrize(
+        "surface",
+        [
+            {"cylinder": {"radius": 10.0, "center": 0.05}},
+            [{"cylinder": {"radius": 20.0}}, {"cylinder": {"radius": 20.0}}],
+            {"punch": {"half_width": 0.2}},
+        ],
+    )
+    def test_others_by_a_search(self, surface):
+        setup = set_up(line_case(surface=surface))
+        assert isinstance(setup.grid, LineGrid)
+        state = next(run(setup))
+        assert 0.5 < 2.0 * state.summary.contact_radius / setup.grid.size[0] < 1.0
+
+    def test_of_two_cylinders_is_that_of_their_sum(self):
+        """Two of 20 mm add up to one of 10 mm."""
+        surfaces = [{"cylinder": {"radius": 20.0}}, {"cylinder": {"radius": 20.0}}]
+        found = solve_line(surface=surfaces, grid={"points": 200})[0].summary
+        assert found.contact_radius == pytest.approx(A, rel=1e-3)
+
+
+class TestNoSolution:
+    def test_gross_slip(self):
+        with pytest.raises(SlidingError, match=r"under Qx = 30 N/mm: .* \(mu P = 30 N/mm\); lower the load, or raise"):
+            solve_line(load_path=[{"P": LOAD}, {"Qx": 30.0, "increments": 1}])
+
+    def test_contact_at_the_edge(self):
+        with pytest.raises(GridEdgeError, match=r"\(-x, \+x\) of the potential contact area of 0.2 mm, .*; size: "):
+            solve_line(grid={"points": 40, "size": 0.2})
+
+
+class TestEdges:
+    GRID = LineGrid.of_length(9, 9.0, 0.0)
+
+    def zones(self, pressure, zone, gap=None, shear=None, slip=None):
+        field = np.array(pressure, float)[:, None]
+        gap = np.where(field > 0.0, 0.0, 1e-9) if gap is None else np.array(gap, float)[:, None]
+        shear = np.zeros((2, 9, 1)) if shear is None else shear
+        slip = np.zeros((2, 9, 1)) if slip is None else slip
+        states = np.array(zone, np.uint8)[:, None]
+        return line_zones(field, gap, shear, 0.3, slip, states, self.GRID, MATERIAL)
+
+    def test_without_contact_there_are_none(self):
+        zones = self.zones([0] * 9, [Zone.OPEN] * 9)
+        assert (zones.contact, zones.stick, width(zones.contact)) == ((), (), 0.0)
+
+    def test_a_sharp_edge_is_that_of_the_cells(self):
+        """Nothing lies past it, so that the gap is infinite."""
+        pressure, zone = [0, 0, 1, 1, 1, 1, 1, 0, 0], [0, 0, 1, 1, 1, 1, 1, 0, 0]
+        gap = [np.inf, np.inf, 0, 0, 0, 0, 0, np.inf, np.inf]
+        zones = self.zones(pressure, zone, gap)
+        assert zones.contact == ((-2.5, 2.5),)
+        assert zones.stick == zones.contact
+
+    def test_two_contacts_are_two_intervals(self):
+        zones = self.zones([0, 1, 2, 1, 0, 1, 2, 1, 0], [0, 1, 1, 1, 0, 2, 2, 2, 0], [np.inf] + [0] * 3 + [np.inf] * 5)
+        assert zones.contact == ((-3.5, -0.5), (0.5, 3.5))
+        assert zones.stick == ((-3.5, -0.5),)
+
+    def test_a_contact_that_fills_the_grid_ends_with_it(self):
+        assert self.zones([1] * 9, [Zone.STICK] * 9).contact == ((-4.5, 4.5),)
