@@ -27,6 +27,7 @@ import bench_path
 import bench_solvers
 import compare_programs
 import increments
+import lines
 import numpy as np
 import precision
 import profile_increment
@@ -288,6 +289,8 @@ PARTS = {
     "paper": print_paper,
     "steps": print_steps,
     "increments": increments.print_table,
+    "line orders": lines.print_orders,
+    "unlike lines": lines.print_unlike,
     "residuals": print_residuals,
     "performance": print_performance,
     "profile": print_profile,

@@ -31,6 +31,7 @@ from fretsolve import plots
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.plots.canvas import own_style
 from fretsolve.plots.labels import CLOSED_FORM, marks
+from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result
@@ -342,6 +343,28 @@ def convergence() -> Figure:
     return figure
 
 
+def line_shear() -> Figure:
+    """Draw pressure and shear traction of both line contacts in partial slip with their closed forms."""
+    figure, axes = panels(1, 2, (4.1, 3.3))
+    for panel, name in zip(axes, ("line_cylinder", "line_punch"), strict=True):
+        result = shipped(name)
+        step, case = end_of_stage(result, 2), result.case
+        assert case is not None
+        pressure, shear = hertz_pressure(result, step), shear_form(result, step)
+        assert pressure is not None and shear is not None
+        limit = case.friction.coefficient
+        x = np.linspace(result.x[0], result.x[-1], 2001)
+        for values in (limit * pressure.at(x, np.zeros_like(x)), shear.at(x, np.zeros_like(x))[0]):
+            panel.plot(x, values, label="closed forms", **CLOSED_FORM)
+        found = (limit * result.field("pressure", step)[:, 0], result.field("shear_x", step)[:, 0])
+        for mark, values, label in zip(marks(2), found, ("friction limit μp", "shear traction q"), strict=True):
+            panel.plot(result.x, values, label=label, **mark.options(len(values)))
+        panel.set(xlabel="x (mm)", ylabel="MPa", title=case.title.partition(", ")[2] if case.title else "")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles[1:], labels[1:], loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "tutorial_loop": tutorial,
     "contact_map": contact_map,
@@ -349,6 +372,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
     "bulk_stick_zone": bulk_stress.stick_zone,
+    "line_shear": line_shear,
     "figure_09": figure_9,
     "figure_10_11_I1": figures_10_and_11("I.1"),
     "figure_10_11_I2": figures_10_and_11("I.2"),

@@ -26,7 +26,7 @@ from fretsolve.system.arrays import DoubleArray, FloatArray
 
 
 def strip_influence(name: Influence, grid: LineGrid, compliances: Compliances) -> DoubleArray:
-    """Return an influence (mm/MPa) of a strip at the offsets 0..nx-1 in cells, ``(nx, 1)`` (T18 of docs/theory.md).
+    """Return an influence (mm/MPa) of a strip at the offsets 0..nx-1 in cells, ``(nx, 1)`` (L1 of docs/theory.md).
 
     `xy` and `yz` are 0, since antiplane shear moves the surfaces along y alone.
     """
