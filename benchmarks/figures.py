@@ -291,6 +291,7 @@ PARTS = {
     "increments": increments.print_table,
     "line orders": lines.print_orders,
     "unlike lines": lines.print_unlike,
+    "bulk lines": lines.print_bulk,
     "residuals": print_residuals,
     "performance": print_performance,
     "profile": print_profile,

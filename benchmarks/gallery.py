@@ -344,9 +344,9 @@ def convergence() -> Figure:
 
 
 def line_shear() -> Figure:
-    """Draw pressure and shear traction of both line contacts in partial slip with their closed forms."""
-    figure, axes = panels(1, 2, (4.1, 3.3))
-    for panel, name in zip(axes, ("line_cylinder", "line_punch"), strict=True):
+    """Draw pressure and shear traction of the line contacts in partial slip with their closed forms."""
+    figure, axes = panels(1, 3, (3.7, 3.3))
+    for panel, name in zip(axes, ("line_cylinder", "line_fatigue", "line_punch"), strict=True):
         result = shipped(name)
         step, case = end_of_stage(result, 2), result.case
         assert case is not None

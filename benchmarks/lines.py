@@ -108,7 +108,56 @@ def print_unlike() -> None:
         print(f"| {friction:.2f} | {form:.4f} | {stick} | {ratio:.3f} | {peak:.3f} | {pressure:.3f} |")
 
 
+PROPORTIONATE = ((0.6, 0.1, "-.53246, .73246"), (0.9, 0.2, "-.11623, .51623"), (0.3, 0.2, "-.63703, .96948"))
+"""Q over mu P, b = sigma/(4 mu p0), and the ends of the stick zone over a by an independent solution."""
+
+ALONE = {0.02: 0.980100, 0.05: 0.950633, 0.1: 0.902562, 0.2: 0.810483, 0.5: 0.569321, 1.0: 0.289359}
+"""Stick ratio under bulk stress without Q."""
+
+ENERGIES = {0.0: 5.57719e-4, 0.1: 6.82853e-4, 0.2: 1.05826e-3}
+"""Energy dissipated in a cycle of Q = 0.6 mu P in phase with b (mJ/mm)."""
+
+
+def pulled(cells: int, *steps: tuple[float, float, int]) -> list[State]:
+    """Return the states under parts of mu P and b, each with its number of increments."""
+    contact, _ = contact_of("line_cylinder")
+    limit, unit = FRICTION * contact.load, 4.0 * FRICTION * contact.max_pressure
+    stages = [
+        f"{{Qx: {part * limit!r} N/mm, bulk_2: {{xx: {b * unit!r} MPa}}, increments: {count}}}"
+        for part, b, count in steps
+    ]
+    sets = [grid(cells, contact.half_width), f"load_path=[{{P: 100 N/mm}}, {', '.join(stages)}]", "expect=[]"]
+    return list(fretsolve.run(fretsolve.load_case(CASES / "line_cylinder.yaml", sets)))
+
+
+def print_bulk() -> None:
+    """Print the stick zone under bulk stress and the dissipated energy of cycles in phase with it."""
+    a = contact_of("line_cylinder")[0].half_width
+    print("| Q/mu P | b | ends of the stick zone/a, certified | found, 80 cells per a | found, 320 |")
+    print("| --- " * 5 + "|")
+    rows = [*PROPORTIONATE]
+    rows += [(0.0, b, f"-{ratio:.6f}, {ratio:.6f}") for b, ratio in ALONE.items()]
+    for part, b, certified in rows:
+        ends = []
+        for cells in (80, 320):
+            last = pulled(cells, (part, b, 20))[-1].summary
+            low, high = (last.stick_center_x + sign * last.stick_half_width_x for sign in (-1, 1))
+            ends.append(f"{low / a:.5f}, {high / a:.5f}")
+        print(f"| {part:g} | {b:g} | {certified} | {' | '.join(ends)} |")
+    print("\n| b, in phase with Q = 0.6 mu P | energy of a cycle, closed form, mJ/mm | 40 cells per a | 80 | 160 |")
+    print("| --- " * 5 + "|")
+    for b, energy in ENERGIES.items():
+        found = []
+        for cells in (40, 80, 160):
+            states = pulled(cells, (0.6, b, 1), (-0.6, -b, 40), (0.6, b, 40))
+            work = states[-1].summary.work_total - states[1].summary.work_total
+            found.append(f"{work / energy - 1.0:+.1e}")
+        print(f"| {b:g} | {energy:.5e} | {' | '.join(found)} |")
+
+
 if __name__ == "__main__":
     print_orders()
     print()
     print_unlike()
+    print()
+    print_bulk()

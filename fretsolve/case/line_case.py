@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, PAIRS
-from fretsolve.case.load_path_spec import Cycle, CycleSpec, StageSpec, check_load_path, step_tag
+from fretsolve.case.load_path_spec import BulkStress, Cycle, CycleSpec, StageSpec, check_load_path, step_tag
 from fretsolve.case.models import Case, Expectation, GridSpec
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.case.surface_specs import CylinderSurface, HeightsSurface, PunchSurface
@@ -197,6 +197,19 @@ LineMoment = Annotated[float, InUnits(LINE_MOMENT)]
 LINE_PAIRS = tuple(pair for pair in PAIRS if pair[0] not in ("Mx", "Mz"))
 
 
+class LineBulkStress(_LineModel, BulkStress):
+    """A uniform stress along x that stretches a body, and with it its surface; nothing strains it along y."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["xx"]})
+    refused_keys: ClassVar[Mapping[str, str]] = {
+        "yy": "in plane strain the stress along y follows from xx; remove it, or plane: strain",
+        "xy": "a line contact is the same all along y; remove it, or plane: strain",
+    }
+
+    yy: ClassVar[None] = None  # type: ignore[misc]
+    xy: ClassVar[None] = None  # type: ignore[misc]
+
+
 class LineStageSpec(_LineModel, StageSpec):
     """A stage of a line contact: the totals to which it moves the load components that it names."""
 
@@ -222,6 +235,10 @@ class LineStageSpec(_LineModel, StageSpec):
     delta_y: ClassVar[None] = None  # type: ignore[misc]
     Mz: ClassVar[None] = None  # type: ignore[misc]
     phi_z: ClassVar[None] = None  # type: ignore[misc]
+    bulk_1: LineBulkStress | None = Field(default=None, description="bulk stress of body 1")
+    bulk_2: LineBulkStress | None = Field(
+        default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}]
+    )
 
 
 class LineCycle(Cycle):

@@ -117,6 +117,10 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
             f"smallest stick half-width c = {stick.value:.6g} mm, {2.0 * stick.value / grid.dx:.1f} cells across,"
             f" at the end of stage {stick.stage + 1} ({stick.source})"
         )
+        shear = forms.partial_slip(stick.stage)
+        if setup.model.bulk is not None and shear is not None:
+            middle = setup.case.surface[0].center[0] + shear.stick_center
+            yield f"bulk stress shifts its middle to x = {middle:.6g} mm"
 
 
 def cost_lines(setup: ProblemSetup) -> Iterator[str]:

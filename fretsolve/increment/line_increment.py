@@ -76,13 +76,16 @@ class LineExaminer(Examiner):
         return replace(errors, gap_scale=self._material.A * load / math.pi) if load > 0.0 else errors
 
     def slip_scales(self, solution: Solution, largest: float) -> tuple[float, float]:
-        """Return the lengths (mm) that slips are measured against: A/pi times the largest change of a force."""
+        """Return the lengths (mm) that slips are measured against.
+
+        They are A/pi times the largest change of a force, or the mismatch by bulk stress.
+        """
         changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before) / math.pi
         material = self._material
         moved = changed * [material.A, material.A, material.A + material.B]
         elastic = max(map(self._kernels.cg.largest, (solution.uz[None], solution.displacement)))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
-        motion = float(max(*moved, LEAST_MOTION * elastic, least, TINY))
+        motion = float(max(*moved, solution.mismatch, LEAST_MOTION * elastic, least, TINY))
         return motion, max(largest, LEAST_SLIP * motion, least)
 
 

@@ -131,7 +131,7 @@ def derive_model(case: Case) -> Model:
 
 def _bulk_response(case: Case) -> BulkResponse | None:
     """Return the response of the surfaces to bulk stress, None where it never moves one over the other."""
-    response, stresses = BulkResponse(case.bodies), dict[str, float]()
+    response, stresses = BulkResponse(case.bodies, plane_strain=case.plane is not None), dict[str, float]()
     for stage in case.stages():
         named = {name: value for name, value in stage.targets if name.startswith("bulk_")}
         stresses |= named

@@ -34,11 +34,12 @@ def line_shear(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
     """Return the shear of partial slip under a force in one direction. phi_y: tilt (rad)."""
     assert isinstance(forms, LineClosedForms)
     shear, middle = forms.partial_slip(step), _middle(forms, phi_y)
-    if shear is None or middle is None or not any(shear.path):
+    if shear is None or middle is None or not any(shear.path) or not shear.slips_one_way:
         return None
 
     def both(x: DoubleArray, y: DoubleArray) -> DoubleArray:
         along, across = shear.shear(x - middle), np.zeros_like(x)
+        assert along is not None
         return np.array([along, across] if shear.axis == 0 else [across, along])
 
     return Curve(forms.shear_source, both)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fretsolve.case.history import BULK
 from fretsolve.model.required_terms import derive_model
 from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
@@ -76,7 +77,8 @@ def _closed_forms(result: Result) -> ClosedForms | None:
     case = result.case
     if case is None:
         return None
-    columns = {name: result.history[name].tolist() for name in ("P", "Qx", "Qy", "Mz")}
+    names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
+    columns = {name: result.history[name].tolist() for name in names if name in result.history}
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
     return closed_forms_of(case, derive_model(case), loads)
 

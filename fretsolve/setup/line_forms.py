@@ -5,13 +5,14 @@ The formulas are in `fretsolve.reference.line`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
 
+from fretsolve.reference.bulk_stress import LineUnderBulk
 from fretsolve.reference.cyclic_loading import SAME, dissipated, turning_points
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.setup.closed_forms import ClosedForm, ClosedForms, Load
@@ -20,41 +21,51 @@ from fretsolve.system.arrays import DoubleArray
 
 @dataclass(frozen=True)
 class LineShear:
-    """Partial slip after a path of tangential forces in one direction, at constant load.
+    """Partial slip after a path of a tangential force in one direction, at constant load.
 
-    axis: 0 for Qx, 1 for Qy; path: the forces (N/mm), from the unloaded contact on.
+    axis: 0 for Qx, 1 for Qy; path: the forces (N/mm) from the unloaded contact on, or the mismatches where bulk stress
+    acts alone; on_loading: the solution on first loading by such a force, with the bulk stress in proportion.
     """
 
     contact: LineContact
     friction: float
-    compliance: float
     axis: int
     path: tuple[float, ...]
+    on_loading: Callable[[float], LinePartialSlip | LineUnderBulk]
 
     @cached_property
-    def branches(self) -> list[tuple[float, LinePartialSlip]]:
+    def branches(self) -> list[tuple[float, LinePartialSlip | LineUnderBulk]]:
         """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
-        points, _ = turning_points(self.path, SAME * self.friction * self.contact.load)
+        points, _ = turning_points(self.path, SAME * max(map(abs, self.path)))
         lengths = [after - before for before, after in pairwise(points)]
         first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
         return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
 
-    def on_loading(self, force: float) -> LinePartialSlip:
-        """Return the solution on first loading by `force`."""
-        return LinePartialSlip(self.contact, self.friction, force, self.compliance)
+    @property
+    def slips_one_way(self) -> bool:
+        """True if all slip zones of each branch slip alike, so that shear traction and energy are known."""
+        return not any(isinstance(branch, LineUnderBulk) and branch.reverses for _, branch in self.branches)
 
     @property
     def stick_half_width(self) -> float:
         """Half-width of the stick zone (mm) at the end of the path."""
         return self.branches[-1][1].stick_half_width if self.branches else self.contact.half_width
 
-    def shear(self, x: DoubleArray) -> DoubleArray:
-        """Return the shear traction along its axis at `x` from the middle (MPa)."""
+    @property
+    def stick_center(self) -> float:
+        """Middle of the stick zone (mm) from that of the contact, at the end of the path."""
+        last = self.branches[-1][1] if self.branches else None
+        return last.stick_center if isinstance(last, LineUnderBulk) else 0.0
+
+    def shear(self, x: DoubleArray) -> DoubleArray | None:
+        """Return the shear traction along its axis at `x` from the middle (MPa); None where slip reverses."""
+        if not self.slips_one_way:
+            return None
         return sum((factor * branch.shear(x) for factor, branch in self.branches), start=np.zeros_like(x))
 
     def dissipated_energy(self) -> float | None:
         """Return the energy dissipated on the path (mJ/mm); None where no closed form gives the slip."""
-        if not isinstance(self.contact, HertzLine):
+        if not isinstance(self.contact, HertzLine) or not self.slips_one_way:
             return None
         return dissipated(self.path, lambda force: self.on_loading(force).work_per_cycle)
 
@@ -117,24 +128,43 @@ class LineClosedForms(ClosedForms):
     def partial_slip(self, stage: int) -> LineShear | None:
         """Return the partial slip after `stage`; None where there is none or no closed form.
 
-        There is none where shear acts on the pressure, under Qx and Qy together, or where P changes under shear.
+        There is none where shear acts on the pressure, under Qx and Qy together, where P changes under shear, or where
+        bulk stress is not in proportion to Qx.
         """
-        contact, loads = self.contacts[stage], self.loads[: stage + 1]
+        contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
         if contact is None or not self.model.has_shear or self.model.coupled:
             return None
         P, Qx, Qy = (np.array([0.0, *(load.get(name, np.nan) for load in loads)]) for name in ("P", "Qx", "Qy"))
-        nothing = SAME * self.model.friction * contact.load
-        moved = np.flatnonzero(np.maximum(np.abs(Qx), np.abs(Qy)) > nothing)
-        if np.abs(Qx).max() > nothing and np.abs(Qy).max() > nothing:
+        mismatch = np.array([0.0, *(bulk.mismatch(load)[0] if bulk is not None else 0.0 for load in loads)])
+        limit, material = self.model.friction * contact.load, self.model.compliances
+        strain = self.model.friction * contact.max_pressure * material.A
+        forces = np.array([Qx, Qy]) / limit
+        sizes = [np.abs(one).max() for one in (*forces, mismatch / strain)]
+        moved = np.flatnonzero(np.max([*np.abs(forces), np.abs(mismatch / strain)], axis=0) > SAME)
+        if min(sizes[:2]) > SAME or min(sizes[1:]) > SAME or sizes[0] >= 1.0 or sizes[1] >= 1.0:
             return None
         if len(moved) and not np.ptp(P[max(moved[0] - 1, 0) :]) <= SAME * contact.load:
             return None
-        axis = int(np.abs(Qy).max() > nothing)
-        path = (Qx, Qy)[axis]
-        if np.abs(path).max() >= self.model.friction * contact.load:
+        friction = self.model.friction
+        if sizes[2] <= SAME:
+            axis = int(sizes[1] > SAME)
+            compliance = material.A + axis * material.B
+            path = (Qx, Qy)[axis]
+            on_loading = partial(_partial_slip, contact, friction, compliance)
+            return LineShear(contact, friction, axis, tuple(path.tolist()), on_loading)
+        # Qx and the mismatch in one proportion, or the mismatch alone
+        largest = int(np.abs(mismatch).argmax())
+        if not isinstance(contact, HertzLine):
             return None
-        material = self.model.compliances
-        return LineShear(contact, self.model.friction, material.A + axis * material.B, axis, tuple(path.tolist()))
+        if np.abs(forces[0] * mismatch[largest] - forces[0][largest] * mismatch).max() > SAME * abs(mismatch[largest]):
+            return None
+        alone = sizes[0] <= SAME
+        path = mismatch if alone else Qx
+        per_path = (0.0, 1.0) if alone else (1.0, float(mismatch[largest] / Qx[largest]))
+        shear = LineShear(
+            contact, friction, 0, tuple(path.tolist()), partial(_under_bulk, contact, friction, material.A, per_path)
+        )
+        return shear if shear.slips_one_way or len(shear.branches) == 1 else None
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages."""
@@ -151,12 +181,16 @@ class LineClosedForms(ClosedForms):
                 continue
             c, work = shear.stick_half_width, shear.dissipated_energy()
             found = {"stick_radius": c, "stick_area": 2.0 * c}
+            if self.model.bulk is not None:
+                found["stick_center_x"] = self.case.surface[0].center[0] + shear.stick_center
             found |= {} if work is None else {"work_total": work}
             yield from (ClosedForm(name, stage, value, self.shear_source) for name, value in found.items())
 
     @property
     def shear_source(self) -> str:
         """The authors of the solution for partial slip."""
+        if self.model.bulk is not None:
+            return "Hills-Nowell"
         return "Cattaneo-Mindlin" if self.case.surface[0].kind == "cylinder" else "Ciavarella-Jaeger"
 
     @property
@@ -185,3 +219,15 @@ class LineClosedForms(ClosedForms):
             return None
         stage = self.contacts.index(self.widest)
         return ClosedForm("stick_radius", stage, ratio * self.widest.half_width, "Spence, one-way")
+
+
+def _partial_slip(contact: LineContact, friction: float, compliance: float, force: float) -> LinePartialSlip:
+    return LinePartialSlip(contact, friction, force, compliance)
+
+
+def _under_bulk(
+    contact: LineContact, friction: float, compliance: float, per_path: tuple[float, float], value: float
+) -> LineUnderBulk:
+    """Return the solution on first loading; per_path: force and mismatch per value of the path."""
+    force, mismatch = per_path[0] * value, per_path[1] * value
+    return LineUnderBulk(contact.half_width, contact.max_pressure, friction, compliance, force, mismatch)
