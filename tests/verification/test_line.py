@@ -339,3 +339,80 @@ def test_punch_of_a_narrow_flat_is_a_cylinder():
     surface = {"punch": {"half_width": 1e-6, "edge_radius": 10.0}}
     summary = solve_line(surface=surface, load_path=[{"P": LOAD}])[-1].summary
     assert summary.contact_radius == pytest.approx(narrow.half_width, rel=1e-3)
+
+
+class TestBulkStress:
+    """A cylinder under Q and bulk stress in proportion; b = sigma/(4 mu p0) of body 2."""
+
+    UNIT = 4.0 * FRICTION * HERTZ.max_pressure
+
+    def solve(self, cells, *steps, body="bulk_2"):
+        """The summaries under (Q over mu P, b, increments), one after another."""
+        path = [
+            {"Qx": part * FRICTION * LOAD, body: {"xx": b * self.UNIT}, "increments": count} for part, b, count in steps
+        ]
+        states = solve_line(grid=cells_per_half_width(cells), load_path=[{"P": LOAD}, *path])
+        return [state.summary for state in states]
+
+    @pytest.mark.parametrize("cells", [40, 80, 160])
+    @pytest.mark.parametrize(("part", "b"), [(0.6, 0.1), (0.9, 0.2), (0.6, 0.2)])
+    def test_eccentric_stick_zone(self, cells, part, b):
+        """c = a sqrt(1 - f), e = a b, to a tenth of a cell."""
+        found = self.solve(cells, (part, b, 1))[-1]
+        assert found.stick_half_width_x == pytest.approx(A * math.sqrt(1.0 - part), abs=0.02 * A / cells)
+        assert found.stick_center_x == pytest.approx(A * b, abs=0.01 * A / cells)
+        assert found.contact_center_x == pytest.approx(0.0, abs=1e-6 * A)
+        assert found.contact_half_width_x == found.contact_radius == pytest.approx(A, rel=1e-3)
+
+    @pytest.mark.parametrize("cells", [80, 320])
+    def test_reverse_slip(self, cells):
+        """The slip zones have opposite signs; the ends are those of the certified solution."""
+        found = self.solve(cells, (0.3, 0.2, 20))[-1]
+        low, high = found.stick_center_x - found.stick_half_width_x, found.stick_center_x + found.stick_half_width_x
+        assert low == pytest.approx(-0.63703 * A, abs=0.1 * A / cells)
+        assert high == pytest.approx(0.96948 * A, abs=0.1 * A / cells)
+
+    @pytest.mark.parametrize(
+        ("b", "ratio"),
+        [(0.02, 0.980100), (0.05, 0.950633), (0.1, 0.902562), (0.2, 0.810483), (0.5, 0.569321), (1.0, 0.289359)],
+    )
+    def test_alone(self, b, ratio):
+        found = self.solve(160, (0.0, b, 1))[-1]
+        assert found.stick_half_width_x == pytest.approx(ratio * A, abs=0.1 * A / 160)
+        assert found.stick_center_x == pytest.approx(0.0, abs=1e-6 * A)
+        assert found.Qx == pytest.approx(0.0, abs=1e-6)
+
+    def test_never_slides_all(self):
+        """Bulk stress alone leaves a stick zone however large it is."""
+        assert self.solve(80, (0.0, 2.0, 1))[-1].stick_cells > 0
+
+    def test_pulling_body_1_shifts_it_the_other_way(self):
+        one, other = (self.solve(80, (0.6, 0.2, 1), body=body)[-1] for body in ("bulk_2", "bulk_1"))
+        assert other.stick_center_x == pytest.approx(-one.stick_center_x, rel=1e-6)
+        assert other.stick_half_width_x == pytest.approx(one.stick_half_width_x, rel=1e-6)
+
+    def test_pulling_both_alike_does_nothing(self):
+        stress = {"xx": 0.2 * self.UNIT}
+        path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_1": stress, "bulk_2": stress, "increments": 1}]
+        found = solve_line(grid=cells_per_half_width(80), load_path=path)[-1].summary
+        assert found.stick_center_x == pytest.approx(0.0, abs=1e-6 * A)
+
+    @pytest.mark.parametrize(("b", "energy"), [(0.1, 6.82853e-4), (0.2, 1.05826e-3), (-0.2, 1.05826e-3)])
+    def test_energy_of_a_cycle_in_phase_or_opposite(self, b, energy):
+        found = self.solve(160, (0.6, b, 1), (-0.6, -b, 40), (0.6, b, 40))
+        assert found[-1].work_total - found[1].work_total == pytest.approx(energy, rel=1e-4)
+
+    def test_energy_of_a_cycle_at_90_degrees(self):
+        """Independent of the increments to 0.003e-4 by an independent solve."""
+        steps, count = [(0.6, 0.0, 1)], 80
+        for step in range(1, 2 * count + 1):
+            angle = 2.0 * math.pi * step / count
+            steps.append((0.6 * math.cos(angle), 0.2 * math.sin(angle), 1))
+        found = self.solve(80, *steps)
+        assert found[-1].work_total - found[-1 - count].work_total == pytest.approx(8.365e-4, rel=2e-3)
+
+    def test_dissimilar_bodies_are_certified(self):
+        path = [{"P": LOAD, "increments": 4}, {"Qx": 15.0, "bulk_2": {"xx": 70.0}, "increments": 4}]
+        states = solve_line(bodies=DISSIMILAR, grid=cells_per_half_width(40), load_path=path)
+        assert all(state.summary.worst_residual <= 1e-6 for state in states)
+        assert states[-1].summary.stick_center_x > 0.0

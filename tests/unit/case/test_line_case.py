@@ -19,6 +19,7 @@ ROUND_TRIPS = [
     LINE.replace("{cylinder: {radius: 10 mm}}", "[{punch: {half_width: 1}}, {cylinder: {radius: -20, center: 0.1}}]"),
     LINE.replace("{cylinder: {radius: 10 mm}}", "{heights: {file: a.h5, dataset: z, unit: um, spacing: 2 um}}"),
     LINE.replace(", size: 0.28 mm", ", size: auto") + "reference_depth: 10 mm\n",
+    LINE + "  - {bulk_1: {xx: 10 MPa}, bulk_2: {xx: -1}, increments: 3}\n",
     LINE + "  - {cycle: {times: 2, stages: [{Qy: 3 N/m, My: 0.1 N*mm/mm}]}}\n",
     LINE + "expect: [{quantity: work, value: 1 uJ/mm, abs: 1e-7}, {quantity: P, value: 1 kN/m, rel: 1 %, stage: 1}]\n",
 ]
@@ -63,6 +64,9 @@ MISTAKES = [
     ("Qx: 18 N/mm", "phi_z: 1", "load_path.1.phi_z: a line contact cannot turn about z"),
     ("Qx: 18 N/mm", "delta_x: 1", "load_path.1.delta_x: a displacement along x has an unknown constant"),
     ("Qx: 18 N/mm", "delta_y: 1", "load_path.1.delta_y: a displacement along y has an unknown constant"),
+    ("Qx: 18 N/mm", "bulk_2: {yy: 1}", "load_path.1.bulk_2.yy: in plane strain the stress along y follows from xx"),
+    ("Qx: 18 N/mm", "bulk_1: {xy: 1, xx: 1}", "load_path.1.bulk_1.xy: a line contact is the same all along y"),
+    ("Qx: 18 N/mm", "bulk_2: {}", "load_path.1.bulk_2: the bulk stress has no value; at least one of xx, yy, xy is"),
     ("{P: 100 N/mm}", "{delta_z: 1 um}", "load_path.0: delta_z has an unknown constant in a line contact; give refer"),
     ("friction:", "reference_depth: 0.1 mm\nfriction:", "reference_depth: 0.1 mm is less than the grid's length; 0.28"),
     ("plane: strain", "plane: stress", "plane: 'stress' is not allowed"),

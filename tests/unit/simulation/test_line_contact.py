@@ -27,7 +27,7 @@ PARTS = {
         {"P": LOAD, "increments": 2},
         {"Qx": 8.0, "My": 0.05, "increments": 2},
         {"delta_z": 1.2e-3, "increments": 2},
-        {"Qy": 4.0, "P": 60.0, "increments": 2},
+        {"Qy": 4.0, "P": 60.0, "bulk_2": {"xx": 30.0}, "increments": 2},
     ],
 }
 
@@ -73,6 +73,20 @@ def test_sums_are_per_length():
     assert state.fields.pressure.sum() * side == pytest.approx(LOAD, rel=1e-6)
     assert state.fields.work_density.sum() * side == pytest.approx(state.summary.work_total, rel=1e-9)
     assert state.summary.contact_area == 2.0 * state.summary.contact_radius
+
+
+def test_extents_are_along_x(states):
+    last = states[-1].summary
+    assert last.contact_half_width_x == pytest.approx(last.contact_radius)
+    assert last.contact_center_x > 0.0  # where My has moved it
+    assert math.isnan(last.contact_half_width_y) and math.isnan(last.stick_center_y)
+    assert last.bulk_2_xx == 30.0
+
+
+def test_without_contact_there_is_no_middle():
+    last = solve_line(load_path=[{"P": LOAD}, {"P": 0.0}])[-1].summary
+    assert (last.contact_half_width_x, last.contact_radius) == (0.0, 0.0)
+    assert math.isnan(last.contact_center_x)
 
 
 def test_all_arrays_have_one_column(states):
