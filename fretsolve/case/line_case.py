@@ -70,10 +70,7 @@ class AlongX:
 
 Place = Annotated[tuple[Length, Length], AlongX(0.0)]
 _PLACE = Field(
-    default=(0.0, 0.0),
-    description="x of the surface's origin",
-    examples=["0.1 mm"],
-    json_schema_extra={"default": 0.0},
+    default=(0.0, 0.0), description="x of the surface's origin", examples=["0.1 mm"], json_schema_extra={"default": 0.0}
 )
 
 
@@ -173,9 +170,7 @@ _FROM_LINE_ENTRY = GetPydanticSchema(
     )
 )
 
-LineSurfaces = Annotated[
-    tuple[Annotated[LineSurface, _FROM_LINE_ENTRY], ...], Field(min_length=1), Repeated(1)
-]
+LineSurfaces = Annotated[tuple[Annotated[LineSurface, _FROM_LINE_ENTRY], ...], Field(min_length=1), Repeated(1)]
 
 
 class LineGridSpec(GridSpec):
@@ -283,7 +278,8 @@ class LineCase(Case):
         default=LineGridSpec(), description="grid of the potential contact area", examples=[{"points": 256}]
     )
     coupling: Literal["auto", "none", "full"] = Field(
-        default="auto", description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
+        default="auto",
+        description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
         " full (also between p and qx), auto (those that the case needs)",
     )
     load_path: Annotated[tuple[LineLoadStep, ...], AfterValidator(check_load_path)] = Field(
@@ -301,9 +297,7 @@ class LineCase(Case):
     def _known_depth(self) -> Self:
         if self.reference_depth is None:
             message = "delta_z has an unknown constant in a line contact; give reference_depth, or impose P"
-            refused_at(
-                (stage.key, message) for stage in self.stages() if "delta_z" in dict(stage.targets)
-            )
+            refused_at((stage.key, message) for stage in self.stages() if "delta_z" in dict(stage.targets))
         elif self.grid.size is not None and self.reference_depth < self.grid.size[0]:
             message = f"{self.reference_depth:g} mm is less than the grid's length; {self.grid.size[0]:g} mm or more"
             refused_at([(("reference_depth",), f"{message} is needed, since delta_z is about points far below")])

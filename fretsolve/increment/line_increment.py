@@ -146,9 +146,7 @@ class LineIncrementSolver(IncrementSolver):
         return super()._solution(start, work)
 
 
-def line_solver(
-    bodies: Sequence[Body], depth: float | None, grid: LineGrid, *arguments: Any
-) -> LineIncrementSolver:
+def line_solver(bodies: Sequence[Body], depth: float | None, grid: LineGrid, *arguments: Any) -> LineIncrementSolver:
     """Return the solver of a line contact; arguments: those of `IncrementSolver` after the grid."""
     one, other = bodies
     sunken = None if depth is None else SunkenPoint(grid, (one, other), depth)

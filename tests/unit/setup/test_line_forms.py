@@ -97,9 +97,7 @@ class TestBulkStress:
 
     def test_where_slip_reverses_part_of_a_reversal_is_unknown(self):
         stages = [{"Qx": part * 9.0, "bulk_2": {"xx": part * 0.2 * UNIT}} for part in (1.0, -0.5, -1.0)]
-        first, half, whole = (
-            forms_of(load_path=[{"P": LOAD}, *stages]).partial_slip(stage) for stage in (1, 2, 3)
-        )
+        first, half, whole = (forms_of(load_path=[{"P": LOAD}, *stages]).partial_slip(stage) for stage in (1, 2, 3))
         assert half is None
         assert first is not None and whole is not None
         assert whole.stick_center == pytest.approx(first.stick_center)
