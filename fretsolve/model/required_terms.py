@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
-from fretsolve.model.bulk_stress import BulkResponse
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
+
+if TYPE_CHECKING:  # few cases have bulk stress
+    from fretsolve.model.bulk_stress import BulkResponse
 
 UNCOUPLED_BELOW = 1e-12
 """Bodies count as alike up to this |Dundurs' constant|, which is the rounding of equal elastic constants."""
@@ -131,11 +133,15 @@ def derive_model(case: Case) -> Model:
 
 def _bulk_response(case: Case) -> BulkResponse | None:
     """Return the response of the surfaces to bulk stress, None where it never moves one over the other."""
+    named = [[target for target in stage.targets if target[0].startswith("bulk_")] for stage in case.stages()]
+    if not any(named):
+        return None
+    from fretsolve.model.bulk_stress import BulkResponse
+
     response, stresses = BulkResponse(case.bodies, plane_strain=case.plane is not None), dict[str, float]()
-    for stage in case.stages():
-        named = {name: value for name, value in stage.targets if name.startswith("bulk_")}
-        stresses |= named
-        if named and response.mismatch(stresses).any():
+    for targets in named:
+        stresses |= dict(targets)
+        if response.mismatch(stresses).any():
             return response
     return None
 

@@ -13,7 +13,6 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.increment.bulk_mismatch import with_mismatch
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import load, readying_seconds
@@ -66,6 +65,8 @@ def run(
         try:
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before)
             if increment.stretch is not None:
+                from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
+
                 begin = with_mismatch(begin, increment.stretch, setup.grid)
             solved = solver.solve(increment, begin)
         except NoSolutionError as error:
