@@ -47,6 +47,12 @@ class LineShear:
         return not any(isinstance(branch, LineUnderBulk) and branch.reverses for _, branch in self.branches)
 
     @property
+    def is_reached(self) -> bool:
+        """True if the increments of each branch lead to its closed form."""
+        under_bulk = (branch for _, branch in self.branches if isinstance(branch, LineUnderBulk))
+        return all(branch.is_reached_in_proportion for branch in under_bulk)
+
+    @property
     def stick_half_width(self) -> float:
         """Half-width of the stick zone (mm) at the end of the path."""
         return self.branches[-1][1].stick_half_width if self.branches else self.contact.half_width
@@ -129,7 +135,7 @@ class LineClosedForms(ClosedForms):
         """Return the partial slip after `stage`; None where there is none or no closed form.
 
         There is none where shear acts on the pressure, under Qx and Qy together, where P changes under shear, or where
-        bulk stress is not in proportion to Qx.
+        bulk stress is not in proportion to Qx or so large that a slip zone shrinks on the way.
         """
         contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
         if contact is None or not self.model.has_shear or self.model.coupled:
@@ -164,7 +170,9 @@ class LineClosedForms(ClosedForms):
         shear = LineShear(
             contact, friction, 0, tuple(path.tolist()), partial(_under_bulk, contact, friction, material.A, per_path)
         )
-        return shear if shear.slips_one_way or len(shear.branches) == 1 else None
+        if not shear.is_reached or not (shear.slips_one_way or len(shear.branches) == 1):
+            return None
+        return shear
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages."""

@@ -108,3 +108,10 @@ class TestBulkStress:
         forms = forms_of(load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_1": stress, "bulk_2": stress}])
         shear = forms.partial_slip(1)
         assert shear is not None and shear.stick_center == 0.0
+
+
+@pytest.mark.parametrize(("b", "known"), [(0.2, True), (0.29, True), (0.31, False), (0.5, False)])
+def test_none_where_a_slip_zone_shrinks_on_the_way(b, known):
+    """At Q = 0.6 mu P the edge away from the stick zone slips backwards from b = 0.3 on, and sticks again later."""
+    shear = forms_of(load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_2": {"xx": b * UNIT}}]).partial_slip(1)
+    assert (shear is not None) is known
