@@ -54,6 +54,11 @@ class ElasticOperator:
         self._spectra = InfluenceSpectra(self._convolution, spacing, compliances) if spectra is None else spectra
 
     @property
+    def compliances(self) -> Compliances:
+        """The compliances of the bodies."""
+        return self._problem[2]
+
+    @property
     def kernels(self) -> Kernels:
         """The kernels that solvers with this operator use."""
         return self._team.kernels

@@ -16,9 +16,10 @@ from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
 from fretsolve.increment.grid_transfer import GridTransfer
 from fretsolve.increment.load_checks import require_supported
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
+from fretsolve.solvers.line_tangential import LineTangentialSolver
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
@@ -53,6 +54,8 @@ class GridLevel:
     @cached_property
     def tangential(self) -> TangentialSolver:
         """Solver of the tangential problem; the model must have shear."""
+        if isinstance(self.grid, LineGrid):
+            return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 
     def release(self) -> None:

@@ -386,6 +386,18 @@ class TestBulkStress:
         """Bulk stress alone leaves a stick zone however large it is."""
         assert self.solve(80, (0.0, 2.0, 1))[-1].stick_cells > 0
 
+    @pytest.mark.parametrize("points", [64, 65])
+    @pytest.mark.parametrize("part", [0.3, 0.77, 0.95])
+    @pytest.mark.parametrize("b", [5.0, 30.0, 1000.0])
+    def test_large_stress_leaves_less_than_a_cell_to_stick(self, points, part, b):
+        """Slip of both signs meets in a cell, in one increment; the force is kept."""
+        stage = {"Qx": part * FRICTION * LOAD, "bulk_2": {"xx": b * self.UNIT}, "increments": 1}
+        state = solve_line(grid={"points": points, "size": 0.28}, load_path=[{"P": LOAD}, stage])[-1]
+        assert state.summary.worst_residual <= 1e-6
+        assert state.summary.Qx == pytest.approx(part * FRICTION * LOAD, rel=1e-5)
+        assert state.summary.stick_cells <= 2
+        assert (np.diff(np.sign(state.fields.shear[0, state.fields.pressure[:, 0] > 0.0, 0])) != 0.0).sum() <= 2
+
     def test_pulling_body_1_shifts_it_the_other_way(self):
         one, other = (self.solve(80, (0.6, 0.2, 1), body=body)[-1] for body in ("bulk_2", "bulk_1"))
         assert other.stick_center_x == pytest.approx(-one.stick_center_x, rel=1e-6)

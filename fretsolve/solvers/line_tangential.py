@@ -1,0 +1,135 @@
+"""The tangential problem of a line contact, also where almost nothing sticks, as under large bulk stress.
+
+There slip of both signs meets in a stick zone of about a cell, which the semismooth Newton method of `tangential` may
+miss. Under forces along x alone the shear traction is a number per cell, and the problem
+
+    min q'Kq/2 - e'q - D q'1,   |q| <= b
+
+has one solution for each rigid motion D, whose force grows with D. So D is bracketed until the zones stay, and found
+from their linear equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.elastic.line_operator import strip_influence
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.model.grid import LineGrid
+from fretsolve.model.load_control import LoadControl
+from fretsolve.solvers.normal import SolverResult
+from fretsolve.solvers.tangential import SlipScales, TangentialSolver
+from fretsolve.system.arrays import DoubleArray, FloatArray
+
+MOST_CELLS = 2000
+"""Cells in contact up to which the equations are solved by a dense matrix."""
+
+ROUGH = 1e-3
+"""Tolerance above which a solution is only an estimate, for which the Newton method has to do."""
+
+MOST_ROUNDS, MOST_MOTIONS = 60, 120
+"""Changes of the zones at one rigid motion, and rigid motions, that are tried at most."""
+
+
+class LineTangentialSolver(TangentialSolver):
+    """Solves the tangential problem on one row of cells; arguments as for `TangentialSolver`."""
+
+    def __init__(self, operator: ElasticOperator, grid: LineGrid):
+        super().__init__(operator, grid)
+        self._grid = grid
+
+    def solve(
+        self,
+        elastic_slip: FloatArray,
+        control: LoadControl,
+        friction_limit: FloatArray,
+        shear: FloatArray,
+        tolerance: float,
+        max_iterations: int,
+        scales: SlipScales,
+    ) -> SolverResult:
+        """Solve as `TangentialSolver` does; where that fails, find the zones one rigid motion after another."""
+        arguments = control, friction_limit, shear, tolerance, max_iterations, scales
+        found = super().solve(elastic_slip, *arguments)
+        contact = np.flatnonzero(friction_limit[:, 0] > 0.0)
+        along_y = shear[1].any() or elastic_slip[1].any() or control.imposed_resultant[1]
+        if found.converged or along_y or tolerance > ROUGH or not 0 < contact.size <= MOST_CELLS:
+            return found
+        kernel = strip_influence("xx", self._grid, self.operator.compliances)[:, 0]
+        problem = _Problem(
+            kernel[np.abs(np.subtract.outer(contact, contact))],
+            friction_limit[contact, 0].astype(np.float64),
+            control.imposed_resultant[0] / self.modes.cell_area,
+        )
+        before = shear[0, contact, 0].astype(np.float64)
+        solution = problem.solve(elastic_slip[0, contact, 0] + problem.matrix @ before)
+        if solution is None:
+            return found
+        change = np.zeros_like(shear)
+        change[0, contact, 0] = solution - before
+        shear += change
+        self.operator.tangential(change, change)
+        elastic_slip -= change
+        self.slipping[:] = False
+        self.slipping[contact, 0] = np.abs(solution) >= problem.limit
+        return super().solve(elastic_slip, *arguments)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Stick and slip in n cells: influence `matrix` (n, n), friction `limit` (n,), and the sum `force` of q."""
+
+    matrix: DoubleArray
+    limit: DoubleArray
+    force: float
+
+    def solve(self, free: DoubleArray) -> DoubleArray | None:
+        """Return q, (n,), where q = K^-1 (free + D) sticks; free: the elastic slip without q. None if none is found."""
+        reach = float(np.abs(free).max() + np.abs(self.matrix).sum(axis=1).max() * self.limit.max())
+        low, high, state = -reach, reach, np.zeros(free.size)
+        for _ in range(MOST_MOTIONS):
+            motion = 0.5 * (low + high)
+            q = self._at(free + motion, state)
+            if q is None:
+                return None
+            exact = self._with_force(free, state)
+            if exact is not None:
+                return exact
+            low, high = (motion, high) if q.sum() < self.force else (low, motion)
+        return None
+
+    def _at(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
+        """Return q at a rigid motion, which `free` holds, and find the zones `state` (0 stick, 1 or -1 slip) for it."""
+        for _ in range(MOST_ROUNDS):
+            q = state * self.limit
+            stick = np.flatnonzero(state == 0)
+            if stick.size:
+                q[stick] = np.linalg.solve(self.matrix[np.ix_(stick, stick)], (free - self.matrix @ q)[stick])
+            slip = free - self.matrix @ q
+            wanted = np.where(state == 0, np.sign(q) * (np.abs(q) > self.limit), state * (state * slip > 0.0))
+            if (wanted == state).all():
+                return q
+            state[:] = wanted
+        return None
+
+    def _with_force(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
+        """Return q with the force in the zones `state`, if they stay; None otherwise."""
+        q = state * self.limit
+        stick = np.flatnonzero(state == 0)
+        if not stick.size:
+            return q if abs(q.sum() - self.force) <= 1e-12 * self.limit.sum() else None
+        size = stick.size
+        bordered = np.zeros((size + 1, size + 1))
+        bordered[:size, :size] = self.matrix[np.ix_(stick, stick)]
+        scale = self.matrix[0, 0]
+        bordered[:size, size] = -scale
+        bordered[size, :size] = scale
+        right = np.append((free - self.matrix @ q)[stick], scale * (self.force - q.sum()))
+        *found, motion = np.linalg.solve(bordered, right)
+        q[stick] = found
+        slip = free + scale * motion - self.matrix @ q
+        slides = state != 0
+        stays = (np.abs(q[stick]) <= self.limit[stick] * (1.0 + 1e-12)).all() and (state * slip >= 0.0)[slides].all()
+        return q if stays else None
