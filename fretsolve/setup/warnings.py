@@ -45,6 +45,7 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
         _about_heights,
         _about_solver,
         _about_hertz,
+        _about_line,
     )
     texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
     errors = concave_sphere(setup.case), memory_problem(setup), disk_problem(setup, out) if out is not None else None
@@ -185,6 +186,26 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     if (reach > 0.5 * np.array(grid.size) - 1.5 * np.array([grid.dx, grid.dy])).any():
         advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * AREA_MARGIN * reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
+
+
+def _about_line(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a line contact that is too large for the theory or for the grid."""
+    if not setup.model.line:
+        return
+    from fretsolve.setup.line_forms import LineClosedForms
+
+    forms, grid, surface = setup.closed_forms, setup.grid, setup.case.surface[0]
+    if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:
+        return
+    if surface.kind == "cylinder" and contact.half_width > LARGEST_SIZE * surface.radius:
+        yield (
+            f"load_path: the contact is large against the radius (a/R = {contact.half_width / surface.radius:.2g}):"
+            f" {HOLD_TO} a/R = {LARGEST_SIZE:g}; are all units right?"
+        )
+    reach = abs(surface.center[0] - grid.x0) + contact.half_width
+    if setup.case.grid.size is not None and reach > 0.5 * grid.size[0] - 1.5 * grid.dx:
+        advised = f"{2.0 * AREA_MARGIN * reach:.3g} mm"
+        yield f"grid.size: the contact comes near the grid's edge or reaches it; {advised} would leave room"
 
 
 def cells_across(setup: ProblemSetup) -> float | None:

@@ -63,6 +63,14 @@ def test_too_large_a_force_is_warned_of(tmp_path: Path) -> None:
     assert told in done.stderr
 
 
+def test_too_large_a_contact_is_warned_of(tmp_path: Path) -> None:
+    path = write_case(tmp_path, LINE)
+    told = "grid.size: the contact comes near the grid's edge or reaches it; 0.258 mm would leave room"
+    assert told in invoke("validate", path, "--set", "grid.size=0.22 mm").stderr
+    large = invoke("validate", path, "--set", "stage.1.P=20 kN/mm", "--set", "grid.size=auto").stderr
+    assert "the contact is large against the radius (a/R = 0.15)" in large
+
+
 def test_gross_slip_has_its_exit_code(tmp_path: Path) -> None:
     done = invoke("run", write_case(tmp_path, LINE.replace("18 N/mm", "31 N/mm")), "-q")
     assert done.exit_code == 3
