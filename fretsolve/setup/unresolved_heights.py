@@ -2,7 +2,8 @@
 
 A cell takes the height at its centre, so waves of less than some cells are lost, or appear as longer ones. Of a wave of
 length w, points h apart see the share sin(pi h/w) / (pi h/w) of its slope. What is missed matters by the pressure that
-would flatten it, E* s/2 for waves of the root mean square slope s (Johnson, Contact Mechanics, section 13.2).
+would flatten it, E* s/2 for waves of the root mean square slope s (Johnson, Contact Mechanics, section 13.2). Waves of
+the map near its own spacing are missed as well: between its points they count as smooth.
 """
 
 from __future__ import annotations
@@ -24,6 +25,12 @@ for waves of 4.4 cells, 1 where all is missed. Tilts and smooth forms do not cou
 
 ADVISED_GROWTH = 3.75
 """The same for the points that are advised and picked: waves of 8 cells."""
+
+FACET_CELLS, ADVISED_FACET_CELLS = 2.2, 2.5
+"""Cells per spacing that resolve any map: 4.4 for its shortest wave, of two spacings. Those that are advised."""
+
+SAMPLES = 8
+"""Points of a profile per cell, at least, from which slopes are taken."""
 
 LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 """Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
@@ -54,28 +61,26 @@ class HeightProfiles:
         known = slopes[np.isfinite(slopes)]
         return float(np.sqrt(np.mean(known**2))) if known.size else 0.0
 
-    def _missed(self, axis: int, between: int) -> float:
-        """Return the mean square slope that points `between` points apart miss: its variance between them."""
-        heights = self.along[axis] / self.spacing[axis]
-        if between < 2 or len(heights) <= between:
-            return 0.0
-        slopes = np.diff(heights, axis=0)
-        known = np.isfinite(slopes)
-        squares, counts = (_sums(part, between) for part in (np.where(known, slopes, 0.0) ** 2, known.astype(float)))
-        seen = (heights[between:] - heights[:-between]) / between
-        whole = counts == between
-        return float(np.mean(squares[whole] / between - seen[whole] ** 2)) if whole.any() else 0.0
-
-    def unresolved(self, axis: int, side: float, negligible: float, growth: float) -> float:
+    def unresolved(self, axis: int, side: float, negligible: float, *, advised: bool = False) -> float:
         """Return the mean square slope along `axis` that cells of `side` (mm) miss, 0 if they resolve the waves.
 
-        They do if they miss up to `negligible`, or if cells twice as long miss `growth` times as much.
+        They do if they miss up to `negligible`, if cells twice as long miss much more, or if no wave of the map is
+        shorter than some cells. advised: whether the cells are to be advised, which takes more of them.
         """
-        between = round(side / self.spacing[axis])
-        missed = self._missed(axis, between)
-        if missed <= negligible or len(self.along[axis]) <= 2 * between:
+        growth, facet_cells = (ADVISED_GROWTH, ADVISED_FACET_CELLS) if advised else (LEAST_GROWTH, FACET_CELLS)
+        if facet_cells * side <= self.spacing[axis]:
             return 0.0
-        return 0.0 if self._missed(axis, 2 * between) >= growth * missed else missed
+        finer = math.ceil(SAMPLES * self.spacing[axis] / side)
+        spacing, between = self.spacing[axis] / finer, round(finer * side / self.spacing[axis])
+        heights = _refined(self.along[axis], finer) / spacing
+        missed = _missed(heights, between)
+        if missed <= negligible or len(heights) <= 2 * between:
+            return 0.0
+        return 0.0 if _missed(heights, 2 * between) >= growth * missed else missed
+
+    def most_points(self, axis: int, size: float) -> int:
+        """Return the points on `size` (mm) that resolve any wave of the map."""
+        return math.ceil(ADVISED_FACET_CELLS * size / self.spacing[axis])
 
 
 @dataclass(frozen=True)
@@ -112,12 +117,12 @@ class HeightMaps:
 
         0 where they resolve the waves, since coarse runs show the rest, or where it does not matter.
         """
-        missed = [
-            one.unresolved(axis, side, self._negligible, LEAST_GROWTH)
-            for one in self.maps
-            for axis, side in enumerate(cell)
-        ]
+        missed = [one.unresolved(axis, side, self._negligible) for one in self.maps for axis, side in enumerate(cell)]
         return 0.5 * self.contact_modulus * math.sqrt(math.fsum(missed))
+
+    def too_coarse(self) -> bool:
+        """Return whether a map has waves near its own spacing: cells as long as that would miss them."""
+        return any(one.unresolved(axis, one.spacing[axis], self._negligible) for one in self.maps for axis in (0, 1))
 
     def resolving_points(self, size: Pair, points: tuple[int, int]) -> tuple[int, int]:
         """Return the points along x and y, at least `points`, with which cells on `size` (mm) resolve all waves."""
@@ -127,11 +132,11 @@ class HeightMaps:
         return nx, ny
 
     def _points(self, one: HeightProfiles, axis: int, size: float, least: int) -> int:
-        """Return the least points along an axis by bisection, up to those of the map itself."""
-        low, high = least, max(least, math.ceil(size / one.spacing[axis]))
+        """Return the least points along an axis by bisection."""
+        low, high = least, max(least, one.most_points(axis, size))
         while low < high:
             middle = (low + high) // 2
-            if one.unresolved(axis, size / middle, self._negligible, ADVISED_GROWTH):
+            if one.unresolved(axis, size / middle, self._negligible, advised=True):
                 low = middle + 1
             else:
                 high = middle
@@ -155,6 +160,36 @@ def _profiles(height_map: HeightMap, place: Pair, center: Pair, size: Pair) -> H
     nx, ny = part.shape
     along_x, along_y = part[:, :: max(ny // PROFILES, 1)], part[:: max(nx // PROFILES, 1)].T
     return HeightProfiles((along_x.copy(), along_y.copy()), height_map.spacing)
+
+
+def _missed(heights: DoubleArray, between: int) -> float:
+    """Return the mean square slope that points `between` points apart miss: its variance between them.
+
+    heights: profiles (points, profiles) over their spacing.
+    """
+    if len(heights) <= between:
+        return 0.0
+    slopes = np.diff(heights, axis=0)
+    known = np.isfinite(slopes)
+    squares, counts = (_sums(part, between) for part in (np.where(known, slopes, 0.0) ** 2, known.astype(float)))
+    seen = (heights[between:] - heights[:-between]) / between
+    whole = counts == between
+    return float(np.mean(squares[whole] / between - seen[whole] ** 2)) if whole.any() else 0.0
+
+
+def _refined(heights: DoubleArray, finer: int) -> DoubleArray:
+    """Return profiles with `finer` times the points, by cubics with the slopes between neighbours (Catmull-Rom).
+
+    Straight lines between the points would have slopes that no cells resolve. Finer profiles are fewer.
+    """
+    if finer == 1 or len(heights) < 4:
+        return heights
+    few = heights[:, ::finer]
+    before, start, end, after = (few[place : len(few) - 3 + place] for place in range(4))
+    part = (np.arange(finer) / finer)[:, None]
+    cubic, square = 3.0 * (start - end) + after - before, 2.0 * before - 5.0 * start + 4.0 * end - after
+    curved = part * (0.5 * (end - before)[:, None] + 0.5 * part * (square[:, None] + part * cubic[:, None]))
+    return np.vstack([(start[:, None] + curved).reshape(-1, few.shape[1]), end[-1:]])
 
 
 def _sums(values: DoubleArray, count: int) -> DoubleArray:

@@ -129,9 +129,10 @@ def _about_heights(setup: ProblemSetup) -> Iterator[str]:
         )
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         nx, ny = heights.resolving_points(grid.size, grid.shape)
+        coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
         yield (
             f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to"
-            f" flatten; {nx} x {ny} points would resolve them"
+            f" flatten; {nx} x {ny} points would resolve them{coarse}"
         )
 
 

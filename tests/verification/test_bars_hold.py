@@ -6,11 +6,12 @@ The true values are those of runs with three to five times the points per side a
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, build
+from solving import DISSIMILAR, SPHERE, build
 
 from fretsolve.case.models import Case
 from fretsolve.result.state import CORRECTED, State, Summary, SummaryErrors
@@ -110,6 +111,22 @@ def test_bars_hold_the_true_errors(name: str) -> None:
                 found, bar = (getattr(errors, f"{quantity}_corrected{end}") for end in ("", "_error"))
                 assert abs(found - true) <= bar, f"corrected {quantity} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
             assert bar < 5.0 * abs(true), f"a bar of {bar:.2g} says nothing of {quantity}"
+
+
+def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> None:
+    """Twenty waves of 18 to 23 um in all directions, on cells of 20 um."""
+    x, y = np.meshgrid(*2 * [np.arange(-180, 181) * 2e-3], indexing="ij")
+    heights = np.zeros_like(x)
+    for wave in range(20):
+        along = x * np.cos(0.97 * wave) + y * np.sin(0.97 * wave)
+        heights += 4e-6 * np.sin(2.0 * np.pi * along / (0.018 + 0.0012 * (wave % 5)) + 2.4 * wave**2)
+    file = tmp_path / "waves.npy"
+    np.save(file, heights)
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": 2e-3}}]
+    summary, errors = ends_of_stages(build(surface=surface, friction=0.0, grid={"points": 36, "size": 0.71}))[1]
+    for name, true in {"max_pressure": 2860.0, "delta_z": 9.06593e-3, "contact_radius": 0.30036}.items():
+        found, bar = getattr(summary, name), getattr(errors, f"{name}_error")
+        assert abs(found - true) <= bar < 0.3 * true, f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
 
 
 def test_corrected_values_are_of_second_order() -> None:

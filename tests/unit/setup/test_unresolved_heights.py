@@ -39,9 +39,9 @@ def missed(setup: ProblemSetup) -> float:
 
 def test_waves_of_less_than_some_cells_are_missed(tmp_path: Path) -> None:
     assert missed(ridges(tmp_path)) == pytest.approx(1.0, abs=0.05)
-    # Of a wave of w, points h apart see sinc(h/w) of the slope.
+    # Of a wave of w, points h apart see sinc(h/w) of the slope; here h is 0.5 um, and 5 um.
     half = ridges(tmp_path, grid={"points": 142, "size": 0.71})
-    assert missed(half) == pytest.approx(np.sqrt(np.sinc(0.1) ** 2 - np.sinc(0.5) ** 2), rel=1e-3)
+    assert missed(half) == pytest.approx(np.sqrt(np.sinc(0.05) ** 2 - np.sinc(0.5) ** 2), rel=5e-3)
     assert missed(ridges(tmp_path, grid={"points": 360, "size": 0.71})) == 0.0
     assert missed(ridges(tmp_path, wave=0.1)) == 0.0
 
@@ -50,11 +50,31 @@ def test_warning_says_which_grid_would_do(tmp_path: Path) -> None:
     (text,) = warned(ridges(tmp_path))
     assert text.startswith("grid.points: 72 x 72 cells miss waves of the height map that take 4.8")
     along_x, along_y = (int(text.split("flatten; ")[1].split(" ")[place]) for place in (0, 2))
-    assert 280 < along_x < 400
+    assert 500 < along_x < 600  # 8 cells per wave
     assert along_y == 72
     assert not warned(ridges(tmp_path, grid={"points": [along_x, along_y], "size": 0.71}))
     assert not warned(ridges(tmp_path, height=1e-9))
     assert not warned(ridges(tmp_path, wave=0.1))
+
+
+def test_waves_near_the_spacing_of_the_map_are_missed_too(tmp_path: Path) -> None:
+    """Ridges of 25 um in a map of points 10 um apart: cells as long as the points see two and a half per wave."""
+    file = tmp_path / "coarse.npy"
+    heights = 1e-4 * np.sin(2.0 * np.pi * np.arange(-60, 61) * 0.01 / 0.025)
+    np.save(file, np.repeat(heights[:, None], 121, axis=1))
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": 0.01}}]
+
+    def pressed(points: Any) -> ProblemSetup:
+        return set_up(build(surface=surface, friction=0.0, grid={"points": points, "size": 0.75}))
+
+    advised = set()
+    for points in (48, 52, 60, 75, 100):
+        (text,) = warned(pressed(points))
+        advised.add(text.split("flatten; ")[1].split(" ")[0])
+        assert text.endswith("as far as the map does, which has few points per wave itself")
+    (count,) = advised
+    assert 4.0 * 30.0 < int(count) < 8.0 * 30.0
+    assert not warned(pressed([int(count), 60]))
 
 
 def test_form_and_tilt_in_the_map_hide_nothing(tmp_path: Path) -> None:
