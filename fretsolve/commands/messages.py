@@ -17,7 +17,7 @@ from fretsolve.errors import printable
 from fretsolve.kernels import compile_seconds
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
-from fretsolve.result.verdict import Verdict, verdict
+from fretsolve.result.verdict import Verdict, verdict_of
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings, warning_of_result
 from fretsolve.system.progress import json_line, key_value_line, print_warnings, progress_bar
@@ -67,7 +67,7 @@ class QuietMessages:
     def end(self) -> None:
         """Print the outcome and where it is saved."""
         with open_result(self.out) as result:
-            self._report(result, verdict(result.effective_case.get("solver", {}), result.history))
+            self._report(result, verdict_of(result.effective_case, result.history))
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         too_few = warning_of_result(self.setup, result.history["contact_cells"])

@@ -16,7 +16,7 @@ from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends, total_cost
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
-from fretsolve.result.verdict import verdict
+from fretsolve.result.verdict import verdict_of
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
@@ -124,8 +124,8 @@ def _last_with_error(result: Result, name: str) -> tuple[str, str]:
 
 def _error_text(value: float, error: float) -> str:
     """Return an estimated error in two digits; 0 if it is only rounding, as of imposed loads."""
-    if math.isnan(error):
-        return "unknown"
+    if not math.isfinite(error):
+        return "unknown" if math.isnan(error) else "unbounded"
     return f"± {error:.1e}" if abs(error) > 1e-14 * abs(value) else "± 0"
 
 
@@ -141,7 +141,7 @@ def _totals(result: Result) -> list[str]:
     if "coarse_runs_wall_time" in history:
         for_errors = float(history["coarse_runs_wall_time"].sum())
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
-    reached = verdict(result.effective_case.get("solver", {}), history)
+    reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
     return [
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"

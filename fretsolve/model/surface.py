@@ -50,13 +50,6 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
     return total
 
 
-def ends_sharply(surface: Surface) -> bool:
-    """Return whether a body ends at a sharp edge, inside of which its separation is finite."""
-    if surface.kind == "cylinder":
-        return surface.length is not None and not surface.end_radius
-    return surface.kind == "punch" and not surface.edge_radius
-
-
 def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> BoolArray | None:
     """Return the cells at which a height map ends within the grid, (nx, ny); None if there is no map.
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -34,12 +35,24 @@ JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius",
 """The columns of the history that an accuracy is about."""
 
 
+POINTS_ORDER, INCREMENTS_ORDER, MOST_REFINED = 1.4, 1.0, 4.0
+"""Orders by which error bars fall with the points per side and the increments, and the most that is advised at once."""
+
+INCREMENTS_SHARE = 0.5
+"""Correction over the bar of a corrected value from which more increments are advised, rather than points: 0.7 times
+the correction is a part of that bar."""
+
+MULTIPLE = 6
+"""Points that are advised are a multiple of it, so that the coarse runs have a half and a third of them."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether it
-    is that of a corrected value.
+    is that of a corrected value; unbounded: quantities left out, since no bar holds them; advice: key and value of
+    settings with which the accuracy may be met.
     """
 
     accuracy: float
@@ -47,6 +60,8 @@ class Verdict:
     quantity: str
     stage: int
     corrected: bool = False
+    unbounded: tuple[str, ...] = ()
+    advice: str = ""
 
     @property
     def met(self) -> bool:
@@ -59,24 +74,56 @@ class Verdict:
             return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
         of = f"{'the corrected ' * self.corrected}{self.quantity} at the end of stage {self.stage}"
         scale = SCALES.get(self.quantity, "its largest value")
+        left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
         if self.met:
-            return f"{asked} is met: {percent(self.worst)} at most, of {of}"
-        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}"
+            return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
+        advised = f"; --set {self.advice} may do" if self.advice else ""
+        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
 
 
-def verdict(solver: Mapping[str, object], history: Mapping[str, DoubleArray]) -> Verdict | None:
-    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars."""
+def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray]) -> Verdict | None:
+    """Judge a run by the case in its result."""
+    points = effective_case.get("grid", {}).get("points") or ()
+    return verdict(effective_case.get("solver", {}), history, points)
+
+
+def verdict(
+    solver: Mapping[str, object], history: Mapping[str, DoubleArray], points: Sequence[int] = ()
+) -> Verdict | None:
+    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars.
+
+    points: of the grid along x and y, which advice on them needs.
+    """
     accuracy = solver.get("accuracy")
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
     ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
     known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
     columns = {name: best_column(name, history) for name in known}
-    bars = np.array([_bars(name, columns[name], history)[ends] / scale for name, scale in known.items()])
-    which, end = np.unravel_index(np.argmax(bars), bars.shape)  # that of NaN, if there is one
-    name = list(known)[which]
-    stage = int(history["stage"][ends[end]])
-    return Verdict(accuracy, float(bars[which, end]), name, stage, columns[name] != name)
+    bars = {name: _bars(name, columns[name], history)[ends] / scale for name, scale in known.items()}
+    unbounded = tuple(name for name, its in bars.items() if np.isinf(its).any())
+    judged = [name for name in known if name not in unbounded]
+    of_judged = np.array([bars[name] for name in judged])
+    which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # that of NaN, if there is one
+    name, worst = judged[which], float(of_judged[which, end])
+    found = Verdict(accuracy, worst, name, int(history["stage"][ends[end]]), columns[name] != name, unbounded)
+    return found if found.met else replace(found, advice=_advice(found, known[name], history, int(ends[end]), points))
+
+
+def _advice(missed: Verdict, scale: float, history: Mapping[str, DoubleArray], step: int, points: Sequence[int]) -> str:
+    """Return the key and value of more points or increments, by what the worst bar at `step` comes from."""
+    if math.isnan(missed.worst):
+        return ""
+    factor = missed.worst / missed.accuracy
+    if missed.corrected:
+        correction = abs(float(history[missed.quantity + CORRECTED_SUFFIX][step] - history[missed.quantity][step]))
+        if correction > INCREMENTS_SHARE * missed.worst * scale:
+            count = int(np.count_nonzero(history["stage"] == missed.stage))
+            more = math.ceil(count * min(factor ** (1.0 / INCREMENTS_ORDER), MOST_REFINED))
+            return f"stage.{missed.stage}.increments={max(more, count + 1)}"
+    finer = min(factor ** (1.0 / POINTS_ORDER), MOST_REFINED)
+    sides = [str(MULTIPLE * math.ceil(finer * side / MULTIPLE)) for side in points]
+    return f"grid.points=[{','.join(sides)}]" if sides else ""
 
 
 def _bars(name: str, column: str, history: Mapping[str, DoubleArray]) -> DoubleArray:

@@ -12,6 +12,7 @@ import numpy as np
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS
 from fretsolve.errors import dotted
+from fretsolve.model.edges import rounding
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
@@ -42,6 +43,7 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
         _about_friction,
         _about_sliding,
         _about_resolution,
+        _about_edges,
         _about_heights,
         _about_solver,
         _about_hertz,
@@ -116,6 +118,20 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
             f"grid.points: the stick zone shrinks to {_in_cells(across)} cells across in stage {stick.stage + 1}"
             f" ({stick.source}: c = {stick.value:.3g} mm); its size is reliable from {FEWEST_STICK_CELLS} cells on"
         )
+
+
+def _about_edges(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of roundings that fit into a cell."""
+    side = max(setup.grid.dx, setup.grid.dy)
+    for place, surface in enumerate(setup.case.surface):
+        radius = rounding(surface)
+        if radius and radius < side:
+            name = "end_radius" if surface.kind == "cylinder" else "edge_radius"
+            key = setup.case.source.problem("", ("surface", place, surface.kind, name)).key
+            yield (
+                f"{dotted(key)}: the rounding of {radius:.3g} mm fits into a cell of {side:.3g} mm, so that the edge"
+                " counts as sharp: the largest pressure is much too small"
+            )
 
 
 def _about_heights(setup: ProblemSetup) -> Iterator[str]:
@@ -210,8 +226,15 @@ def _about_line(setup: ProblemSetup) -> Iterator[str]:
 
 
 def cells_across(setup: ProblemSetup) -> float | None:
-    """Return the cells along the shorter side of the contact where it is largest; None if no closed form gives it."""
-    grid, surface = setup.grid, setup.case.surface[0]
+    """Return the cells across the contact where it is largest, along the axis with fewer; None without a closed form.
+
+    Cells may be as slender as the contact.
+    """
+    grid, surface, hertz = setup.grid, setup.case.surface[0], setup.closed_forms.largest
+    if hertz is not None:
+        cosine, sine = math.cos(hertz.angle), math.sin(hertz.angle)
+        cells = (math.hypot(grid.dx * cosine, grid.dy * sine), math.hypot(grid.dx * sine, grid.dy * cosine))
+        return min(2.0 * axis / cell for axis, cell in zip(hertz.semi_axes, cells, strict=True))
     width = setup.closed_forms.contact_width(max(grid.size))
     if width is None:
         cells = grid.nx if setup.model.line else min(grid.shape)

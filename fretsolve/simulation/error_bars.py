@@ -71,7 +71,7 @@ def run_with_error_bars(
     setup = case if isinstance(case, ProblemSetup) else set_up(case)
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
-        errors = bars.of(state.summary)
+        errors = bars.of(state)
         failure = bars.failure
         if failure is not None and warn is not None:
             warn(f"no error bars from increment {state.summary.step} on: {failure}")
@@ -104,13 +104,13 @@ class ErrorBars:
         """Reason why a coarse run stopped, in one line; None if none did."""
         return self._runs.failure()
 
-    def of(self, summary: Summary) -> SummaryErrors:
-        """Return the error bars of the summary that follows those so far."""
-        cost_before = self._runs.cost()
+    def of(self, state: State) -> SummaryErrors:
+        """Return the error bars of the state that follows the summaries so far."""
+        summary, cost_before = state.summary, self._runs.cost()
         self._add(summary)
         values, imposed, scales = values_of(summary), self._imposed(summary.step), self._scales(summary)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
-        others = np.hypot(self._cells(summary, imposed), residuals * scales)
+        others = np.hypot(self._cells(state, imposed), residuals * scales)
         change = self._change_by_increments(summary.step)
         # An imposed value keeps its error, and where much changes, errors are not of first order.
         uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
@@ -139,8 +139,9 @@ class ErrorBars:
         names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
         return np.array([name in names for name in ESTIMATED])
 
-    def _cells(self, summary: Summary, imposed: BoolArray) -> DoubleArray:
+    def _cells(self, state: State, imposed: BoolArray) -> DoubleArray:
         """Return the error of the discretisation."""
+        summary = state.summary
         from_third = values_of(summary) - self._runs.third.values(summary.step)
         between = self._runs.half_less_third(summary.step)
         from_half = from_third - between
@@ -149,7 +150,7 @@ class ErrorBars:
             orders[place] = self._observed(orders[place], from_half[place], from_third[place])
         half = from_half / (self._finer[0] ** orders - 1.0)
         third = from_third / (self._finer[1] ** orders - 1.0)
-        least = self._least_errors.values(summary, self._largest)
+        least = self._least_errors.values(state, self._largest)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, BETWEEN * between, least], axis=0)
         return found

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.history import Summary
+from fretsolve.model.edges import Edge, edges, rounding
 from fretsolve.model.required_terms import Model
-from fretsolve.model.surface import ends_sharply
-from fretsolve.result.state import ESTIMATED
+from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
@@ -33,7 +33,8 @@ PART_STICK, PART_STICK_ORDER = 0.6, 1.5
 """Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
 
 SHARP_EDGE = 0.1
-"""Least error of radii over h where a body ends sharply: all grids round its outline to their cells."""
+"""Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
+outline to their cells."""
 
 MOMENT = 0.02
 """Least error of Mx and My over (h/a)^RELATIVE_ORDER P a. They sum up pressures of opposite effect."""
@@ -58,24 +59,31 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 class LeastErrors:
     """The least errors of a problem.
 
-    side: the longer side of a cell, mm; sharp: whether a body ends sharply; flattening: pressure (MPa) that would
-    flatten what the cells do not see of height maps.
+    side: the longer side of a cell, mm; sharp: whether a body ends within a cell; flattening: pressure (MPa) that would
+    flatten what the cells do not see of height maps; edges: tips and edges, where pressures are largest.
     """
 
     model: Model
     side: float
     sharp: bool
     flattening: float
+    edges: tuple[Edge, ...]
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
         unseen = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy))
-        sharp = any(ends_sharply(surface) for surface in setup.case.surface)
-        return cls(setup.model, max(setup.grid.dx, setup.grid.dy), sharp, unseen)
+        side, surfaces = max(setup.grid.dx, setup.grid.dy), setup.case.surface
+        radii = [radius for surface in surfaces if (radius := rounding(surface)) is not None]
+        sharp = min(radii, default=math.inf) < side
+        return cls(setup.model, side, sharp, unseen, edges(surfaces, setup.grid))
 
-    def values(self, summary: Summary, largest: DoubleArray) -> DoubleArray:
-        """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far."""
+    def values(self, state: State, largest: DoubleArray) -> DoubleArray:
+        """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
+
+        That of the largest pressure is infinite where a sharp tip or edge is in contact.
+        """
+        summary = state.summary
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[ESTIMATED.index("contact_radius")])
         ratio = self.side / radius if radius > self.side else 1.0
@@ -93,9 +101,11 @@ class LeastErrors:
         special |= {name: math.hypot(moment, relative[ESTIMATED.index(name)]) for name in ("Mx", "My")}
         least = np.array([special.get(name, value) for name, value in zip(ESTIMATED, relative.tolist(), strict=True)])
         unseen = min(self.flattening / summary.max_pressure, 1.0) if summary.max_pressure else 0.0
+        modulus = self.model.compliances.contact_modulus
         found = np.asarray(least + unseen * largest)
         if summary.max_pressure:
-            found[PRESSURE] = least[PRESSURE] + PEAK * self.flattening
+            hidden = (edge.hidden_pressure(state.fields.pressure, self.side, modulus) for edge in self.edges)
+            found[PRESSURE] = least[PRESSURE] + PEAK * self.flattening + max(hidden, default=0.0)
         return found
 
     def _unseen_slip(self, summary: Summary) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, one_line
 from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, readable
 from fretsolve.sweep.table import Column, Table
-from fretsolve.system.arrays import IndexArray
+from fretsolve.system.arrays import DoubleArray, IndexArray
 
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.75"},
@@ -39,11 +39,16 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
             order = rows[np.argsort(x.values[rows], kind="stable")]
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
-            bars = unit.factor * errors.values[order] if errors is not None else None
+            bars = unit.factor * _bounded(errors.values[order]) if errors is not None else None
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
         if 1 < len(groups) <= MOST_NAMED:
             axes.legend()
     return sheet.figure
+
+
+def _bounded(bars: DoubleArray) -> DoubleArray:
+    """Return error bars with NaN for those without a bound, which cannot be drawn."""
+    return np.where(np.isinf(bars), np.nan, bars)
 
 
 def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None) -> Figure:

@@ -62,11 +62,12 @@ def column(name: str, values: ArrayLike, units: str = "", meaning: str = "", **a
 
 
 def write_table_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) -> None:
-    """Write a row per case, units in the heading; what is not known is empty. first: one more row. Raises FileError."""
+    """Write a row per case, units in the heading; what is not known is empty, a bar
+    without a bound is inf. first: one more row. Raises FileError."""
 
     def cell(value: Any) -> str:
         if isinstance(value, float):
-            return f"{value:.10g}" if np.isfinite(value) else ""
+            return f"{value:.10g}" if not np.isnan(value) else ""
         text = str(value)
         # A spreadsheet takes such a text for a formula. In tables, "-36 N" is a value of a setting.
         return f"'{text}" if text.startswith(FORMULA) and not _is_quantity(text) else text
@@ -158,7 +159,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
         tuple(outcomes),
         tuple(setting_column(key, [state.row for state in found]) for key in manifest.keys),
         tuple(Column(text, units[one.name], values[:, i]) for i, (text, one) in enumerate(wanted.items())),
-        tuple(one for one in bars if np.isfinite(one.values).any()),
+        tuple(one for one in bars if not np.isnan(one.values).all()),
     )
 
 

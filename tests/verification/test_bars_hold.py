@@ -60,6 +60,24 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             }
         },
     ),
+    "ends with a rounding that fits into a cell": (
+        {
+            "surface": {"cylinder": {"radius": 5.0, "axis": "x", "length": 1.0, "end_radius": 0.004}},
+            "friction": 0.3,
+            "grid": {"points": [48, 24], "size": [1.1, 0.26]},
+            "load_path": [{"P": 100.0, "My": 1.5, "increments": 1}, {"Qy": 20.0, "increments": 2}],
+        },
+        {2: {"contact_radius": 0.2154, "stick_radius": 0.1635, "max_pressure": 5200.0}},
+    ),
+    "a punch with such an edge": (
+        {
+            "surface": {"punch": {"radius": 0.5, "edge_radius": 0.005}},
+            "friction": 0.3,
+            "grid": {"points": 40, "size": 1.2},
+            "load_path": [{"P": 200.0}, {"Qx": 30.0, "increments": 2}],
+        },
+        {2: {"contact_radius": 0.4958, "max_pressure": 4600.0}},
+    ),
     "a reversal in one increment": (
         {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 1} for q in (36.0, -36.0))]},
         {

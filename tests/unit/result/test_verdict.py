@@ -27,6 +27,27 @@ def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
     assert verdict({"accuracy": 0.05}, bars).met
 
 
+def test_unbounded_bars_do_not_count_and_are_named() -> None:
+    bars = history(max_pressure_error=[0.1, 0.1, math.inf, math.inf])
+    met, missed = (verdict({"accuracy": accuracy}, bars) for accuracy in (0.05, 0.001))
+    assert met.met
+    assert str(met).endswith("; max_pressure is unbounded and does not count")
+    assert not missed.met
+    assert str(missed).endswith("; max_pressure is unbounded and does not count")
+
+
+def test_advice_is_on_what_the_bar_comes_from() -> None:
+    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
+    points = verdict({"accuracy": 0.01}, bars, (30, 60))
+    assert points.advice == "grid.points=[60,120]"  # 2.5^(1/1.4) times as many, in multiples of 6
+    assert str(points).endswith("; --set grid.points=[60,120] may do")
+    corrected = {f"delta_x_corrected{end}": bars[f"delta_x{end}"] for end in ("", "_error")}
+    corrected["delta_x_corrected"] = bars["delta_x"] + 0.04
+    increments = verdict({"accuracy": 0.01}, bars | corrected, (30, 60))
+    assert increments.advice == "stage.2.increments=5"
+    assert verdict({"accuracy": 0.05}, bars, (30, 60)).advice == ""
+
+
 def test_verdict_without_bars() -> None:
     unknown = verdict({"accuracy": 0.01}, history(work_total_error=[0.0, 0.0, math.nan, math.nan]))
     assert not unknown.met

@@ -284,6 +284,30 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
     assert "solver.error_bars is true there, false now" in other.output
 
 
+def test_infinite_pressures_have_no_bound(tmp_path: Path) -> None:
+    """The largest pressure of a cone, or of a sharp edge once it is in contact."""
+    case = tmp_path / "cone.yaml"
+    case.write_text(
+        "surface: {cone: {angle: 2 deg}}\nfriction: 0\ngrid: {points: 16}\nload_path: [{P: 100 N}]\n"
+        "bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, rigid]\nsolver: {accuracy: 20 %, error_bars: true}\n"
+    )
+    assert invoke("run", case).exit_code == 0
+    out = case.with_suffix(".h5")
+    shown = invoke("show", out).stdout
+    row = next(line for line in shown.splitlines() if "unbounded" in line)
+    assert row.split()[-2:] == ["unbounded", "MPa"]
+    assert "max_pressure is unbounded and does not count" in shown
+    assert invoke("export", out, "--to", "csv").exit_code == 0
+    assert "inf" in out.with_suffix(".csv").read_text().splitlines()[1].split(",")
+    assert invoke("plot", out).exit_code == 0
+    ball, punch = {"sphere": {"radius": 10.0}}, {"punch": {"radius": 0.2}}
+    path = [{"P": 10.0}, {"P": 400.0}]
+    grid = {"points": 24, "size": 0.7}
+    sharp = set_up(build(surface=[ball, punch], friction=0.0, load_path=path, grid=grid))
+    bars = [errors.max_pressure_error for _, errors in with_bars(sharp)]
+    assert [np.isfinite(bar) for bar in bars] == [True, False]
+
+
 def test_corrected_values_are_shown_where_they_differ(tmp_path: Path) -> None:
     case, out = write_case(tmp_path, COUPLED), tmp_path / "case.h5"
     assert invoke("run", case, "--error-bars", "-q").exit_code == 0
@@ -309,7 +333,7 @@ def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
 def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
     setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
     (first, _), (second, bars) = with_bars(setup)
-    again = ErrorBars(setup, [first.summary]).of(second.summary)
+    again = ErrorBars(setup, [first.summary]).of(second)
     assert again.coarse_runs_applications == bars.coarse_runs_applications
 
 

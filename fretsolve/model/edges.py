@@ -1,0 +1,80 @@
+"""Tips and edges of the surfaces, at which the pressure is infinite or, with a rounding, higher than cells show.
+
+At a sharp edge pressures rise like K / s^(1/2) with the distance s. An edge rounded by the radius r is in contact down
+to the depth d = (3 pi K r / 2 E*)^(2/3) beyond the end of its flat part. The pressure of a half-plane that ends flat
+and goes on as a parabola, (E* / 2 pi r) (2 (d c)^(1/2) + x ln((d^(1/2) + c^(1/2)) / (d^(1/2) - c^(1/2)))), c = d - x,
+is K / s^(1/2) far away and has its peak, 1.8 K / d^(1/2), at x = d/3 (compare Dini, Sackfield and Hills, J. Mech.
+Phys. Solids 53, 2005).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.case.surface_specs import Surface
+from fretsolve.model.grid import Grid
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+
+PEAK = 1.8
+"""Largest pressure at a rounded edge over K / d^(1/2)."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A tip or an edge. radius: of its rounding, mm, 0 if it is sharp; near: cells from which it is in reach."""
+
+    radius: float
+    near: BoolArray
+
+    def hidden_pressure(self, pressure: FloatArray, side: float, contact_modulus: float) -> float:
+        """Return by how much (MPa) the pressure at the edge may exceed the largest one of cells of `side` (mm).
+
+        0 where the edge is not in contact or is resolved, infinity where it is sharp.
+        """
+        edge = float(np.max(pressure, where=self.near, initial=0.0))
+        if edge == 0.0 or self.radius == 0.0:
+            return math.inf if edge else 0.0
+        # The mean of K / s^(1/2) over the last cell is that cell's pressure.
+        factor = 0.5 * edge * math.sqrt(side)
+        depth = (1.5 * math.pi * factor * self.radius / contact_modulus) ** (2.0 / 3.0)
+        return max(PEAK * factor / math.sqrt(depth) - float(pressure.max()), 0.0)
+
+
+def edges(surfaces: Sequence[Surface], grid: Grid) -> tuple[Edge, ...]:
+    """Return the tips and edges of the surfaces that lie on the grid."""
+    found = (_edge(surface, grid) for surface in surfaces)
+    return tuple(edge for edge in found if edge is not None and edge.near.any())
+
+
+def rounding(surface: Surface) -> float | None:
+    """Return the radius (mm) of the rounding at which a body ends, 0 if it ends sharply, None if it does not end."""
+    if surface.kind == "cylinder":
+        return None if surface.length is None else surface.end_radius or 0.0
+    return surface.edge_radius if surface.kind == "punch" else None
+
+
+def _edge(surface: Surface, grid: Grid) -> Edge | None:
+    """Return the edge of a surface with the cells up to one from the end of its flat part."""
+    x, y = grid.x[:, None] - surface.center[0], grid.y[None, :] - surface.center[1]
+    side = math.hypot(grid.dx, grid.dy)
+    if surface.kind == "cone":
+        return Edge(0.0, np.hypot(x, y) <= side)
+    radius = rounding(surface)
+    if radius is None:
+        return None
+    return Edge(radius, _beyond(surface, x, y) >= -radius - side)
+
+
+def _beyond(surface: Surface, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+    """Return the distance past the end of a body, negative inside of it."""
+    if surface.kind == "cylinder":
+        along = np.abs(math.cos(surface.axis) * x + math.sin(surface.axis) * y)
+        return np.asarray(along - 0.5 * (surface.length or math.inf))
+    assert surface.kind == "punch"  # no other body ends
+    if surface.radius is not None:
+        return np.asarray(np.hypot(x, y) - surface.radius)
+    return np.asarray(np.maximum(np.abs(x), np.abs(y)) - (surface.half_width or math.inf))
