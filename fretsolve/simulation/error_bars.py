@@ -15,45 +15,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS, TANGENTIAL
+from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.quantity_estimates import BETWEEN, LINKED, ORDER, SAFETY, TOTAL, WORK
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
-
-ORDER = 0.9
-ORDERS = {"delta_z": 1.4, "max_pressure": 0.75, "work": 0.7, "work_total": 0.7}
-ORDERS |= dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), 1.45)
-"""Assumed orders of the discretisation. Sequences of grids show 1.3 to 2, but fluctuate with the place of the edges in
-their cells."""
 
 OBSERVED_ORDERS: DoubleArray = np.linspace(0.3, 1.5, 121)
 OBSERVED_SHARE, LEAST_REFINEMENT = 0.7, 1.3
 """Orders of the dissipated energy that three grids may show, the part of the way to the one that they show, and the
 ratio of points per side of the coarse grids from which it counts."""
 
-BETWEEN = np.array([0.25 if name.endswith("radius") else 0.5 for name in ESTIMATED])
-"""Part of the difference between the two coarse grids that counts as an error of the run."""
+CORRECTED_SAFETY, LINKED_CORRECTED = 0.7, 0.5
+"""Factor on the first-order error of the increments in the corrected values, where it has been taken out, and the part
+of the linked error that is left in them."""
 
-INCREMENTS_SAFETY, STICK_SAFETY, CORRECTED_SAFETY = 2.5, 2.0, 0.7
-"""Factors on the first-order error of the increments: in the values as run, in the stick radius, whose change on the
-coarse grid is mostly that of its edge within the cells, and in the corrected values, where it has been taken out."""
-
-LINKED = np.array([0.2 if name in TANGENTIAL else 0.0 for name in ESTIMATED])
-LINKED_CORRECTED = 0.5
-"""Least error of the increments in tangential loads and displacements, over the relative one in the dissipated energy,
-and the part of it that is left in corrected values. Few increments may agree by chance in what slip adds up to, as in
-a shear after a torsion in one increment, and not in the energy, whose parts are all positive."""
-
-TOTAL, WORK = ESTIMATED.index("work_total"), ESTIMATED.index("work")
 LARGEST_CHANGE = 0.1
 """Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
 run."""
-
-SAFETY = np.array([STICK_SAFETY if name == "stick_radius" else INCREMENTS_SAFETY for name in ESTIMATED])
 
 
 def run_with_error_bars(
@@ -85,7 +68,6 @@ class ErrorBars:
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup, self._runs = setup, CoarseRuns(setup, threads)
         self._least_errors = LeastErrors.of(setup)
-        self._orders = np.array([ORDERS.get(name, ORDER) for name in ESTIMATED])
         # Points per side over those of the coarse grids, and the ratio of differences to them for each order.
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         half, third = (finer**OBSERVED_ORDERS - 1.0 for finer in self._finer)
@@ -145,7 +127,7 @@ class ErrorBars:
         from_third = values_of(summary) - self._runs.third.values(summary.step)
         between = self._runs.half_less_third(summary.step)
         from_half = from_third - between
-        orders = self._orders.copy()
+        orders = ORDER.copy()
         for place in (WORK, TOTAL):
             orders[place] = self._observed(orders[place], from_half[place], from_third[place])
         half = from_half / (self._finer[0] ** orders - 1.0)

@@ -11,23 +11,21 @@ import numpy as np
 from fretsolve.case.history import Summary
 from fretsolve.model.edges import Edge, edges, rounding
 from fretsolve.model.required_terms import Model
-from fretsolve.result.state import ESTIMATED, State
+from fretsolve.result.state import State
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.simulation.quantity_estimates import CONTACT, FLOOR, MX, MY, PRESSURE, STICK, TOTAL, WORK
+from fretsolve.system.arrays import DoubleArray, FloatArray
 
-SCATTERED = frozenset(("Mx", "My", "phi_x", "phi_y", "max_pressure"))
-RELATIVE, RELATIVE_ORDER = np.array([0.3 if name in SCATTERED else 0.1 for name in ESTIMATED]), 2.0
-"""Least error over the largest value so far: RELATIVE (h/a)^RELATIVE_ORDER, with the longer side h of a cell and the
-contact radius a. Those of tilting and of the largest pressure scatter more."""
+FLOOR_ORDER = 2.0
+"""Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
+radius a."""
 
-PRESSURE = ESTIMATED.index("max_pressure")
-
-WORK, WORK_ORDER = 0.2, 1.5
+DISSIPATED, DISSIPATED_ORDER = 0.2, 1.5
 """Least error of the dissipated energy over its own value, in the same way."""
 
-RADII = {"contact_radius": 0.01, "stick_radius": 0.03}
-"""Least error of radii over h."""
+CONTACT_EDGE, STICK_EDGE = 0.01, 0.03
+"""Least error of the radii over h."""
 
 PART_STICK, PART_STICK_ORDER = 0.6, 1.5
 """Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
@@ -37,7 +35,7 @@ SHARP_EDGE = 0.1
 outline to their cells."""
 
 MOMENT = 0.02
-"""Least error of Mx and My over (h/a)^RELATIVE_ORDER P a. They sum up pressures of opposite effect."""
+"""Least error of Mx and My over (h/a)^FLOOR_ORDER P a. They sum up pressures of opposite effect."""
 
 PEAK = 3.0
 """Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
@@ -85,28 +83,37 @@ class LeastErrors:
         """
         summary = state.summary
         # Where the contact has opened, the largest one counts: its errors are those that are left.
-        radius = summary.contact_radius or float(largest[ESTIMATED.index("contact_radius")])
+        radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
-        relative = RELATIVE * ratio**RELATIVE_ORDER * largest
+        least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
+        least[CONTACT] = math.hypot(CONTACT_EDGE, SHARP_EDGE * self.sharp) * self.side
         width, dissipated = self._unseen_slip(summary)
-        special = {name: math.hypot(share, SHARP_EDGE * self.sharp) * self.side for name, share in RADII.items()}
-        part = PART_STICK * ratio**PART_STICK_ORDER * summary.contact_radius
-        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
-            special["stick_radius"] = UNSEEN_STICK * self.side
-        elif 0 < summary.stick_cells < summary.contact_cells or width:
-            special["stick_radius"] = math.hypot(special["stick_radius"], part) + width
-        special["work"] = WORK * ratio**WORK_ORDER * summary.work
-        special["work_total"] = WORK * ratio**WORK_ORDER * summary.work_total + dissipated
-        moment = MOMENT * ratio**RELATIVE_ORDER * summary.P * summary.contact_radius
-        special |= {name: math.hypot(moment, relative[ESTIMATED.index(name)]) for name in ("Mx", "My")}
-        least = np.array([special.get(name, value) for name, value in zip(ESTIMATED, relative.tolist(), strict=True)])
-        unseen = min(self.flattening / summary.max_pressure, 1.0) if summary.max_pressure else 0.0
-        modulus = self.model.compliances.contact_modulus
-        found = np.asarray(least + unseen * largest)
+        least[STICK] = self._stick_radius(summary, ratio, width)
+        least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
+        least[TOTAL] += dissipated
+        moment = MOMENT * ratio**FLOOR_ORDER * summary.P * summary.contact_radius
+        for place in (MX, MY):
+            least[place] = math.hypot(moment, least[place])
         if summary.max_pressure:
-            hidden = (edge.hidden_pressure(state.fields.pressure, self.side, modulus) for edge in self.edges)
-            found[PRESSURE] = least[PRESSURE] + PEAK * self.flattening + max(hidden, default=0.0)
-        return found
+            peak = least[PRESSURE] + self._hidden_pressure(state.fields.pressure)
+            least += min(self.flattening / summary.max_pressure, 1.0) * largest
+            least[PRESSURE] = peak
+        return least
+
+    def _stick_radius(self, summary: Summary, ratio: float, width: float) -> float:
+        """Return the least error of the stick radius; ratio: side over contact radius; width: of an unseen annulus."""
+        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
+            return UNSEEN_STICK * self.side
+        edge = math.hypot(STICK_EDGE, SHARP_EDGE * self.sharp) * self.side
+        if 0 < summary.stick_cells < summary.contact_cells or width:
+            return math.hypot(edge, PART_STICK * ratio**PART_STICK_ORDER * summary.contact_radius) + width
+        return edge
+
+    def _hidden_pressure(self, pressure: FloatArray) -> float:
+        """Return by how much the largest pressure may exceed that of the cells, by unseen heights and at edges."""
+        modulus = self.model.compliances.contact_modulus
+        at_edges = (edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges)
+        return PEAK * self.flattening + max(at_edges, default=0.0)
 
     def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
         """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""

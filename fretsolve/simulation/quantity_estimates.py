@@ -1,0 +1,57 @@
+"""What the error bars assume of each quantity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from fretsolve.case.history import TANGENTIAL
+from fretsolve.result.state import ESTIMATED
+from fretsolve.system.arrays import DoubleArray
+
+
+@dataclass(frozen=True)
+class QuantityEstimate:
+    """The constants of a quantity.
+
+    order: with which its discretisation error falls; sequences of grids show 1.3 to 2, but fluctuate with the place of
+    the edges in their cells. between: part of the difference between the two coarse grids that counts as an error of
+    the run. safety: factor on the first-order error of the increments in the value as run. linked: least error of the
+    increments over the relative one in the dissipated energy: few increments may agree by chance in what slip adds up
+    to, as in a shear after a torsion in one increment, and not in the energy, whose parts are all positive. floor:
+    least error over the largest value so far, on cells as long as the contact radius.
+    """
+
+    order: float = 0.9
+    between: float = 0.5
+    safety: float = 2.5
+    linked: float = 0.0
+    floor: float = 0.1
+
+
+TILTING = QuantityEstimate(order=1.45, floor=0.3)
+DISSIPATED = QuantityEstimate(order=0.7)
+DIFFERENT = {
+    "delta_z": QuantityEstimate(order=1.4),
+    "max_pressure": QuantityEstimate(order=0.75, floor=0.3),
+    "contact_radius": QuantityEstimate(between=0.25),
+    # On the coarse grid its change by the increments is mostly that of its edge within the cells.
+    "stick_radius": QuantityEstimate(between=0.25, safety=2.0),
+    **dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), TILTING),
+    **dict.fromkeys(("work", "work_total"), DISSIPATED),
+    **dict.fromkeys(TANGENTIAL, QuantityEstimate(linked=0.2)),
+}
+
+
+def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
+    return [np.array([getattr(one, field.name) for one in estimates]) for field in fields(QuantityEstimate)]
+
+
+ORDER, BETWEEN, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
+"""The constants by quantity, in the order of `ESTIMATED`."""
+
+CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY = map(
+    ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My")
+)
+"""Places in that order."""
