@@ -23,7 +23,8 @@ class PointInfluence:
     def stress(self, tractions: Mapping[Traction, DoubleArray]) -> DoubleArray:
         """Return the six components (MPa) from tractions (nx, ny), ``(6,)``."""
         fields = np.stack([tractions[name] for name in self.tractions])
-        return np.einsum("ctxy,txy->c", self.values, fields)
+        total: DoubleArray = np.einsum("ctxy,txy->c", self.values, fields)
+        return total
 
 
 def point_influence(

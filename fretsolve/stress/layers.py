@@ -8,8 +8,8 @@ Cells without traction are not transformed, and the padding is only as wide as t
 to one whose stress is wanted.
 
 Every coefficient is even or odd in x and in y, so its spectrum is real, or i times a real one if it is odd in one of
-them. With the spectra of p, i qx, i qy all products are real: xx, yy, zz, xy are then sums of real multiples, and xz, yz
-are i times such a sum.
+them. With the spectra of p, i qx, i qy all factors are real: xx, yy, zz, xy are then sums of real multiples, and xz and
+yz are i times such a sum.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ Window = tuple[slice, slice]
 class LayerKernels:
     """Real spectra of the coefficients of one body at one depth.
 
-    rows: of each component, for each traction, the spectrum ``(mx//2 + 1, my + 2)``, in which every number stands twice,
-    as for the real and the imaginary part; odd: whether it changes sign for the wave numbers along x that are left out.
+    rows: of each component, for each traction, the spectrum ``(mx//2 + 1, my + 2)``, in which every number stands
+    twice, for real and imaginary part; odd: whether it changes sign for the wave numbers along x that are left out.
     """
 
     rows: Mapping[Component, Sequence[DoubleArray]]
@@ -48,8 +48,8 @@ class LayerKernels:
 class LayerConvolution:
     """Transforms between cells with tractions (`source`) and cells whose stress is wanted (`target`).
 
-    spacing: sides of a cell (mm). tractions: those that are not 0 in all increments; threads: of the inverse transforms,
-    on whose number no result depends.
+    spacing: sides of a cell (mm). tractions: those that are not 0 in all increments. threads: of the inverse
+    transforms, on whose number no result depends. measured: take a third of a second to plan faster transforms.
     """
 
     def __init__(
@@ -59,6 +59,7 @@ class LayerConvolution:
         target: Window,
         tractions: Sequence[Traction] = TRACTIONS,
         threads: int = 1,
+        measured: bool = False,
     ):
         self.spacing, self.source, self.target, self.tractions = spacing, source, target, tuple(tractions)
         self.reach = tuple(
@@ -77,7 +78,7 @@ class LayerConvolution:
             for window in (source, target)
         )
         self._team = ThreadTeam(threads)
-        self._members = [_Buffers(self) for _ in self._team.members(COMPONENTS)]
+        self._members = [_Buffers(self, measured) for _ in self._team.members(COMPONENTS)]
 
     @property
     def spectrum_bytes(self) -> int:
@@ -95,7 +96,7 @@ class LayerConvolution:
         return spectra
 
     def potentials(self, depth: float, bodies: Mapping[Body, float]) -> dict[Potential, DoubleArray]:
-        """Return the spectra of the potentials that a layer needs, ``(mx//2 + 1, my//2 + 1)``; bodies: with their nu."""
+        """Return the spectra of the potentials that a layer needs, ``(mx//2 + 1, my//2 + 1)``; bodies: their nu."""
         names = {
             name
             for body, nu in bodies.items()
@@ -147,9 +148,8 @@ class LayerConvolution:
         def compute(member: int, index: int) -> None:
             """Compute one component."""
             component, buffers = components[index], self._members[member]
-            _multiply(kernels.rows[component], kernels.odd[component], spectra, buffers.spectrum)
-            if component in ("xz", "yz"):
-                buffers.spectrum *= 1j
+            turned = component in ("xz", "yz")
+            _multiply(kernels.rows[component], kernels.odd[component], spectra, buffers.spectrum, turned)
             buffers.transform_back(self._wanted, result[index])
 
         self._team.share(compute, range(len(components)))
@@ -159,24 +159,25 @@ class LayerConvolution:
 class _Buffers:
     """Arrays and plans of one thread."""
 
-    def __init__(self, convolution: LayerConvolution):
+    def __init__(self, convolution: LayerConvolution, measured: bool):
         (mx, my), columns = convolution.padded, convolution.padded[1] // 2 + 1
         source, target = convolution._placed, convolution._wanted
         self.rows: DoubleArray = pyfftw.zeros_aligned((source[0].stop - source[0].start, my))
         self.rows_back: DoubleArray = pyfftw.zeros_aligned((target[0].stop - target[0].start, my))
         self.spectrum: ComplexArray = pyfftw.zeros_aligned((mx, columns), np.complex128)
+        flags = ("FFTW_MEASURE" if measured else "FFTW_ESTIMATE",)
         # The inverse along x is in place; the one along y destroys its input.
         self._along_x = {
-            way: plan(self.spectrum, self.spectrum, axes=(0,), direction=way, flags=("FFTW_ESTIMATE",))
+            way: plan(self.spectrum, self.spectrum, axes=(0,), direction=way, flags=flags)
             for way in ("FFTW_FORWARD", "FFTW_BACKWARD")
         }
-        self._along_y = plan(self.rows, self.spectrum[source[0]], axes=(1,), flags=("FFTW_ESTIMATE",))
+        self._along_y = plan(self.rows, self.spectrum[source[0]], axes=(1,), flags=flags)
         self._along_y_back = plan(
             self.spectrum[target[0]],
             self.rows_back,
             axes=(1,),
             direction="FFTW_BACKWARD",
-            flags=("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
+            flags=(*flags, "FFTW_DESTROY_INPUT"),
         )
 
     def transform(self, field: DoubleArray, placed: tuple[slice, ...], spectrum: ComplexArray) -> None:
@@ -204,20 +205,25 @@ def padded_shape(source: Window, target: Window) -> tuple[int, int]:
     return lengths[0], lengths[1]
 
 
-def _multiply(kernels: Sequence[DoubleArray], odd: Sequence[bool], spectra: ComplexArray, result: ComplexArray) -> None:
-    """Compute the sum of `kernels` times `spectra`, some rows at a time; kernels hold half of the rows."""
+def _multiply(
+    kernels: Sequence[DoubleArray], odd: Sequence[bool], spectra: ComplexArray, result: ComplexArray, turned: bool
+) -> None:
+    """Compute the sum of `kernels` times `spectra`, with `turned` times i; kernels hold half of the rows.
+
+    Some rows are multiplied at a time, so that they stay in cache.
+    """
     parts, sums = spectra.view(np.float64), result.view(np.float64)
     length, (half, width) = sums.shape[0], kernels[0].shape
     share = max(1, BLOCK_BYTES // (8 * width))
     product = np.empty((min(share, half), width))
     for start in range(0, half, share):
         stop = min(start + share, half)
-        # Rows of negative wave numbers, mirrored; those of 0 and of the highest one stand alone.
-        first, last = max(start, 1), min(stop, length - length // 2)
-        mirrored = slice(length - first, length - last, -1)
         places = [(slice(start, stop), slice(start, stop), False)]
+        # Rows of negative wave numbers have the kernels of positive ones; 0 and the highest one stand alone.
+        first, last = max(start, 1), min(stop, length - length // 2)
         if last > first:
-            places.append((slice(first, last), mirrored, True))
+            # Reversed kernels cost less than reversed spectra, which are read and written.
+            places.append((slice(last - 1, first - 1, -1), slice(length - last + 1, length - first + 1), True))
         for of_kernel, of_spectrum, is_mirrored in places:
             target = sums[of_spectrum]
             for index, (kernel, is_odd_x) in enumerate(zip(kernels, odd, strict=True)):
@@ -229,3 +235,5 @@ def _multiply(kernels: Sequence[DoubleArray], odd: Sequence[bool], spectra: Comp
                     continue
                 term = np.multiply(kernel[of_kernel], parts[index, of_spectrum], out=product[: len(target)])
                 (np.subtract if negative else np.add)(target, term, out=target)
+            if turned:
+                result[of_spectrum] *= 1j
