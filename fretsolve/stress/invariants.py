@@ -63,10 +63,7 @@ def largest(stress: DoubleArray) -> dict[Invariant, tuple[float, tuple[int, int]
     s, the first one is at most m + 2 s/3 and at least m + s/3, and half their difference between s/2 and s/sqrt 3.
     """
     mises, mean = von_mises(stress), stress[:3].mean(axis=0)
-    bounds = {
-        "tension": (mean + mises / 3.0, mean + 2.0 / 3.0 * mises),
-        "tresca": (0.5 * mises, mises / np.sqrt(3.0)),
-    }
+    bounds = {"tension": (mean + mises / 3.0, mean + 2.0 / 3.0 * mises), "tresca": (0.5 * mises, mises / np.sqrt(3.0))}
     best = int(mises.argmax())
     found: dict[Invariant, tuple[float, tuple[int, int]]] = {"mises": (float(mises.flat[best]), _cell(best, mises))}
     for name in INVARIANTS[1:]:

@@ -1,0 +1,124 @@
+"""The largest stresses on the surface at the edge of contact, extrapolated to cells of no size.
+
+There the tractions end like the square root of the distance, and the largest stress of cells of side h is too small by
+about c sqrt(h). The solver's own cells at the edge are loaded or not, as their centre is in contact or not, so that the
+largest of their stresses depends on how the edge cuts them. Tractions averaged over blocks of 2 x 2 and of 4 x 4 cells
+hardly do, and less so the mean over the ways to cut the grid into blocks:
+
+    M = M_2 + (M_2 - M_4)/(sqrt(2) - 1)
+
+M are the principal stresses where the tension is largest, from which von Mises and Tresca follow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from fretsolve.model.grid import Grid
+from fretsolve.stress.influence import Body, Traction
+from fretsolve.stress.invariants import INVARIANTS, Invariant, invariant, principal
+from fretsolve.stress.layers import LayerConvolution, LayerKernels
+from fretsolve.system.arrays import BoolArray, DoubleArray
+
+EDGE_CELLS = 2
+"""Cells from the edge of contact that count as those at the edge."""
+
+SHIFTS = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2))}
+"""Sides of the blocks in cells, and the ways to begin them."""
+
+EXTRAPOLATION = 1.0 / (math.sqrt(2.0) - 1.0)
+
+EDGE_SHARE = 0.25
+"""Error of an extrapolated value over what the extrapolation adds to the largest principal stress."""
+
+
+class EdgeExtrapolation:
+    """Extrapolates the largest stresses at the edge of contact of one increment after another.
+
+    shape: cells of the tractions. ratios: Poisson's ratio of each body. tractions: those that are not 0.
+    """
+
+    def __init__(
+        self, grid: Grid, shape: tuple[int, int], ratios: Mapping[Body, float], tractions: tuple[Traction, ...]
+    ):
+        self._convolutions: dict[int, LayerConvolution] = {}
+        self._kernels: dict[tuple[int, Body], LayerKernels] = {}
+        self._ratios = ratios
+        for side in SHIFTS:
+            # One block of margin on each side, where the stress at the edge is looked for as well.
+            nx, ny = (-(-count // side) + 1 + 2 * EDGE_CELLS for count in shape)
+            source = slice(EDGE_CELLS, nx - EDGE_CELLS), slice(EDGE_CELLS, ny - EDGE_CELLS)
+            convolution = LayerConvolution(
+                (side * grid.dx, side * grid.dy), source, (slice(0, nx), slice(0, ny)), tractions
+            )
+            potentials = convolution.potentials(0.0, ratios)
+            self._convolutions[side] = convolution
+            for body, nu in ratios.items():
+                self._kernels[side, body] = convolution.kernels(potentials, 0.0, nu, body)
+
+    def estimates(
+        self, fields: Mapping[Traction, DoubleArray], bulk: Mapping[Body, DoubleArray]
+    ) -> dict[tuple[Body, Invariant], tuple[float, float]]:
+        """Return the invariants where the tension at the edge is largest, each with its estimated error (MPa).
+
+        fields: tractions, some of which are not 0; bulk: bulk stress xx, yy, xy of each body.
+        """
+        means = {side: self._mean(side, fields, bulk) for side in SHIFTS}
+        estimates: dict[tuple[Body, Invariant], tuple[float, float]] = {}
+        for body in self._ratios:
+            fine, coarse = means[2][body], means[4][body]
+            added = EXTRAPOLATION * max(float(fine[0] - coarse[0]), 0.0)
+            values = fine + EXTRAPOLATION * (fine - coarse) if added else fine
+            whole = np.concatenate([values, np.zeros(3)])
+            for name in INVARIANTS:
+                estimates[body, name] = float(invariant(name, whole[:, None])[0]), EDGE_SHARE * added
+        return estimates
+
+    def _mean(
+        self, side: int, fields: Mapping[Traction, DoubleArray], bulk: Mapping[Body, DoubleArray]
+    ) -> dict[Body, DoubleArray]:
+        """Return the principal stresses of each body where the tension is largest, as the mean over all shifts."""
+        found = [self._at_edge(side, shift, fields, bulk) for shift in SHIFTS[side]]
+        return {body: np.mean([one[body] for one in found], axis=0) for body in bulk}
+
+    def _at_edge(
+        self,
+        side: int,
+        shift: tuple[int, int],
+        fields: Mapping[Traction, DoubleArray],
+        bulk: Mapping[Body, DoubleArray],
+    ) -> dict[Body, DoubleArray]:
+        """Return the principal stresses where the tension at the edge is largest, of one way to cut the grid."""
+        convolution = self._convolutions[side]
+        nx, ny = (window.stop - window.start for window in convolution.source)
+        blocks = {name: in_blocks(field, side, shift, (nx, ny)) for name, field in fields.items()}
+        edge = edge_cells(np.pad(blocks["p"] > 0.0, EDGE_CELLS))
+        spectra = convolution.forward(blocks)
+        found = {}
+        for body, of_bulk in bulk.items():
+            stress = convolution.stress(self._kernels[side, body], spectra)[:, edge]
+            stress[[0, 1, 3]] += of_bulk[:, None]
+            values = principal(stress)
+            found[body] = values[:, values[0].argmax()]
+        return found
+
+
+def in_blocks(field: DoubleArray, side: int, shift: tuple[int, int], shape: tuple[int, int]) -> DoubleArray:
+    """Return means of a field over blocks of `side` cells, ``shape``, the first of which begins `shift` before it."""
+    whole = np.zeros((shape[0] * side, shape[1] * side))
+    whole[shift[0] : shift[0] + field.shape[0], shift[1] : shift[1] + field.shape[1]] = field
+    means: DoubleArray = whole.reshape(shape[0], side, shape[1], side).mean(axis=(1, 3))
+    return means
+
+
+def edge_cells(contact: BoolArray) -> BoolArray:
+    """Return the cells near which, within `EDGE_CELLS`, there are cells in contact and others."""
+    from scipy.ndimage import maximum_filter, minimum_filter
+
+    size = 2 * EDGE_CELLS + 1
+    near, inside = (one(contact, size, mode="nearest") for one in (maximum_filter, minimum_filter))
+    cells: BoolArray = near & ~inside
+    return cells

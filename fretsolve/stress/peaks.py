@@ -1,0 +1,167 @@
+"""The largest stresses of each increment, where they are, and how wrong they may be.
+
+Inside and below the surface a stress converges with the square of the cells' side; its error bar is the difference to
+the stress of tractions averaged over 2 x 2 cells. The largest stress on the surface at the edge of contact, where the
+tension of a sliding contact is largest, converges with the square root of the side and is extrapolated
+(`fretsolve.stress.edge`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.stress.edge import EdgeExtrapolation, edge_cells, in_blocks
+from fretsolve.stress.evaluate import Layer
+from fretsolve.stress.influence import Body, Traction
+from fretsolve.stress.invariants import INVARIANTS, Invariant, largest
+from fretsolve.stress.layers import LayerConvolution, Window
+from fretsolve.stress.request import StressRequest
+from fretsolve.stress.tractions import TractionHistory
+from fretsolve.system.arrays import BoolArray, DoubleArray
+
+Key = tuple[Body, Invariant]
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of an invariant in an increment (MPa).
+
+    value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
+    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where that is (mm). deepest: it
+    is at the largest depth of several, so that it may grow further below.
+    """
+
+    value: float
+    error: float
+    on_cells: float
+    x: float
+    y: float
+    depth: float
+    at_edge: bool = False
+    deepest: bool = False
+
+
+class PeakSearch:
+    """Collects the largest values of all layers."""
+
+    def __init__(self, tractions: TractionHistory, request: StressRequest):
+        self._tractions, self._request = tractions, request
+        shape = len(request.steps), len(request.depths)
+        keys = [(body, name) for body in request.bodies for name in INVARIANTS]
+        self._values = {key: np.full(shape, -np.inf) for key in keys}
+        self._cells = {key: np.zeros((*shape, 2), np.intp) for key in keys}
+        self._at_edge: dict[tuple[Body, Invariant, int], tuple[float, tuple[int, int]]] = {}
+
+    def add(self, layer: Layer) -> None:
+        """Note the largest values of a layer, and on the surface also those at the edge of contact."""
+        place = layer.step_index, layer.depth_index
+        for name, (value, cell) in largest(layer.stress).items():
+            self._values[layer.body, name][place] = value
+            self._cells[layer.body, name][place] = cell
+        if self._request.depths[layer.depth_index] == 0.0:
+            cells = np.argwhere(self._edge(layer.step_index))
+            if len(cells):
+                for name, (value, (index, _)) in largest(layer.stress[:, *cells.T][:, :, None]).items():
+                    row, column = (int(one) for one in cells[index])
+                    self._at_edge[layer.body, name, layer.step_index] = value, (row, column)
+
+    def peaks(self) -> dict[Key, list[Peak]]:
+        """Return the peaks of each increment, once all layers are added."""
+        best = {key: values.argmax(axis=1) for key, values in self._values.items()}
+        halved = self._on_doubled_cells({(key[0], int(depth)) for key, depths in best.items() for depth in depths})
+        found = {
+            key: [self._on_cells(key, index, int(depth), halved) for index, depth in enumerate(depths)]
+            for key, depths in best.items()
+        }
+        for (body, name, index), peak in self._extrapolated().items():
+            if peak.value > found[body, name][index].value:
+                found[body, name][index] = peak
+        return found
+
+    def _edge(self, index: int) -> BoolArray:
+        """Return the cells of the target that lie at the edge of contact."""
+        pressure = self._tractions.pressure(self._request.steps[index])
+        return edge_cells(pressure > 0.0)[self._request.target]
+
+    def _on_cells(
+        self, key: Key, index: int, depth: int, halved: Mapping[tuple[Body, int], list[dict[Invariant, float]]]
+    ) -> Peak:
+        """Return the largest value of all cells."""
+        depths, along = self._request.depths, self._values[key][index]
+        change = abs(float(along[depth]) - halved[key[0], depth][index][key[1]])
+        return Peak(
+            float(along[depth]),
+            change + _between_depths(depths, along, depth),
+            float(along[depth]),
+            *self._place(self._cells[key][index, depth]),
+            depths[depth],
+            deepest=depth > 0 and depth == len(depths) - 1,
+        )
+
+    def _extrapolated(self) -> dict[tuple[Body, Invariant, int], Peak]:
+        """Return the largest values at the edge of contact."""
+        if not self._at_edge:
+            return {}
+        request, tractions = self._request, self._tractions
+        ratios = {body: tractions.poisson_ratios[body] for body in request.bodies}
+        shape = tuple(window.stop - window.start for window in request.source)
+        extrapolation = EdgeExtrapolation(tractions.grid, (shape[0], shape[1]), ratios, request.tractions)
+        found = {}
+        for index in sorted({index for _, _, index in self._at_edge}):
+            step = request.steps[index]
+            fields = tractions.read(step, request.source, request.tractions)
+            bulk = {body: tractions.bulk_stress(body, step) for body in request.bodies}
+            for (body, name), (value, error) in extrapolation.estimates(fields, bulk).items():
+                on_cells, cell = self._at_edge[body, name, index]
+                found[body, name, index] = Peak(value, error, on_cells, *self._place(cell), 0.0, at_edge=True)
+        return found
+
+    def _place(self, cell: Sequence[int]) -> tuple[float, float]:
+        """Return the centre of a cell of the target (mm)."""
+        grid, (first, second) = self._tractions.grid, self._request.target
+        return float(grid.x[first.start + cell[0]]), float(grid.y[second.start + cell[1]])
+
+    def _on_doubled_cells(self, places: set[tuple[Body, int]]) -> dict[tuple[Body, int], list[dict[Invariant, float]]]:
+        """Return the largest values of each increment at some depths, from tractions averaged over 2 x 2 cells."""
+        request, grid = self._request, self._tractions.grid
+        source, target = _halved(request.source), _halved(request.target)
+        convolution = LayerConvolution((2 * grid.dx, 2 * grid.dy), source, target, request.tractions)
+        kernels = {}
+        for body, index in places:
+            depth, nu = request.depths[index], self._tractions.poisson_ratios[body]
+            kernels[body, index] = convolution.kernels(convolution.potentials(depth, {body: nu}), depth, nu, body)
+        found: dict[tuple[Body, int], list[dict[Invariant, float]]] = {place: [] for place in places}
+        for step in request.steps:
+            spectra = convolution.forward(self._averaged(step, source))
+            for (body, index), known in kernels.items():
+                stress = convolution.stress(known, spectra)
+                stress[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
+                found[body, index].append({name: value for name, (value, _) in largest(stress).items()})
+        return found
+
+    def _averaged(self, step: int, source: Window) -> dict[Traction, DoubleArray]:
+        """Return the tractions of an increment, averaged over 2 x 2 cells, in the window `source` of such cells."""
+        fields = self._tractions.read(step, self._request.source, self._request.tractions)
+        shift = self._request.source[0].start % 2, self._request.source[1].start % 2
+        shape = source[0].stop - source[0].start, source[1].stop - source[1].start
+        return {name: in_blocks(field, 2, shift, shape) for name, field in fields.items()}
+
+
+def _halved(window: Window) -> Window:
+    """Return the cells of twice the side that cover a window."""
+    first, second = (slice(one.start // 2, -(-one.stop // 2)) for one in window)
+    return first, second
+
+
+def _between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:
+    """Return by how much a parabola through the largest value and those of the depths beside it rises above it."""
+    if not 0 < best < len(depths) - 1:
+        return 0.0
+    (before, at, after), (low, top, high) = depths[best - 1 : best + 2], values[best - 1 : best + 2]
+    left, right = (top - low) / (at - before), (high - top) / (after - at)
+    curvature = 2.0 * (right - left) / (after - before)
+    slope = (left * (after - at) + right * (at - before)) / (after - before)
+    return float(-0.5 * slope * slope / curvature) if curvature < 0.0 else 0.0

@@ -1,0 +1,166 @@
+"""Choose bodies, depths, increments and cells for which the stress of a result is computed."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Literal
+
+from fretsolve.errors import CaseError
+from fretsolve.stress.influence import COMPONENTS, Body, Component, Traction
+from fretsolve.stress.layers import Window, padded_shape
+from fretsolve.stress.tractions import TractionHistory
+
+GRADED = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0)
+"""Depths by default, in contact radii. The largest shear of a Hertzian contact lies at about half a radius."""
+
+MARGIN = 0.25
+"""Width of the strip around the contact for which the stress is computed, over the contact's width."""
+
+SPECTRA_BYTES = 2**30
+"""Memory for the spectra of increments. Where they do not fit at once, increments are computed in several groups."""
+
+Plane = Literal["x=0", "y=0"]
+WindowKind = Literal["auto", "all"]
+
+
+@dataclass(frozen=True)
+class StressRequest:
+    """What to compute.
+
+    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: those that the file
+    keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
+    """
+
+    bodies: tuple[Body, ...]
+    depths: tuple[float, ...]
+    steps: tuple[int, ...]
+    source: Window
+    target: Window
+    tractions: tuple[Traction, ...]
+    stored: tuple[Component, ...] = COMPONENTS
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """The number of cells of the target along x and along y."""
+        first, second = self.target
+        return first.stop - first.start, second.stop - second.start
+
+    @property
+    def spectrum_bytes(self) -> int:
+        """Memory of the spectra of one increment."""
+        length, width = padded_shape(self.source, self.target)
+        return 16 * len(self.tractions) * length * (width // 2 + 1)
+
+    @property
+    def group(self) -> int:
+        """The number of increments that are computed at once."""
+        return max(1, min(len(self.steps), SPECTRA_BYTES // self.spectrum_bytes))
+
+    def memory(self, threads: int = 1) -> int:
+        """Return the bytes that the computation takes, besides the program."""
+        length, width = padded_shape(self.source, self.target)
+        quarter, spectrum = 2 * length * width, 8 * length * width
+        kernels = 14 * quarter + 18 * 2 * quarter  # of the potentials and of the coefficients
+        return self.group * self.spectrum_bytes + kernels + 2 * threads * spectrum + 30 * 8 * math.prod(self.shape)
+
+    @property
+    def file_bytes(self) -> int:
+        """Size of the file before compression."""
+        values = len(self.bodies) * len(self.depths) * len(self.steps) * len(self.stored)
+        return 4 * values * math.prod(self.shape)
+
+
+def stress_request(
+    tractions: TractionHistory,
+    steps: Sequence[int],
+    bodies: Sequence[Body] = (),
+    depths: Sequence[float] = (),
+    plane: Plane | None = None,
+    window: WindowKind = "auto",
+    stored: Sequence[Component] = COMPONENTS,
+) -> StressRequest:
+    """Return what to compute of the increments `steps`. Raises CaseError.
+
+    bodies: by default body 2, or 1 if that is rigid; depths: by default graded ones to two contact radii. plane: only
+    the row of cells nearest to it; window: the contact with a margin, or the whole grid.
+    """
+    elastic, path = tractions.poisson_ratios, tractions.result.path
+    for body in bodies:
+        if body not in elastic:
+            raise CaseError(f"body {body} is rigid, so that it has no stress; leave it out", (), path)
+    chosen = tuple(sorted(set(bodies))) or ((2,) if 2 in elastic else tuple(elastic))
+    for depth in depths:
+        if not 0.0 <= depth < math.inf:
+            raise CaseError(f"the depth {depth:g} mm is not one; 0 or more is needed", (), path)
+    source, kept = tractions.extent(steps)
+    target = _target(tractions, source, plane, window)
+    return StressRequest(
+        bodies=chosen,
+        depths=tuple(sorted(set(depths))) or default_depths(tractions, steps),
+        steps=tuple(steps),
+        source=source,
+        target=target,
+        tractions=kept,
+        stored=tuple(one for one in COMPONENTS if one in stored),
+    )
+
+
+def default_depths(tractions: TractionHistory, steps: Sequence[int]) -> tuple[float, ...]:
+    """Return the surface and graded depths to two contact radii, none of them less than half a cell."""
+    grid = tractions.grid
+    radius = max(float(tractions.result.history["contact_radius"][step]) for step in steps)
+    radius = radius or 0.25 * min(grid.size)
+    least = least_depth(tractions)
+    return tuple(depth for depth in (factor * radius for factor in GRADED) if depth == 0.0 or depth >= least)
+
+
+def least_depth(tractions: TractionHistory) -> float:
+    """Return half a cell (mm): nearer to the surface the stress shows the steps of the cells' tractions."""
+    return 0.5 * max(tractions.grid.dx, tractions.grid.dy)
+
+
+def warnings_of(request: StressRequest, tractions: TractionHistory) -> list[str]:
+    """Return what to tell the user of a request."""
+    least = least_depth(tractions)
+    shallow = [depth for depth in request.depths if 0.0 < depth < least]
+    if not shallow:
+        return []
+    depths = ", ".join(f"{depth:.4g}" for depth in shallow)
+    return [
+        f"at {depths} mm the stress shows the steps between cells; 0 or at least half a cell, {least:.4g} mm, is exact"
+    ]
+
+
+def memory_problem(
+    request: StressRequest, tractions: TractionHistory, threads: int, free_disk: int | None
+) -> str | None:
+    """Return why the computation is too large for this machine, None if it is not."""
+    needed = request.memory(threads)
+    there = math.inf
+    with suppress(ValueError, OSError, AttributeError):
+        there = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    advice = "fewer depths or increments, --plane, or --window auto is needed"
+    if needed > there:
+        return f"the stresses take {needed / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB; {advice}"
+    if free_disk is not None and request.file_bytes > free_disk:
+        size = f"{request.file_bytes / 1e9:.3g} GB"
+        return f"the file of stresses takes up to {size}, {free_disk / 1e9:.3g} GB are free on its disk; {advice}"
+    return None
+
+
+def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowKind) -> Window:
+    """Return the cells whose stress is wanted."""
+    target = []
+    for axis, (of, count) in enumerate(zip(source, tractions.grid.shape, strict=True)):
+        margin = math.ceil(MARGIN * (of.stop - of.start)) + 2
+        found = slice(max(0, of.start - margin), min(count, of.stop + margin)) if window == "auto" else slice(0, count)
+        if plane is not None and plane[0] == "xy"[axis]:
+            centers = (tractions.grid.x, tractions.grid.y)[axis]
+            row = int(abs(centers).argmin())
+            found = slice(row, row + 1)
+        target.append(found)
+    return target[0], target[1]
