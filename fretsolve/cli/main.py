@@ -252,6 +252,40 @@ def export(**options: Any) -> int:
 
 
 @main.command()
+@_OUT
+@repeatable_option(
+    "--body", "bodies", "1|2", "The body, by default 2, or 1 if 2 is rigid.", type=click.Choice(["1", "2"])
+)
+@repeatable_option(
+    "--depth", "depths", "D", "A depth such as 20 um; by default the surface and graded ones to two contact radii."
+)
+@repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
+@repeatable_option("--step", "steps", "N", "Increment N.", type=int)
+@click.option("--cycle", type=click.Choice(["last"]), help="All increments of the last cycle of the load path.")
+@click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
+@click.option(
+    "--window",
+    type=click.Choice(["auto", "all"]),
+    default="auto",
+    show_default=True,
+    help="The cells: the contact with a margin of a quarter of its width, or the whole grid.",
+)
+@output_option("By default OUT with .stress.h5.", "FILE", "target")
+@overwrite_option("an existing file")
+@click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads to use.")
+@quiet_option
+def stress(threads: int, **options: Any) -> int:
+    """Compute the stresses below the surface of the result OUT.
+
+    FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
+    the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
+    """
+    from fretsolve.commands.stress import stress_of_result
+
+    return stress_of_result(threads=available(threads), **options)
+
+
+@main.command()
 @click.argument("kind", type=click.Choice(TEMPLATES))
 @output_option("By default KIND.yaml.", "CASE", "target")
 def new(kind: str, target: Path | None) -> int:

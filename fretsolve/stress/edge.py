@@ -20,7 +20,7 @@ import numpy as np
 from fretsolve.model.grid import Grid
 from fretsolve.stress.influence import Body, Traction
 from fretsolve.stress.invariants import INVARIANTS, Invariant, invariant, principal
-from fretsolve.stress.layers import LayerConvolution, LayerKernels
+from fretsolve.stress.layers import LayerConvolution, LayerKernels, Window
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 EDGE_CELLS = 2
@@ -38,18 +38,20 @@ EDGE_SHARE = 0.25
 class EdgeExtrapolation:
     """Extrapolates the largest stresses at the edge of contact of one increment after another.
 
-    shape: cells of the tractions. ratios: Poisson's ratio of each body. tractions: those that are not 0.
+    loaded: cells of the tractions; wanted: those among which the largest stress is looked for. ratios: Poisson's ratio
+    of each body. tractions: those that are not 0.
     """
 
     def __init__(
-        self, grid: Grid, shape: tuple[int, int], ratios: Mapping[Body, float], tractions: tuple[Traction, ...]
+        self, grid: Grid, loaded: Window, wanted: Window, ratios: Mapping[Body, float], tractions: tuple[Traction, ...]
     ):
+        self._loaded, self._wanted = loaded, wanted
         self._convolutions: dict[int, LayerConvolution] = {}
         self._kernels: dict[tuple[int, Body], LayerKernels] = {}
         self._ratios = ratios
         for side in SHIFTS:
             # One block of margin on each side, where the stress at the edge is looked for as well.
-            nx, ny = (-(-count // side) + 1 + 2 * EDGE_CELLS for count in shape)
+            nx, ny = (-(-(of.stop - of.start) // side) + 1 + 2 * EDGE_CELLS for of in loaded)
             source = slice(EDGE_CELLS, nx - EDGE_CELLS), slice(EDGE_CELLS, ny - EDGE_CELLS)
             convolution = LayerConvolution(
                 (side * grid.dx, side * grid.dy), source, (slice(0, nx), slice(0, ny)), tractions
@@ -95,15 +97,25 @@ class EdgeExtrapolation:
         convolution = self._convolutions[side]
         nx, ny = (window.stop - window.start for window in convolution.source)
         blocks = {name: in_blocks(field, side, shift, (nx, ny)) for name, field in fields.items()}
-        edge = edge_cells(np.pad(blocks["p"] > 0.0, EDGE_CELLS))
+        edge = edge_cells(np.pad(blocks["p"] > 0.0, EDGE_CELLS)) & self._wanted_blocks(side, shift)
         spectra = convolution.forward(blocks)
         found = {}
         for body, of_bulk in bulk.items():
             stress = convolution.stress(self._kernels[side, body], spectra)[:, edge]
             stress[[0, 1, 3]] += of_bulk[:, None]
             values = principal(stress)
-            found[body] = values[:, values[0].argmax()]
+            found[body] = values[:, values[0].argmax()] if edge.any() else np.zeros(3)
         return found
+
+    def _wanted_blocks(self, side: int, shift: tuple[int, int]) -> BoolArray:
+        """Return which blocks have wanted cells."""
+        inside = []
+        for axis, (of, to) in enumerate(zip(self._loaded, self._wanted, strict=True)):
+            target = self._convolutions[side].target[axis]
+            begin = of.start - shift[axis] + side * (np.arange(target.stop) - EDGE_CELLS)
+            inside.append((begin + side > to.start) & (begin < to.stop))
+        blocks: BoolArray = inside[0][:, None] & inside[1]
+        return blocks
 
 
 def in_blocks(field: DoubleArray, side: int, shift: tuple[int, int], shape: tuple[int, int]) -> DoubleArray:

@@ -107,8 +107,7 @@ class PeakSearch:
             return {}
         request, tractions = self._request, self._tractions
         ratios = {body: tractions.poisson_ratios[body] for body in request.bodies}
-        shape = tuple(window.stop - window.start for window in request.source)
-        extrapolation = EdgeExtrapolation(tractions.grid, (shape[0], shape[1]), ratios, request.tractions)
+        extrapolation = EdgeExtrapolation(tractions.grid, request.source, request.target, ratios, request.tractions)
         found = {}
         for index in sorted({index for _, _, index in self._at_edge}):
             step = request.steps[index]

@@ -135,9 +135,7 @@ def warnings_of(request: StressRequest, tractions: TractionHistory) -> list[str]
     ]
 
 
-def memory_problem(
-    request: StressRequest, tractions: TractionHistory, threads: int, free_disk: int | None
-) -> str | None:
+def memory_problem(request: StressRequest, threads: int, free_disk: int | None) -> str | None:
     """Return why the computation is too large for this machine, None if it is not."""
     needed = request.memory(threads)
     there = math.inf

@@ -1,4 +1,4 @@
-"""Tractions, bulk stresses and elastic bodies of a result, as the stress below its surface needs them."""
+"""Tractions, bulk stresses, elastic bodies and cycles of a result, as the stress below its surface needs them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.case.history import BULK
+from fretsolve.case.load_path_spec import CycleSpec, stage_count
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result
@@ -99,3 +100,32 @@ def bounding_window(cells: BoolArray) -> Window:
         middle = cells.shape[axis] // 2
         slices.append(slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(middle, middle + 1))
     return slices[0], slices[1]
+
+
+def last_cycle(result: Result) -> tuple[int, ...]:
+    """Return the increments with fields of the last `cycle` that the result holds whole, and the one before it.
+
+    Raises CaseError if there is none.
+    """
+    case = result.case
+    reached = int(result.history["stage"][-1]) if result.increments else 0
+    if result.status != "complete":
+        reached -= 1  # the last stage may not have ended
+    found: tuple[int, int] | None = None
+    before = 0
+    for step in case.load_path if case is not None else ():
+        count = stage_count((step,))
+        if isinstance(step, CycleSpec):
+            length = count // step.cycle.times
+            whole = min(step.cycle.times, (reached - before) // length)
+            if whole > 0:
+                found = before + (whole - 1) * length, before + whole * length
+        before += count
+    if found is None:
+        message = "the load path has no cycle that the result holds; --stage or --step chooses increments"
+        raise CaseError(message, (), result.path)
+    stage = result.history["stage"]
+    inside = (stage > found[0]) & (stage <= found[1])
+    first = int(inside.argmax())
+    chosen = [step for step in result.steps if inside[step] or step == first - 1]
+    return tuple(chosen)

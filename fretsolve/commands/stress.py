@@ -1,0 +1,146 @@
+"""Carry out ``fretsolve stress``: compute the stresses below the surface of a result, and print the largest ones."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.errors import CaseError
+from fretsolve.export.selection import stage_ends, stored_step
+from fretsolve.result import Result, open_result
+from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
+from fretsolve.stress.influence import Body
+from fretsolve.stress.invariants import INVARIANTS
+from fretsolve.stress.peaks import Key, Peak
+from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_problem, stress_request, warnings_of
+from fretsolve.stress.stress_file import stress_path, write_stress
+from fretsolve.stress.tractions import TractionHistory, last_cycle
+from fretsolve.system.files import require_ending, require_free, require_other, writing
+from fretsolve.system.progress import print_warnings, progress_bar
+
+TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
+
+LARGE_FILE = 1e9
+"""Bytes from which the size of the file is printed before it is written."""
+
+
+def stress_of_result(
+    out: Path,
+    bodies: Sequence[str],
+    depths: Sequence[str],
+    stages: Sequence[int],
+    steps: Sequence[int],
+    cycle: str | None,
+    plane: Plane | None,
+    window: WindowKind,
+    target: Path | None,
+    overwrite: bool,
+    threads: int,
+    quiet: bool,
+) -> int:
+    """Compute the stresses of the result `out`, write them and print the largest ones. Return the exit code.
+
+    target: None for the result's name with .stress.h5. Raises CaseError, FileError.
+    """
+    wanted = [_depth(text) for text in depths]
+    chosen: list[Body] = [1 if body == "1" else 2 for body in bodies]
+    with open_result(out) as result:
+        target = target or stress_path(result.path)
+        require_ending(target, "a file of stresses", ".h5", ".hdf5")
+        require_other(target, result.path, "the result itself")
+        require_free(target, overwrite=overwrite)
+        tractions = TractionHistory(result)
+        increments = _increments(result, stages, steps, cycle)
+        request = stress_request(tractions, increments, chosen, wanted, plane, window)
+        write_with_messages(tractions, request, target, threads, quiet=quiet)
+    return 0
+
+
+def write_with_messages(
+    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool = False
+) -> None:
+    """Write the stresses that a request asks for, with warnings, a bar on a terminal, and the largest ones.
+
+    Raises CaseError where the machine is too small, FileError.
+    """
+    path = tractions.result.path
+    if (problem := memory_problem(request, threads, free_bytes(target))) is not None:
+        raise CaseError(problem, (), path)
+    print_warnings(path, *warnings_of(request, tractions))
+    if not quiet and request.file_bytes > LARGE_FILE:
+        print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
+    layers = len(request.bodies) * len(request.depths) * len(request.steps)
+    with _bar(layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
+        peaks = write_stress(tractions, request, target, threads, show)
+    if not quiet:
+        for line in peak_lines(request, peaks):
+            print(line)
+        print(target, flush=True)
+
+
+def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
+    """Return lines with the largest stresses of all increments."""
+    for body in request.bodies:
+        yield f"body {body}, {_count(request.depths, 'depth')}, {_count(request.steps, 'increment')}:"
+        notes = set()
+        for name in INVARIANTS:
+            found = peaks[body, name]
+            index = max(range(len(found)), key=lambda one: found[one].value)
+            peak = found[index]
+            mark = "*" if peak.at_edge else "+" if peak.deepest else ""
+            notes.add(mark)
+            place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
+            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g} ± {peak.error:.2g} MPa at {place}"
+        if "*" in notes:
+            yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"
+        if "+" in notes:
+            yield "  + at the largest depth: it may grow below"
+
+
+def _count(values: Sequence[object], noun: str) -> str:
+    return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
+
+
+def _depth(text: str) -> float:
+    """Return a depth in mm. Raises CaseError."""
+    try:
+        depth = to_internal(text, LENGTH)
+    except QuantityError as error:
+        raise CaseError(str(error), (), "--depth") from None
+    if depth < 0.0:
+        raise CaseError(f"{text!r} is negative; a depth is the distance from the surface into a body", (), "--depth")
+    return depth
+
+
+def _increments(result: Result, stages: Sequence[int], steps: Sequence[int], cycle: str | None) -> list[int]:
+    """Return the increments that the options choose, by default the ends of stages. Raises CaseError."""
+    if not result.increments:
+        raise CaseError(result.why_empty, (), result.path)
+    ends = stage_ends(result.history["stage"]).tolist()
+    if not (stages or steps or cycle):
+        return [step for step in ends if step in result.steps] or list(result.steps[-1:])
+    chosen = set(last_cycle(result)) if cycle else set()
+    try:
+        for stage in stages:
+            if not 1 <= stage <= len(ends):
+                raise ValueError(f"there is no stage {stage}; there are 1 to {len(ends)}")
+            chosen.add(stored_step(result, ends[stage - 1]))
+        chosen.update(stored_step(result, step) for step in steps)
+    except ValueError as error:
+        raise CaseError(str(error), (), result.path) from error
+    return sorted(chosen)
+
+
+@contextmanager
+def _bar(total: int, *, shown: bool) -> Iterator[Callable[[], object]]:
+    """Show a bar of layers within the block, which gets the function that advances it."""
+    if not shown:
+        yield lambda: None
+        return
+    with progress_bar("layers", counted=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda: bar.advance(task)

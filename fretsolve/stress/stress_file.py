@@ -1,0 +1,162 @@
+"""The file of stresses: components of each body over increment, depth, x and y, and the largest stresses.
+
+It lies beside the result, which stays as it is. Components are stored in single precision, 6e-8 of each value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve import __version__
+from fretsolve.errors import FileError
+from fretsolve.result.layout import FIELD_FILTERS, STEP, Quantity, X, Y, chunk_shape, create_column
+from fretsolve.stress.evaluate import layers
+from fretsolve.stress.influence import COMPONENTS, Body, Component
+from fretsolve.stress.invariants import INVARIANTS, MEANINGS, Invariant
+from fretsolve.stress.peaks import Key, Peak, PeakSearch
+from fretsolve.stress.request import StressRequest
+from fretsolve.stress.tractions import BODIES, TractionHistory
+from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
+
+FORMAT = "fretsolve stress 1"
+"""Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
+
+DEPTH = Quantity("depth", "mm", "distance from the surface into the body")
+STAGE = Quantity("stage", "1", "stage of the load path, counted from 1 with cycles unrolled", "int64")
+
+_PEAK_COLUMNS: tuple[tuple[str, str, str, str], ...] = (
+    ("", "value", "MPa", "{}; at the edge of contact extrapolated to cells of no size"),
+    ("_error", "error", "MPa", "estimated error of the {}"),
+    ("_on_cells", "on_cells", "MPa", "{} at the centres of cells"),
+    ("_x", "x", "mm", "x of the {}"),
+    ("_y", "y", "mm", "y of the {}"),
+    ("_depth", "depth", "mm", "depth of the {}"),
+)
+
+PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
+"""Columns with the largest stresses."""
+
+
+def stress_path(result: Path) -> Path:
+    """Return the name of the file of stresses beside a result."""
+    return result.with_suffix(".stress.h5")
+
+
+def write_stress(
+    tractions: TractionHistory,
+    request: StressRequest,
+    target: Path,
+    threads: int = 1,
+    show: Callable[[], object] = lambda: None,
+) -> dict[Key, list[Peak]]:
+    """Compute the stresses, write them to `target`, and return the largest ones of each increment.
+
+    show: called after each layer of each increment. Raises OSError, FileError.
+    """
+    search = PeakSearch(tractions, request)
+    with atomic_files.new_hdf5(target) as file:
+        result = tractions.result
+        names = "title", "case_yaml", "effective_case"
+        file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name})
+        file.attrs.update({name: result.attributes[name] for name in names if name in result.attributes})
+        datasets = {body: _create_body(file, tractions, request, body) for body in request.bodies}
+        for layer in layers(tractions, request, threads):
+            search.add(layer)
+            for component, dataset in datasets[layer.body].items():
+                dataset[layer.step_index, layer.depth_index] = layer.stress[COMPONENTS.index(component)]
+            show()
+        peaks = search.peaks()
+        for (body, name), found in peaks.items():
+            _write_peaks(file[f"stress/body_{body}"], name, found)
+    return peaks
+
+
+def _create_body(file: Any, tractions: TractionHistory, request: StressRequest, body: Body) -> dict[Component, Any]:
+    """Create the group of a body with its axes, and return the datasets of the components that are stored."""
+    group = file.create_group(f"stress/body_{body}")
+    group.attrs["poisson_ratio"] = tractions.poisson_ratios[body]
+    grid, (along_x, along_y) = tractions.grid, request.target
+    axes = (STEP, request.steps), (DEPTH, request.depths), (X, grid.x[along_x]), (Y, grid.y[along_y])
+    scales = [create_column(group, quantity, values) for quantity, values in axes]
+    stage = tractions.result.history["stage"]
+    create_column(group, STAGE, [stage[step] for step in request.steps], scales[0])
+    found: dict[Component, Any] = {}
+    shape = len(request.steps), len(request.depths), *request.shape
+    for name in request.stored:
+        layout = {"chunks": (1, 1, *chunk_shape(*request.shape)), **FIELD_FILTERS}
+        dataset = group.create_dataset(name, shape, "float32", **layout)
+        dataset.attrs.update(units="MPa", long_name=f"stress {name} in body {body}, positive in tension")
+        for axis, scale in enumerate(scales):
+            dataset.dims[axis].attach_scale(scale)
+        found[name] = dataset
+    return found
+
+
+def _write_peaks(group: Any, name: Invariant, peaks: Sequence[Peak]) -> None:
+    for suffix, attribute, units, meaning in _PEAK_COLUMNS:
+        quantity = Quantity(f"max_{name}{suffix}", units, meaning.format(MEANINGS[name]))
+        create_column(group, quantity, [getattr(peak, attribute) for peak in peaks], group["step"])
+
+
+@dataclass(frozen=True, eq=False)
+class BodyStress:
+    """The part of a file of stresses about one body.
+
+    steps, stages: of the increments; depths, x, y: in mm; columns: the largest stresses over the increments, by name;
+    components: names of those that are stored, as ``(steps, depths, nx, ny)`` in the open HDF5 group.
+    """
+
+    steps: NDArray[np.int64]
+    stages: NDArray[np.int64]
+    depths: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    columns: Mapping[str, NDArray[np.float64]]
+    components: tuple[Component, ...]
+    group: Any
+
+    def stress(self, step_index: int) -> NDArray[np.float32]:
+        """Return all stored components of an increment, ``(components, depths, nx, ny)``."""
+        return np.stack([own_dataset(self.group, name)[step_index] for name in self.components])
+
+
+def is_stress_file(path: Path) -> bool:
+    """Return whether `path` is a file of stresses; False for what is not HDF5 at all."""
+    try:
+        with open_hdf5(path) as file:
+            return "stress" in file and "history" not in file
+    except (OSError, FileError):
+        return False
+
+
+def bodies_of(file: Any, path: Path) -> dict[Body, BodyStress]:
+    """Return the bodies of an open file of stresses. Raises FileError if it is not one, or is damaged."""
+    try:
+        found = {
+            body: _read_body(own_node(file, f"stress/body_{body}")) for body in BODIES if f"stress/body_{body}" in file
+        }
+    except (KeyError, ValueError, OSError) as error:
+        raise FileError(f"is damaged, or not a file of stresses: {error}", path) from error
+    if not found:
+        raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)
+    return found
+
+
+def _read_body(group: Any) -> BodyStress:
+    axes = {name: own_dataset(group, name)[:] for name in ("step", "stage", "depth", "x", "y")}
+    columns = {name: own_dataset(group, name)[:] for name in group if name.startswith("max_")}
+    components = tuple(name for name in COMPONENTS if name in group)
+    whole = len(axes["step"]), len(axes["depth"]), len(axes["x"]), len(axes["y"])
+    for name in components:
+        if own_dataset(group, name).shape != whole:
+            raise ValueError(f"{name} does not have the shape of its axes")
+    if any(len(column) != whole[0] for column in (axes["stage"], *columns.values())):
+        raise ValueError("the largest stresses do not have a value per increment")
+    return BodyStress(axes["step"], axes["stage"], axes["depth"], axes["x"], axes["y"], columns, components, group)
