@@ -7,7 +7,8 @@ hardly do, and less so the mean over the ways to cut the grid into blocks:
 
     M = M_2 + (M_2 - M_4)/(sqrt(2) - 1)
 
-M are the principal stresses where the tension is largest, from which von Mises and Tresca follow.
+M are the principal stresses where the tension is largest, from which von Mises and Tresca follow. Without shear the
+stress outside of the contact is smooth, the error is that of c h, and (M_2 - M_4) is added once.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class EdgeExtrapolation:
         self, grid: Grid, loaded: Window, wanted: Window, ratios: Mapping[Body, float], tractions: tuple[Traction, ...]
     ):
         self._loaded, self._wanted = loaded, wanted
+        self._factor = 1.0 if tuple(tractions) == ("p",) else EXTRAPOLATION
         self._convolutions: dict[int, LayerConvolution] = {}
         self._kernels: dict[tuple[int, Body], LayerKernels] = {}
         self._ratios = ratios
@@ -72,8 +74,8 @@ class EdgeExtrapolation:
         estimates: dict[tuple[Body, Invariant], tuple[float, float]] = {}
         for body in self._ratios:
             fine, coarse = means[2][body], means[4][body]
-            added = EXTRAPOLATION * max(float(fine[0] - coarse[0]), 0.0)
-            values = fine + EXTRAPOLATION * (fine - coarse) if added else fine
+            added = self._factor * max(float(fine[0] - coarse[0]), 0.0)
+            values = fine + self._factor * (fine - coarse) if added else fine
             whole = np.concatenate([values, np.zeros(3)])
             for name in INVARIANTS:
                 estimates[body, name] = float(invariant(name, whole[:, None])[0]), EDGE_SHARE * added

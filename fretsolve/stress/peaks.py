@@ -30,8 +30,8 @@ class Peak:
     """The largest value of an invariant in an increment (MPa).
 
     value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
-    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where that is (mm). deepest: it
-    is at the largest depth of several, so that it may grow further below.
+    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where that is, or at the edge
+    where the tension is largest (mm). deepest: it is at the largest depth of several, so that it may grow below.
     """
 
     value: float
@@ -114,7 +114,8 @@ class PeakSearch:
             fields = tractions.read(step, request.source, request.tractions)
             bulk = {body: tractions.bulk_stress(body, step) for body in request.bodies}
             for (body, name), (value, error) in extrapolation.estimates(fields, bulk).items():
-                on_cells, cell = self._at_edge[body, name, index]
+                on_cells, _ = self._at_edge[body, name, index]
+                _, cell = self._at_edge[body, "tension", index]
                 found[body, name, index] = Peak(value, error, on_cells, *self._place(cell), 0.0, at_edge=True)
         return found
 
