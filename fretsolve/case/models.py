@@ -41,6 +41,7 @@ from fretsolve.case.load_path_spec import LoadStep, Stage, bulk_keys, check_load
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 from fretsolve.case.source import CaseSource, Place
+from fretsolve.case.stress_spec import StressSpec
 from fretsolve.case.surface_specs import Surfaces
 
 FEWEST_ERROR_BAR_POINTS = 16
@@ -162,6 +163,9 @@ class OutputSpec(CaseModel):
 
     fields: tuple[FieldName, ...] = Field(default=("pressure", "shear", "slip", "zone"), description="fields to store")
     every: Count = Field(default=1, description="fields are stored at every n-th increment")
+    stress: StressSpec | None = Field(
+        default=None, description="stresses below the surface at the end of the run", examples=[{"bodies": [2]}]
+    )
 
     @field_validator("fields")
     @classmethod
@@ -330,6 +334,21 @@ class Case(CaseModel):
             few = " x ".join(map(str, sides))
             message = f"{few} are too few for error bars; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])
+        return self
+
+    @model_validator(mode="after")
+    def _stress_is_known(self) -> Self:
+        spec = self.output.stress
+        if spec is None:
+            return self
+        rigid = [(index, body) for index, body in enumerate(spec.bodies) if self.bodies[body - 1] == "rigid"]
+        refused_at(
+            (("output", "stress", "bodies", index), f"body {body} is rigid, so that it has no stress; leave it out")
+            for index, body in rigid
+        )
+        if missing := [name for name in ("pressure", "shear") if name not in self.output.fields]:
+            message = f"stresses follow from pressure and shear; {' and '.join(missing)} in output.fields is needed"
+            refused_at([(("output", "stress"), message)])
         return self
 
     @field_validator("expect")

@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from fretsolve.case.loading import load_case
+from fretsolve.case.stress_spec import StressSpec
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import NoSolutionError
 from fretsolve.kernels import load
-from fretsolve.result import HistoryWriter
-from fretsolve.setup.cost_estimate import disk_problem, require_memory
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.result import HistoryWriter, open_result
+from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
 from fretsolve.system.files import require_ending, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -53,6 +54,8 @@ def run_case(
         setup.separation()  # reads the maps, before anything is written
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
+    if loaded.output.stress is not None:
+        _require_room(loaded.output.stress, setup, out)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
@@ -63,6 +66,8 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
+            if loaded.output.stress is not None:
+                _write_stress(loaded.output.stress, out, threads, quiet=quiet or log_json, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -77,6 +82,31 @@ def run_case(
             raise
     if complete:
         messages.end()
+        if loaded.output.stress is not None:
+            _write_stress(loaded.output.stress, out, threads, quiet=quiet or log_json)
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
+
+
+def _require_room(spec: StressSpec, setup: ProblemSetup, out: Path) -> None:
+    """Raise CaseError, before the run, if the stresses that the case asks for are too large for this machine."""
+    from fretsolve.stress.of_case import room_problem
+
+    increments, stages = setup.load_path.increments, len(setup.load_path.last_steps)
+    if (problem := room_problem(spec, setup.grid.shape, increments, stages, free_bytes(out))) is not None:
+        raise setup.case.source.problem(problem, ("output", "stress"))
+
+
+def _write_stress(spec: StressSpec, out: Path, threads: int, *, quiet: bool, missing: bool = False) -> None:
+    """Write and print the stresses that the case asks for; missing: unless they are there."""
+    from fretsolve.commands.stress import write_with_messages
+    from fretsolve.stress.of_case import case_request
+    from fretsolve.stress.stress_file import stress_path
+    from fretsolve.stress.tractions import TractionHistory
+
+    if missing and stress_path(out).exists():
+        return
+    with open_result(out) as result:
+        tractions = TractionHistory(result)
+        write_with_messages(tractions, case_request(tractions, spec), stress_path(out), threads, quiet=quiet)

@@ -13,8 +13,8 @@ from fretsolve.errors import CaseError
 from fretsolve.export.selection import stage_ends, stored_step
 from fretsolve.result import Result, open_result
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.stress.influence import Body
-from fretsolve.stress.invariants import INVARIANTS
+from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.names import INVARIANTS
 from fretsolve.stress.peaks import Key, Peak
 from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_problem, stress_request, warnings_of
 from fretsolve.stress.stress_file import stress_path, write_stress
@@ -94,7 +94,8 @@ def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> I
             mark = "*" if peak.at_edge else "+" if peak.deepest else ""
             notes.add(mark)
             place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
-            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g} ± {peak.error:.2g} MPa at {place}"
+            error = f"{peak.error:.2g}" if peak.error < 100.0 else f"{peak.error:.0f}"
+            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g} ± {error} MPa at {place}"
         if "*" in notes:
             yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"
         if "+" in notes:

@@ -19,9 +19,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.influence import Body, Traction
-from fretsolve.stress.invariants import INVARIANTS, Invariant, invariant, principal
-from fretsolve.stress.layers import LayerConvolution, LayerKernels, Window
+from fretsolve.stress.halfspace.influence import Body, Traction
+from fretsolve.stress.halfspace.layers import LayerConvolution, LayerKernels, Window
+from fretsolve.stress.invariants import invariant, principal
+from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 EDGE_CELLS = 2

@@ -5,15 +5,10 @@ A stress is an array ``(6, ...)`` of xx, yy, zz, xy, xz, yz in MPa, positive in 
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
+from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.system.arrays import DoubleArray
-
-Invariant = Literal["mises", "tension", "tresca"]
-
-INVARIANTS: tuple[Invariant, ...] = ("mises", "tension", "tresca")
 
 MEANINGS: dict[Invariant, str] = {
     "mises": "largest von Mises stress",

@@ -15,12 +15,16 @@ import numpy as np
 
 from fretsolve.stress.edge import EdgeExtrapolation, edge_cells, in_blocks
 from fretsolve.stress.evaluate import Layer
-from fretsolve.stress.influence import Body, Traction
-from fretsolve.stress.invariants import INVARIANTS, Invariant, largest
-from fretsolve.stress.layers import LayerConvolution, Window
+from fretsolve.stress.halfspace.influence import Body, Traction
+from fretsolve.stress.halfspace.layers import LayerConvolution, Window
+from fretsolve.stress.invariants import largest
+from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.stress.request import StressRequest
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, DoubleArray
+
+EDGE_LEAD = 0.25
+"""By how much of its error an extrapolated value at the edge must exceed those of all cells to count as the largest."""
 
 Key = tuple[Body, Invariant]
 
@@ -77,7 +81,8 @@ class PeakSearch:
             for key, depths in best.items()
         }
         for (body, name, index), peak in self._extrapolated().items():
-            if peak.value > found[body, name][index].value:
+            # A value elsewhere that is as large is better known.
+            if peak.value - EDGE_LEAD * peak.error > found[body, name][index].value:
                 found[body, name][index] = peak
         return found
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fretsolve.errors import CaseError
-from fretsolve.stress.influence import COMPONENTS, Body, Component, Traction
-from fretsolve.stress.layers import Window, padded_shape
+from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component, Traction
+from fretsolve.stress.halfspace.layers import Window, padded_shape
 from fretsolve.stress.tractions import TractionHistory
 
 GRADED = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0)

@@ -17,12 +17,14 @@ from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result.layout import FIELD_FILTERS, STEP, Quantity, X, Y, chunk_shape, create_column
 from fretsolve.stress.evaluate import layers
-from fretsolve.stress.influence import COMPONENTS, Body, Component
-from fretsolve.stress.invariants import INVARIANTS, MEANINGS, Invariant
+from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component
+from fretsolve.stress.invariants import MEANINGS
+from fretsolve.stress.names import PEAK_NAMES, Invariant
 from fretsolve.stress.peaks import Key, Peak, PeakSearch
 from fretsolve.stress.request import StressRequest
 from fretsolve.stress.tractions import BODIES, TractionHistory
 from fretsolve.system import atomic_files
+from fretsolve.system.files import reported
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
 
 FORMAT = "fretsolve stress 1"
@@ -39,9 +41,6 @@ _PEAK_COLUMNS: tuple[tuple[str, str, str, str], ...] = (
     ("_y", "y", "mm", "y of the {}"),
     ("_depth", "depth", "mm", "depth of the {}"),
 )
-
-PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
-"""Columns with the largest stresses."""
 
 
 def stress_path(result: Path) -> Path:
@@ -149,11 +148,30 @@ def bodies_of(file: Any, path: Path) -> dict[Body, BodyStress]:
     return found
 
 
+def read_peaks(path: Path) -> dict[str, dict[int, tuple[float, float]]]:
+    """Return the largest stresses of all bodies in a file, with their errors: by name (`PEAK_NAMES`) and increment.
+
+    Empty if there is no file. Raises FileError if it is damaged.
+    """
+    found: dict[str, dict[int, tuple[float, float]]] = {name: {} for name in PEAK_NAMES}
+    if not path.exists():
+        return found
+    with reported("cannot be read", path), open_hdf5(path) as file:
+        for body in bodies_of(file, path).values():
+            for name, known in found.items():
+                for index, step in enumerate(body.steps.tolist()):
+                    peak = float(body.columns[name][index]), float(body.columns[f"{name}_error"][index])
+                    known[step] = max(known.get(step, peak), peak)
+    return found
+
+
 def _read_body(group: Any) -> BodyStress:
     axes = {name: own_dataset(group, name)[:] for name in ("step", "stage", "depth", "x", "y")}
     columns = {name: own_dataset(group, name)[:] for name in group if name.startswith("max_")}
     components = tuple(name for name in COMPONENTS if name in group)
     whole = len(axes["step"]), len(axes["depth"]), len(axes["x"]), len(axes["y"])
+    if missing := {f"{name}{suffix}" for name in PEAK_NAMES for suffix, *_ in _PEAK_COLUMNS} - set(columns):
+        raise KeyError(f"no column {min(missing)}")
     for name in components:
         if own_dataset(group, name).shape != whole:
             raise ValueError(f"{name} does not have the shape of its axes")

@@ -15,6 +15,7 @@ from pathlib import Path
 from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
 from fretsolve.kernels import load
+from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
@@ -86,6 +87,11 @@ def solve(
                 code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
+        if code == 0 and (stress := case.setup.case.output.stress) is not None:
+            from fretsolve.stress.of_case import write_case_stress
+
+            with open_result(case.out) as result:
+                write_case_stress(result, stress, threads)
         return Report(index, code, reason, increments=len(writer.summaries), seconds=time.perf_counter() - began)
 
 

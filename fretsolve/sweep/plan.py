@@ -12,6 +12,7 @@ from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
+from fretsolve.stress.names import PEAK_NAMES
 from fretsolve.sweep.base_case import BaseCase, placed
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
@@ -48,7 +49,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     beginnings: dict[str, tuple[Beginning, ...]] = {}
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
-    stages, memory, have_bars = sys.maxsize, 0.0, True
+    stages, memory, have_bars, have_stress = sys.maxsize, 0.0, True, True
     for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
         setup = prepared.setup
         rows.append(ManifestRow(index, prepared.id, prepared.settings, prepared.expected.seconds))
@@ -57,10 +58,11 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
         found |= dict.fromkeys(setup.model.warnings)
         have_bars &= setup.case.solver.error_bars
+        have_stress &= setup.case.output.stress is not None
         last = len(setup.load_path.last_steps)
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
         usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
-    _require_quantities(spec, text.source, stages, have_bars=have_bars)
+    _require_quantities(spec, text.source, stages, have_bars=have_bars, have_stress=have_stress)
     found_shared = shared(beginnings)
     manifest = Manifest(
         folder.absolute(),
@@ -103,12 +105,17 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
         raise all_of(placed(error, values, text)) from None
 
 
-def _require_quantities(spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool) -> None:
+def _require_quantities(
+    spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool, have_stress: bool
+) -> None:
     for index, text in enumerate(spec.quantities):
         try:
             quantity = read_quantity(text, stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
+        if quantity.name in PEAK_NAMES and not have_stress:
+            problem = f"{quantity.name} is known from runs with stresses alone; output.stress in the case is needed"
+            raise source.problem(problem, ("quantities", index))
         if quantity.name in CORRECTED_NAMES and not have_bars:
             problem = f"{quantity.name} is known from runs with error bars alone; error_bars: true is needed"
             raise source.problem(problem, ("quantities", index))

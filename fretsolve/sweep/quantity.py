@@ -20,6 +20,7 @@ from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import best_column
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.stress.names import PEAK_NAMES
 from fretsolve.system.arrays import DoubleArray
 
 NAMES = tuple(
@@ -32,9 +33,9 @@ NAMES = tuple(
 CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
 """Columns that can be collected too, from runs with error bars."""
 
-_ALL_NAMES = (*NAMES, *CORRECTED_NAMES)
+_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES)
 
-_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)}
+_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)} | dict.fromkeys(PEAK_NAMES, "MPa")
 
 RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
 
@@ -149,14 +150,24 @@ def read_outcome(
         elif last_steps is None and ends:
             ends.popitem()
 
+        stresses: dict[str, dict[int, tuple[float, float]]] = {}
+        if any(one.name in PEAK_NAMES for one in quantities):
+            from fretsolve.stress.stress_file import read_peaks, stress_path
+
+            stresses = read_peaks(stress_path(result.path))
+
         def at_end(name: str, stage: int) -> float:
             step = ends.get(stage, result.increments)
+            if (as_run := name.removesuffix(ERROR_SUFFIX)) in stresses:
+                return stresses[as_run].get(step, (math.nan, math.nan))[name != as_run]
             return float(history[name][step]) if name in history and step < result.increments else math.nan
 
         columns = [best_column(one.name, history) if corrected else one.name for one in quantities]
 
         def peak(name: str) -> float:
             as_run = name.removesuffix(CORRECTED_SUFFIX)
+            if name in stresses:
+                return max((value for value, _ in stresses[name].values()), default=0.0)
             return 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
 
         round_off = {name for pair in PAIRS for name in pair}.difference(relevant_columns(result))

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.direct import point_influence
 from fretsolve.stress.edge import EXTRAPOLATION, EdgeExtrapolation
+from fretsolve.stress.halfspace.direct import point_influence
+from fretsolve.stress.halfspace.layers import LayerConvolution
 from fretsolve.stress.invariants import von_mises
-from fretsolve.stress.layers import LayerConvolution
 
 POINTS = [
     (0.30, 0.0, (0, 0, 0.48), (-0.19270, -0.19270, -0.81274, 0, 0, 0), 0.62004),

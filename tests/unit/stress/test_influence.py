@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.stress.influence import COMPONENTS, TRACTIONS, stress_terms
-from fretsolve.stress.potentials import is_odd, potential
+from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, stress_terms
+from fretsolve.stress.halfspace.potentials import is_odd, potential
 
 
 def coefficient(component, traction, x, y, z, nu, dx, dy, body=2):

@@ -1,8 +1,8 @@
 """Stress in a layer below the surface, by an exact discrete convolution on a padded grid (DC-FFT).
 
 The tractions of an increment are transformed once for all layers and bodies. A layer needs the spectra of up to 14
-derivatives of the potentials (`fretsolve.stress.potentials`), which hold no elastic constant, so that they serve both
-bodies. The stress of an increment in a layer then takes one inverse transform per component.
+derivatives of the potentials (`fretsolve.stress.halfspace.potentials`), which hold no elastic constant, so that they
+serve both bodies. The stress of an increment in a layer then takes one inverse transform per component.
 
 Cells without traction are not transformed, and the padding is only as wide as the largest distance from a loaded cell
 to one whose stress is wanted.
@@ -22,8 +22,8 @@ import numpy as np
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length, plan, pyfftw
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.stress.influence import COMPONENTS, TRACTIONS, Body, Component, Terms, Traction, stress_terms
-from fretsolve.stress.potentials import Potential, is_odd, potential
+from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component, Terms, Traction, stress_terms
+from fretsolve.stress.halfspace.potentials import Potential, is_odd, potential
 from fretsolve.system.arrays import ComplexArray, DoubleArray
 
 BLOCK_BYTES = 400 * 1024

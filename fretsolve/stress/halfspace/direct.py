@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.influence import COMPONENTS, TRACTIONS, Body, Traction, stress_terms
-from fretsolve.stress.potentials import Potential, potential
+from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Traction, stress_terms
+from fretsolve.stress.halfspace.potentials import Potential, potential
 from fretsolve.system.arrays import DoubleArray
 
 

@@ -2,7 +2,7 @@
 
 Source: Johnson, Contact Mechanics (1985), sections 3.1 to 3.4. In a body's own frame z >= 0 points into the body, and
 the tractions (p, qx, qy) act on it along +z, +x, +y. Stress is positive in tension, so that zz = -p, xz = -qx, yz = -qy
-at z = 0. Times 2 pi, with the derivatives of `fretsolve.stress.potentials`:
+at z = 0. Times 2 pi, with the derivatives of `fretsolve.stress.halfspace.potentials`:
 
           from p                                from qx
     xx    2 nu Vz - (1 - 2 nu) Lxx - z Vxx      2 Vx - 2 nu L1xyy - z Lxxx
@@ -24,7 +24,7 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from fretsolve.stress.potentials import Potential
+from fretsolve.stress.halfspace.potentials import Potential
 
 Component = Literal["xx", "yy", "zz", "xy", "xz", "yz"]
 Traction = Literal["p", "qx", "qy"]

@@ -1,0 +1,74 @@
+"""Write the stresses that a case asks for by `output.stress`, at the end of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fretsolve.case.stress_spec import StressSpec
+from fretsolve.result import Result
+from fretsolve.stress.halfspace.influence import TRACTIONS
+from fretsolve.stress.request import GRADED, StressRequest, memory_problem, stress_request
+from fretsolve.stress.stress_file import stress_path, write_stress
+from fretsolve.stress.tractions import TractionHistory
+from fretsolve.system.files import writing
+
+
+def case_request(tractions: TractionHistory, spec: StressSpec) -> StressRequest:
+    """Return what a case asks for of its result. Raises CaseError."""
+    return stress_request(
+        tractions,
+        increments_of(tractions.result, spec.every),
+        spec.bodies,
+        spec.depths,
+        window=spec.window,
+        stored=spec.components,
+    )
+
+
+def increments_of(result: Result, every: int | None) -> tuple[int, ...]:
+    """Return every n-th of the increments with fields and the last one, or, for None, those at the ends of stages."""
+    if every is not None:
+        return tuple(step for step in result.steps if (step + 1) % every == 0 or step == result.steps[-1])
+    stage = result.history["stage"]
+    last = np.append(np.diff(stage) != 0, True)
+    return tuple(step for step in result.steps if last[step] or step == result.steps[-1])
+
+
+def write_case_stress(
+    result: Result, spec: StressSpec, threads: int = 1, show: Callable[[], object] = lambda: None
+) -> Path:
+    """Write the stresses of a finished run beside its result, and return the name of the file.
+
+    Raises CaseError, FileError.
+    """
+    target = stress_path(result.path)
+    tractions = TractionHistory(result)
+    with writing(target):
+        write_stress(tractions, case_request(tractions, spec), target, threads, show)
+    return target
+
+
+def room_problem(
+    spec: StressSpec, shape: tuple[int, int], increments: int, stages: int, free_disk: int | None
+) -> str | None:
+    """Return why the stresses of a case that is not solved yet are too large for this machine, None if they are not.
+
+    Of the window around the contact only that is certain which a contact of a quarter of the grid's width has.
+    """
+    count = stages if spec.every is None else -(-increments // spec.every)
+    side = 1.0 if spec.window == "all" else 0.4
+    nx, ny = (max(1, round(side * points)) for points in shape)
+    window = slice(0, nx), slice(0, ny)
+    request = StressRequest(
+        bodies=spec.bodies or (2,),
+        depths=spec.depths or tuple(map(float, range(len(GRADED)))),
+        steps=tuple(range(count)),
+        source=window,
+        target=window,
+        tractions=TRACTIONS,
+        stored=spec.components,
+    )
+    return memory_problem(request, 1, free_disk)
