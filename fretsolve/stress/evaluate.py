@@ -37,7 +37,7 @@ def layers(tractions: TractionHistory, request: StressRequest, threads: int = 1)
     if measured:
         load_wisdom()
     convolution = LayerConvolution(
-        (grid.dx, grid.dy), request.source, request.target, request.tractions, threads, measured
+        (grid.dx, grid.dy), request.source, request.target, request.tractions, threads, measured, tractions.plane_strain
     )
     if measured:
         save_wisdom()

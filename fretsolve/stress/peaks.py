@@ -112,7 +112,14 @@ class PeakSearch:
             return {}
         request, tractions = self._request, self._tractions
         ratios = {body: tractions.poisson_ratios[body] for body in request.bodies}
-        extrapolation = EdgeExtrapolation(tractions.grid, request.source, request.target, ratios, request.tractions)
+        extrapolation = EdgeExtrapolation(
+            tractions.grid,
+            request.source,
+            request.target,
+            ratios,
+            request.tractions,
+            plane_strain=tractions.plane_strain,
+        )
         found = {}
         for index in sorted({index for _, _, index in self._at_edge}):
             step = request.steps[index]
@@ -132,32 +139,39 @@ class PeakSearch:
     def _on_doubled_cells(self, places: set[tuple[Body, int]]) -> dict[tuple[Body, int], list[dict[Invariant, float]]]:
         """Return the largest values of each increment at some depths, from tractions averaged over 2 x 2 cells."""
         request, grid = self._request, self._tractions.grid
-        source, target = _halved(request.source), _halved(request.target)
-        convolution = LayerConvolution((2 * grid.dx, 2 * grid.dy), source, target, request.tractions)
+        sides = 2, 1 if self._tractions.plane_strain else 2
+        source, target = _merged(request.source, sides), _merged(request.target, sides)
+        convolution = LayerConvolution(
+            (sides[0] * grid.dx, sides[1] * grid.dy),
+            source,
+            target,
+            request.tractions,
+            plane_strain=self._tractions.plane_strain,
+        )
         kernels = {}
         for body, index in places:
             depth, nu = request.depths[index], self._tractions.poisson_ratios[body]
             kernels[body, index] = convolution.kernels(convolution.potentials(depth, {body: nu}), depth, nu, body)
         found: dict[tuple[Body, int], list[dict[Invariant, float]]] = {place: [] for place in places}
         for step in request.steps:
-            spectra = convolution.forward(self._averaged(step, source))
+            spectra = convolution.forward(self._averaged(step, source, sides))
             for (body, index), known in kernels.items():
                 stress = convolution.stress(known, spectra)
                 stress[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
                 found[body, index].append({name: value for name, (value, _) in largest(stress).items()})
         return found
 
-    def _averaged(self, step: int, source: Window) -> dict[Traction, DoubleArray]:
-        """Return the tractions of an increment, averaged over 2 x 2 cells, in the window `source` of such cells."""
+    def _averaged(self, step: int, source: Window, sides: tuple[int, int]) -> dict[Traction, DoubleArray]:
+        """Return the tractions of an increment, averaged over blocks of `sides` cells, in a window of such blocks."""
         fields = self._tractions.read(step, self._request.source, self._request.tractions)
-        shift = self._request.source[0].start % 2, self._request.source[1].start % 2
+        shift = self._request.source[0].start % sides[0], self._request.source[1].start % sides[1]
         shape = source[0].stop - source[0].start, source[1].stop - source[1].start
-        return {name: in_blocks(field, 2, shift, shape) for name, field in fields.items()}
+        return {name: in_blocks(field, sides, shift, shape) for name, field in fields.items()}
 
 
-def _halved(window: Window) -> Window:
-    """Return the cells of twice the side that cover a window."""
-    first, second = (slice(one.start // 2, -(-one.stop // 2)) for one in window)
+def _merged(window: Window, sides: tuple[int, int]) -> Window:
+    """Return the blocks of `sides` cells that cover a window."""
+    first, second = (slice(one.start // side, -(-one.stop // side)) for one, side in zip(window, sides, strict=True))
     return first, second
 
 

@@ -33,7 +33,7 @@ class TractionHistory:
         result = self.result
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
-        if min(len(result.x), len(result.y)) < 2:
+        if len(result.x) < 2 or (len(result.y) < 2 and not self.plane_strain):
             raise CaseError("the grid has only one cell across, which is too few for stresses", (), result.path)
         missing = "pressure" not in result.fields or (self.has_shear and "shear_x" not in result.fields)
         if missing:
@@ -44,8 +44,16 @@ class TractionHistory:
     def grid(self) -> Grid:
         """The grid of the result."""
         x, y = self.result.x, self.result.y
+        if self.plane_strain:
+            dx = float(x[-1] - x[0]) / (len(x) - 1)
+            return Grid(len(x), 1, dx, dx, float(x[0] + x[-1]) / 2)
         dx, dy = (float(axis[-1] - axis[0]) / (len(axis) - 1) for axis in (x, y))
         return Grid(len(x), len(y), dx, dy, float(x[0] + x[-1]) / 2, float(y[0] + y[-1]) / 2)
+
+    @cached_property
+    def plane_strain(self) -> bool:
+        """True for a line contact, whose cells are strips in one row."""
+        return bool(self.result.effective_case.get("plane") == "strain")
 
     @cached_property
     def has_shear(self) -> bool:
@@ -75,9 +83,12 @@ class TractionHistory:
         }
 
     def bulk_stress(self, body: Body, step: int) -> DoubleArray:
-        """Return the bulk stress xx, yy, xy (MPa) of a body at an increment, (3,)."""
+        """Return the bulk stress xx, yy, xy (MPa) of a body at an increment, (3,); in plane strain yy = nu xx."""
         history = self.result.history
-        return np.array([float(history[name][step]) if name in history else 0.0 for name in BULK[body]])
+        bulk = np.array([float(history[name][step]) if name in history else 0.0 for name in BULK[body]])
+        if self.plane_strain:
+            bulk[1] = self.poisson_ratios[body] * bulk[0]
+        return bulk
 
     def extent(self, steps: Sequence[int]) -> tuple[Window, tuple[Traction, ...]]:
         """Return the cells that any of the increments loads, and the tractions that are not 0 in all of them."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from fretsolve.model.grid import Grid
 from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Traction, stress_terms
-from fretsolve.stress.halfspace.potentials import Potential, potential
+from fretsolve.stress.halfspace.potentials import Potential, Strip, cell_values
 from fretsolve.system.arrays import DoubleArray
 
 
@@ -28,21 +28,32 @@ class PointInfluence:
 
 
 def point_influence(
-    grid: Grid, x: float, y: float, depth: float, nu: float, body: Body, tractions: Sequence[Traction] = TRACTIONS
+    grid: Grid,
+    x: float,
+    y: float,
+    depth: float,
+    nu: float,
+    body: Body,
+    tractions: Sequence[Traction] = TRACTIONS,
+    *,
+    plane_strain: bool = False,
 ) -> PointInfluence:
-    """Return the coefficients at a point (mm); at depth 0 it may not lie on the edge of a cell."""
-    known: dict[Potential, DoubleArray] = {}
+    """Return the coefficients at a point (mm); at depth 0 it may not lie on the edge of a cell.
 
-    def values(name: Potential) -> DoubleArray:
+    plane_strain: cells are strips without end along y, in one row.
+    """
+    known: dict[Potential | Strip, DoubleArray] = {}
+
+    def values(name: Potential | Strip) -> DoubleArray:
         if name not in known:
             # The offsets from the cells descend with their index.
-            ascending = potential(name, (x - grid.x)[::-1], (y - grid.y)[::-1], depth, grid.dx, grid.dy)
+            ascending = cell_values(name, (x - grid.x)[::-1], (y - grid.y)[::-1], depth, grid.dx, grid.dy)
             known[name] = ascending[::-1, ::-1]
         return known[name]
 
     found = np.zeros((len(COMPONENTS), len(tractions), *grid.shape))
     for row, component in enumerate(COMPONENTS):
         for column, traction in enumerate(tractions):
-            for name, factor in stress_terms(component, traction, depth, nu, body).items():
+            for name, factor in stress_terms(component, traction, depth, nu, body, plane_strain=plane_strain).items():
                 found[row, column] += factor * values(name)
     return PointInfluence(found, tuple(tractions))

@@ -14,6 +14,16 @@ at z = 0. Times 2 pi, with the derivatives of `fretsolve.stress.halfspace.potent
 
 with Lyy = -Lxx - Vz and Lxxx = -Lxyy - Vxz. Those from qy follow by exchanging x and y.
 
+Below a strip that is endless along y, in plane strain, times pi, with the functions of `strip` there:
+
+          from p             from qx            from qy
+    xx    -(angle - ratio)   -(log + share)
+    yy    nu (xx + zz)       nu (xx + zz)
+    zz    -(angle + ratio)   share
+    xy                                          -log/2
+    xz    share              -(angle - ratio)
+    yz                                          -angle
+
 Body 2 is in this frame. Body 1 has z < 0; the shear acts on it the other way, and so do its xz and yz in the frame of
 body 2, in which all results are.
 """
@@ -24,7 +34,7 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from fretsolve.stress.halfspace.potentials import Potential
+from fretsolve.stress.halfspace.potentials import Potential, Strip
 
 Component = Literal["xx", "yy", "zz", "xy", "xz", "yz"]
 Traction = Literal["p", "qx", "qy"]
@@ -33,13 +43,20 @@ Body = Literal[1, 2]
 COMPONENTS: tuple[Component, ...] = ("xx", "yy", "zz", "xy", "xz", "yz")
 TRACTIONS: tuple[Traction, ...] = ("p", "qx", "qy")
 
-Terms = Mapping[Potential, float]
-"""Derivatives of the potentials with their factors; those with a factor of 0 are left out."""
+Terms = Mapping[Potential | Strip, float]
+"""Derivatives of the potentials, or functions of a strip, with their factors; those with a factor of 0 are left out."""
 
 
-def stress_terms(component: Component, traction: Traction, depth: float, nu: float, body: Body = 2) -> Terms:
-    """Return the terms of a stress component (MPa) at `depth` (mm) in a body from a unit traction (1 MPa)."""
-    if traction == "qy":
+def stress_terms(
+    component: Component, traction: Traction, depth: float, nu: float, body: Body = 2, *, plane_strain: bool = False
+) -> Terms:
+    """Return the terms of a stress component (MPa) at `depth` (mm) in a body from a unit traction (1 MPa).
+
+    plane_strain: on a strip instead of a rectangle.
+    """
+    if plane_strain:
+        terms = {name: 2.0 * factor for name, factor in _from_strip(component, traction, nu).items()}
+    elif traction == "qy":
         mirrored = {"xx": "yy", "yy": "xx", "xz": "yz", "yz": "xz"}
         terms = _from_qx(mirrored.get(component, component), depth, nu)
         terms = _without_dependent({_exchanged(name): factor for name, factor in terms.items()})
@@ -48,6 +65,17 @@ def stress_terms(component: Component, traction: Traction, depth: float, nu: flo
     mirrored_part = body == 1 and (traction == "p") == (component in ("xz", "yz"))
     sign = -1.0 if mirrored_part else 1.0
     return {name: sign * factor / (2.0 * math.pi) for name, factor in terms.items() if factor}  # type: ignore[misc]
+
+
+def _from_strip(component: str, traction: str, nu: float) -> dict[str, float]:
+    """Return the terms of a strip, times pi."""
+    if traction == "qy":
+        return {"xy": {"log_x": -0.5}, "yz": {"angle": -1.0}}.get(component, {})
+    if traction == "p":
+        found = {"xx": {"angle": -1.0, "ratio": 1.0}, "zz": {"angle": -1.0, "ratio": -1.0}, "xz": {"share_x": 1.0}}
+        return (found | {"yy": {"angle": -2.0 * nu}}).get(component, {})
+    found = {"xx": {"log_x": -1.0, "share_x": -1.0}, "zz": {"share_x": 1.0}, "xz": {"angle": -1.0, "ratio": 1.0}}
+    return (found | {"yy": {"log_x": -nu}}).get(component, {})
 
 
 def _from_p(component: str, z: float, nu: float) -> dict[str, float]:

@@ -23,7 +23,7 @@ from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length, plan, pyfftw
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component, Terms, Traction, stress_terms
-from fretsolve.stress.halfspace.potentials import Potential, is_odd, potential
+from fretsolve.stress.halfspace.potentials import Potential, Strip, cell_values, is_odd
 from fretsolve.system.arrays import ComplexArray, DoubleArray
 
 BLOCK_BYTES = 400 * 1024
@@ -50,6 +50,7 @@ class LayerConvolution:
 
     spacing: sides of a cell (mm). tractions: those that are not 0 in all increments. threads: of the inverse
     transforms, on whose number no result depends. measured: take a third of a second to plan faster transforms.
+    plane_strain: cells are strips without end along y, in one row.
     """
 
     def __init__(
@@ -60,7 +61,9 @@ class LayerConvolution:
         tractions: Sequence[Traction] = TRACTIONS,
         threads: int = 1,
         measured: bool = False,
+        plane_strain: bool = False,
     ):
+        self.plane_strain = plane_strain
         self.spacing, self.source, self.target, self.tractions = spacing, source, target, tuple(tractions)
         self.reach = tuple(
             max(to.stop - 1 - of.start, of.stop - 1 - to.start, 0) for of, to in zip(source, target, strict=True)
@@ -95,30 +98,35 @@ class LayerConvolution:
                 spectra[index] *= 1j
         return spectra
 
-    def potentials(self, depth: float, bodies: Mapping[Body, float]) -> dict[Potential, DoubleArray]:
+    def potentials(self, depth: float, bodies: Mapping[Body, float]) -> dict[Potential | Strip, DoubleArray]:
         """Return the spectra of the potentials that a layer needs, ``(mx//2 + 1, my//2 + 1)``; bodies: their nu."""
         names = {
             name
             for body, nu in bodies.items()
             for component in COMPONENTS
             for traction in self.tractions
-            for name in stress_terms(component, traction, depth, nu, body)
+            for name in stress_terms(component, traction, depth, nu, body, plane_strain=self.plane_strain)
         }
         x, y = (np.arange(reach + 1) * side for reach, side in zip(self.reach, self.spacing, strict=True))
-        found: dict[Potential, DoubleArray] = {}
+        found: dict[Potential | Strip, DoubleArray] = {}
         for name in names:
-            values = potential(name, x, y, depth, *self.spacing)
+            values = cell_values(name, x, y, depth, *self.spacing)
             spectrum = self._quadrant.kernel_spectrum(values, is_odd(name, "x"), is_odd(name, "y"))
             found[name] = np.ascontiguousarray(spectrum.values.T, dtype=np.float64)
         return found
 
-    def kernels(self, potentials: Mapping[Potential, DoubleArray], depth: float, nu: float, body: Body) -> LayerKernels:
+    def kernels(
+        self, potentials: Mapping[Potential | Strip, DoubleArray], depth: float, nu: float, body: Body
+    ) -> LayerKernels:
         """Return the spectra of the coefficients of a body from those of the potentials."""
-        known: dict[tuple[tuple[Potential, float], ...], DoubleArray] = {}
+        known: dict[tuple[tuple[Potential | Strip, float], ...], DoubleArray] = {}
         rows: dict[Component, Sequence[DoubleArray]] = {}
         odd: dict[Component, Sequence[bool]] = {}
         for component in COMPONENTS:
-            terms = [stress_terms(component, traction, depth, nu, body) for traction in self.tractions]
+            terms = [
+                stress_terms(component, traction, depth, nu, body, plane_strain=self.plane_strain)
+                for traction in self.tractions
+            ]
             if component in ("xz", "yz"):
                 # i K p + K q = i (K p - K i q)
                 terms = [
@@ -132,7 +140,7 @@ class LayerConvolution:
             odd[component] = [any(is_odd(name, "x") for name in one) for one in terms]
         return LayerKernels(rows, odd)
 
-    def _combined(self, potentials: Mapping[Potential, DoubleArray], terms: Terms) -> DoubleArray:
+    def _combined(self, potentials: Mapping[Potential | Strip, DoubleArray], terms: Terms) -> DoubleArray:
         total = np.zeros((self.padded[0] // 2 + 1, self._columns))
         for name, factor in terms.items():
             total += factor * potentials[name]

@@ -13,13 +13,16 @@ at 10 sides of the rectangle, 1e-11 at 100 and 1e-9 at 1000, where the values th
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
 from fretsolve.system.arrays import DoubleArray
 
 Potential = Literal["Vz", "Lxx", "Lxy", "Vx", "Vy", "Vxx", "Vyy", "Vxy", "Vxz", "Vyz", "L1xyy", "L1xxy", "Lxyy", "Lxxy"]
+
+Strip = Literal["angle", "ratio", "share_x", "log_x"]
+"""Functions of a strip without end along y, see `strip`."""
 
 Corner = Callable[[DoubleArray, DoubleArray, DoubleArray, float], DoubleArray]
 """Antiderivative at a corner: of X, Y, its distance r and the depth z."""
@@ -54,9 +57,27 @@ _EXCHANGED: dict[Potential, Potential] = {"Vy": "Vx", "Vyy": "Vxx", "Vyz": "Vxz"
 """Derivatives that are another one with x and y exchanged."""
 
 
-def is_odd(name: Potential, axis: Literal["x", "y"]) -> bool:
+def is_odd(name: Potential | Strip, axis: Literal["x", "y"]) -> bool:
     """Return whether a derivative is odd in x or in y; otherwise it is even."""
     return name.count(axis) % 2 == 1
+
+
+def strip(name: Strip, x: DoubleArray, z: float, dx: float) -> DoubleArray:
+    """Return a function of a uniformly loaded strip of width `dx`, endless along y, at offsets x: (nx, 1).
+
+    With X = x +- dx/2 and r^2 = X^2 + z^2 these are the differences of atan2(X, z), X z/r^2, z^2/r^2 and ln r^2
+    (Johnson 1985, section 2.5). Those whose name ends in x are odd. At z = 0 no offset may lie on an edge.
+    """
+    X = np.append(x - 0.5 * dx, x[-1] + 0.5 * dx)
+    squared = X * X + z * z
+    values = {
+        "angle": lambda: np.arctan2(X, z),
+        "ratio": lambda: X * z / squared,
+        "share_x": lambda: z * z / squared,
+        "log_x": lambda: np.log(squared),
+    }[name]()
+    differences: DoubleArray = np.diff(values)[:, None]
+    return differences
 
 
 def potential(name: Potential, x: DoubleArray, y: DoubleArray, z: float, dx: float, dy: float) -> DoubleArray:
@@ -72,3 +93,10 @@ def potential(name: Potential, x: DoubleArray, y: DoubleArray, z: float, dx: flo
     r = np.sqrt(X * X + Y * Y + z * z)
     values: DoubleArray = np.diff(np.diff(_CORNERS[name](X, Y, r, z), axis=0), axis=1)
     return values
+
+
+def cell_values(name: Potential | Strip, x: DoubleArray, y: DoubleArray, z: float, dx: float, dy: float) -> DoubleArray:
+    """Return a derivative of the potentials or a function of a strip; the latter does not depend on y."""
+    if name in ("angle", "ratio", "share_x", "log_x"):
+        return strip(name, x, z, dx)
+    return potential(cast(Potential, name), x, y, z, dx, dy)
