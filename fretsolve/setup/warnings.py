@@ -233,8 +233,8 @@ def cells_across(setup: ProblemSetup) -> float | None:
     grid, surface, hertz = setup.grid, setup.case.surface[0], setup.closed_forms.largest
     if hertz is not None:
         cosine, sine = math.cos(hertz.angle), math.sin(hertz.angle)
-        cells = (math.hypot(grid.dx * cosine, grid.dy * sine), math.hypot(grid.dx * sine, grid.dy * cosine))
-        return min(2.0 * axis / cell for axis, cell in zip(hertz.semi_axes, cells, strict=True))
+        along = (math.hypot(grid.dx * cosine, grid.dy * sine), math.hypot(grid.dx * sine, grid.dy * cosine))
+        return min(2.0 * axis / cell for axis, cell in zip(hertz.semi_axes, along, strict=True))
     width = setup.closed_forms.contact_width(max(grid.size))
     if width is None:
         cells = grid.nx if setup.model.line else min(grid.shape)
