@@ -71,6 +71,8 @@ _ALL = (
     PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
+    PictureKind("stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step",)),
+    PictureKind("stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at",)),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}

@@ -1,0 +1,171 @@
+"""Draw stresses below the surface: a section through the contact with the surface, and a point over the cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from fretsolve.errors import CaseError, PictureError
+from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.labels import marks
+from fretsolve.plots.load_history import step_text
+from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, middle, outer_edges
+from fretsolve.result import Result
+from fretsolve.stress.evaluate import layers
+from fretsolve.stress.halfspace.direct import point_influence
+from fretsolve.stress.halfspace.influence import COMPONENTS
+from fretsolve.stress.invariants import invariant
+from fretsolve.stress.names import Invariant
+from fretsolve.stress.request import StressRequest, stress_request
+from fretsolve.stress.tractions import TractionHistory, last_cycle
+from fretsolve.system.arrays import DoubleArray
+
+SHOWN: dict[Invariant, str] = {"mises": "von Mises stress", "tension": "first principal stress"}
+
+SECTION_DEPTHS = 48
+"""Depths of a section, the deepest at `DEEPEST` contact radii."""
+
+DEEPEST = 1.5
+
+
+def stress_map(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
+    """Draw von Mises stress and first principal stress on a section along x and on the surface, of an increment.
+
+    step: by default the last one with fields. Of body 2, or 1 if that is rigid. A line contact has the section alone.
+    Raises PictureError.
+    """
+    chosen = chosen_step(result, step)
+    tractions, request = _request(result, (chosen,))
+    snapshot = Snapshot(result, chosen)
+    row = int(np.abs(result.y - middle(snapshot)[1]).argmin())
+    depths = _section_depths(tractions, chosen)
+    section = replace(request, depths=tuple(depths), target=(request.target[0], slice(row, row + 1)))
+    below = np.stack([layer.stress[:, :, 0] for layer in layers(tractions, section)], axis=-1)  # (6, nx, depths)
+    panels: list[tuple[str, Invariant]] = [("section", name) for name in SHOWN]
+    surface = None
+    if not tractions.plane_strain:
+        panels += [("surface", name) for name in SHOWN]
+        surface = next(layers(tractions, replace(request, depths=(0.0,)))).stress
+    x, y = result.x[request.target[0]], result.y[request.target[1]]
+    with canvas(ax, len(panels), (4.6, 3.0), columns=2) as drawn:
+        for axes, (place, name) in zip(drawn.axes, panels, strict=False):
+            if place == "section":
+                _draw_section(drawn, axes, x, depths, invariant(name, below), name)
+                axes.set_title(f"{SHOWN[name]} at y = {result.y[row]:.3g} mm")
+            elif surface is not None:
+                _draw_surface(drawn, axes, x, y, invariant(name, surface), name)
+                axes.set_title(f"{SHOWN[name]} on the surface")
+        drawn.heading(title_of(result), f"body {request.bodies[0]}, {step_text(result, chosen)}")
+    return drawn.figure
+
+
+def stress_cycle(result: Result, ax: Target = None, *, at: tuple[float, float] | None = None) -> Figure:
+    """Draw the stress components, and the invariants, at a point of the surface over the last cycle.
+
+    Without a cycle in the load path it is over all increments with fields. at: the point (mm), moved to the centre of
+    its cell; by default where the tension is largest. Of body 2, or 1 if that is rigid. Raises PictureError.
+    """
+    chosen_step(result, None)
+    try:
+        steps, over = last_cycle(result), "the last cycle"
+    except CaseError:
+        steps, over = result.steps, "all increments with fields"
+    tractions, request = _request(result, steps)
+    body = request.bodies[0]
+    i, j = _cell(tractions, at) if at is not None else _largest_tension(tractions, request)
+    x, y = float(result.x[i]), float(result.y[j])
+    influence = point_influence(
+        tractions.grid, x, y, 0.0, tractions.poisson_ratios[body], body, plane_strain=tractions.plane_strain
+    )
+    whole = slice(None), slice(None)
+    stress = np.empty((len(COMPONENTS), len(steps)))
+    for index, step in enumerate(steps):
+        stress[:, index] = influence.stress(tractions.read(step, whole))
+        stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
+    with canvas(ax, 2, (4.6, 3.2), columns=2) as drawn:
+        curves: list[list[tuple[str, DoubleArray]]] = [
+            list(zip(COMPONENTS, stress, strict=True)),
+            [(text, invariant(name, stress)) for name, text in SHOWN.items()],
+        ]
+        for axes, lines in zip(drawn.axes, curves, strict=False):
+            for (label, values), mark in zip(lines, marks(len(lines)), strict=True):
+                axes.plot(steps, values, label=label, **mark.options(len(steps)))
+            axes.set(xlabel="increment", ylabel="stress (MPa)")
+            axes.legend(fontsize=7, ncols=2)
+        detail = f"body {body} at x = {x:.4g}, y = {y:.4g} mm on the surface, over {over}"
+        drawn.heading(title_of(result), detail)
+    return drawn.figure
+
+
+def _request(result: Result, steps: Sequence[int]) -> tuple[TractionHistory, StressRequest]:
+    """Return the tractions and the request for one body. Raises PictureError."""
+    try:
+        tractions = TractionHistory(result)
+        return tractions, stress_request(tractions, steps, depths=(0.0,))
+    except CaseError as error:
+        raise PictureError(error.message) from error
+
+
+def _section_depths(tractions: TractionHistory, step: int) -> list[float]:
+    """Return depths a section shows: the surface, then those from half a cell on."""
+    grid = tractions.grid
+    radius = float(tractions.result.history["contact_radius"][step]) or 0.25 * grid.nx * grid.dx
+    depths = np.linspace(0.0, DEEPEST * radius, SECTION_DEPTHS)
+    return [0.0, *depths[depths >= 0.5 * grid.dx].tolist()]
+
+
+def _draw_section(
+    drawn: Canvas, axes: Axes, x: DoubleArray, depths: Sequence[float], values: DoubleArray, name: Invariant
+) -> None:
+    image = axes.pcolormesh(x, depths, values.T, shading="nearest", rasterized=True, **_colors(values, name))
+    axes.grid(False)
+    axes.set(xlabel="x (mm)", ylabel="depth (mm)", ylim=(depths[-1], 0.0))
+    drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
+
+
+def _draw_surface(
+    drawn: Canvas, axes: Axes, x: DoubleArray, y: DoubleArray, values: DoubleArray, name: Invariant
+) -> None:
+    extent = (*outer_edges(x), *outer_edges(y))
+    image = axes.imshow(values.T, origin="lower", extent=extent, **_colors(values, name))
+    axes.grid(False)
+    axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+    drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
+
+
+def _colors(values: DoubleArray, name: Invariant) -> dict[str, Any]:
+    """Return the colours of a panel: from 0 on, or about 0."""
+    if name == "mises":
+        return {"norm": Normalize(0.0, float(values.max()) or 1.0), "cmap": matplotlib.colormaps["cividis"]}
+    size = float(np.abs(values).max()) or 1.0
+    return {"norm": Normalize(-size, size), "cmap": matplotlib.colormaps["RdBu_r"]}
+
+
+def _cell(tractions: TractionHistory, at: tuple[float, float]) -> tuple[int, int]:
+    """Return the cell of a point (mm). Raises PictureError if it is off the grid."""
+    found = []
+    for axis, centres, value in zip("xy", (tractions.result.x, tractions.result.y), at, strict=True):
+        low, high = outer_edges(centres)
+        if not low - cell_size(centres) <= value <= high + cell_size(centres):
+            raise PictureError(f"{axis} = {value:g} mm is off the grid, which reaches from {low:.4g} to {high:.4g} mm")
+        found.append(int(np.abs(centres - value).argmin()))
+    return found[0], found[1]
+
+
+def _largest_tension(tractions: TractionHistory, request: StressRequest) -> tuple[int, int]:
+    """Return the cell of the surface with the largest tension of all increments of a request."""
+    best, cell = -np.inf, (0, 0)
+    for layer in layers(tractions, request):
+        values = invariant("tension", layer.stress)
+        if float(values.max()) > best:
+            best = float(values.max())
+            row, column = np.unravel_index(int(values.argmax()), values.shape)
+            cell = request.target[0].start + int(row), request.target[1].start + int(column)
+    return cell
