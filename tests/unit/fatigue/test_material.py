@@ -1,0 +1,95 @@
+"""Constants of a material and their ranges."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from fretsolve.errors import CaseError
+from fretsolve.fatigue.criteria import CRITERIA, fatigue_field, require_constants
+from fretsolve.fatigue.material import Material
+
+STEEL = {
+    "tension_limit": "300 MPa",
+    "torsion_limit": "190 MPa",
+    "tensile_strength": "700 MPa",
+    "yield_strength": "500 MPa",
+    "young_modulus": "200 GPa",
+    "poisson_ratio": 0.3,
+}
+
+
+def test_factors():
+    material = Material.model_validate(STEEL)
+    assert material.crossland_factor == pytest.approx(0.167949, abs=5e-7)
+    assert material.dang_van_factor == pytest.approx(0.4)
+    assert material.findley_factor == pytest.approx(0.276686, abs=5e-7)
+    assert material.findley_limit == pytest.approx(197.1386, abs=5e-5)
+    assert material.mcdiarmid_factor == pytest.approx(190.0 / 1400.0)
+    assert material.shear_modulus == pytest.approx(200e3 / 2.6)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_limit_in_tension_and_torsion_is_used_up_at_once(name):
+    """Amplitudes at both fatigue limits have utilisation 1, but for McDiarmid's in tension."""
+    material = Material.model_validate(STEEL)
+    stress = np.zeros((3, 6, 2))
+    stress[:, 0, 0] = [0.0, 300.0, -300.0]
+    stress[:, 3, 1] = [0.0, 190.0, -190.0]
+    used = fatigue_field(name, material, stress).utilisation
+    if name in ("fatemi-socie", "swt"):
+        assert used is None
+    else:
+        tension = 1.0 if name != "mcdiarmid" else (150.0 + 190.0 / 1400.0 * 150.0) / 190.0
+        np.testing.assert_allclose(used, [tension, 1.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("tension_limit", 0.0, "a pressure > 0 MPa is needed"),
+        ("tensile_strength", "-700 MPa", "a pressure > 0 MPa is needed"),
+        ("poisson_ratio", 0.6, "<= 0.5 is needed"),
+        ("fatemi_socie_factor", -1, ">= 0 is needed"),
+        ("yield_strength", "500 N", "is a force; a pressure such as"),
+        ("strain_life", {"strength": 1000, "strength_exponent": 0.1}, "< 0 is needed"),
+    ],
+)
+def test_constants_out_of_range_are_refused(key, value, message):
+    with pytest.raises(ValidationError, match=message):
+        Material.model_validate(STEEL | {key: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "torsion", "bound"),
+    [("crossland", 173.0, "above 0.57735"), ("dang-van", 150.0, "above 0.5"), ("findley", 300.0, "below 1")],
+)
+def test_ratio_of_limits_out_of_range_is_refused(name, torsion, bound):
+    material = Material.model_validate(STEEL | {"torsion_limit": torsion})
+    message = rf"torsion_limit/tension_limit is {torsion:g}/300 = .* a ratio .*{bound}.* is needed for {name}"
+    with pytest.raises(CaseError, match=message):
+        require_constants((name,), material)
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("crossland", "torsion_limit"),
+        ("dang-van", "tension_limit"),
+        ("findley", "tension_limit"),
+        ("mcdiarmid", "tensile_strength"),
+        ("fatemi-socie", "yield_strength"),
+        ("swt", "poisson_ratio"),
+    ],
+)
+def test_missing_constants_are_named(name, key):
+    with pytest.raises(CaseError, match="is missing") as caught:
+        require_constants((name,), Material.model_validate({k: v for k, v in STEEL.items() if k != key}))
+    assert caught.value.key == (key,)
+
+
+def test_own_limit_of_mcdiarmid():
+    material = Material.model_validate(STEEL | {"mcdiarmid_limit": 150.0})
+    assert material.mcdiarmid_shear_limit == 150.0
+    assert math.isclose(material.mcdiarmid_factor, 150.0 / 1400.0)
