@@ -286,6 +286,48 @@ def stress(threads: int, **options: Any) -> int:
 
 
 @main.command()
+@_OUT
+@click.option(
+    "--material",
+    metavar="FILE|KEYS",
+    required=True,
+    help="The constants: a YAML file, or keys such as 'tension_limit=300 MPa,torsion_limit=190 MPa'.",
+)
+@repeatable_option(
+    "--criterion",
+    "criteria",
+    "NAME,...",
+    "crossland, dang-van, findley, mcdiarmid, fatemi-socie or swt.",
+    required=True,
+)
+@click.option(
+    "--average",
+    metavar="KIND:LENGTH",
+    help="Average stresses first: point:20um (at half the length below the surface), line:20um (over twice the length),"
+    " volume:20um (over a cube).",
+)
+@click.option("--cycle", type=click.Choice(["last"]), default="last", show_default=True, help="The cycle to look at.")
+@repeatable_option(
+    "--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=click.Choice(["1", "2"])
+)
+@output_option("By default OUT with .fatigue.h5.", "FILE", "target")
+@overwrite_option("an existing file")
+@click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads for stresses.")
+@quiet_option
+def fatigue(threads: int, cycle: str, **options: Any) -> int:
+    """Find where cracks may begin, from the result OUT or from a file of its stresses.
+
+    FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.
+    The worst places are printed. From a result the stresses of its last cycle are computed first, at the depths of
+    `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
+    no cycle.
+    """
+    from fretsolve.commands.fatigue import fatigue_of_result
+
+    return fatigue_of_result(threads=available(threads), **options)
+
+
+@main.command()
 @click.argument("kind", type=click.Choice(TEMPLATES))
 @output_option("By default KIND.yaml.", "CASE", "target")
 def new(kind: str, target: Path | None) -> int:

@@ -34,13 +34,17 @@ class Average:
             return 0.5 * self.length, 0.5 * self.length
         return 0.0, self.length * (2.0 if self.kind == "line" else 1.0)
 
-    def require_resolved(self, depths: DoubleArray, cell: tuple[float, float]) -> None:
-        """Raise CaseError if L is below a cell, or the stored depths do not hold the range."""
+    def require_length(self, cell: tuple[float, float]) -> None:
+        """Raise CaseError if L is below a cell."""
         largest = max(cell)
         if not self.length >= largest:
             raise CaseError(
                 f"the averaging length {self.length:g} mm is below a cell; {largest:.4g} mm or more is needed"
             )
+
+    def require_resolved(self, depths: DoubleArray, cell: tuple[float, float]) -> None:
+        """Raise CaseError if L is below a cell, or the stored depths do not hold the range."""
+        self.require_length(cell)
         first, last = self.depth_range
         rounding = 1e-9 * last
         if first < depths[0] - rounding or last > depths[-1] + rounding:

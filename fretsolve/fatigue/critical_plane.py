@@ -70,11 +70,16 @@ def scan_margin(step: float) -> float:
 
 
 def search(
-    criterion: PlaneCriterion, stress: DoubleArray, step: float = SCAN_STEP, refine_all: bool = False
+    criterion: PlaneCriterion,
+    stress: DoubleArray,
+    step: float = SCAN_STEP,
+    refine_all: bool = False,
+    known: float = -np.inf,
 ) -> PlaneField:
     """Return the parameter and the critical plane of each point; stress: (steps, 6, points) in MPa.
 
-    step: degrees between the planes of the scan; refine_all: also refine points that cannot be the worst.
+    step: degrees between the planes of the scan; refine_all: also refine points that cannot be the worst. known: the
+    largest value of points that were searched before, so that only worse ones are refined.
     """
     steps, _, points = stress.shape
     value, bound = np.empty(points), np.empty(points)
@@ -85,7 +90,7 @@ def search(
     bound *= 1.0 + scan_margin(step)
     order = np.argsort(-bound)
     scan = Scan(criterion, min(step, REFINED_STEP))
-    worst = -np.inf
+    worst = known
     for block in _blocks(points, REFINED_AT_ONCE // steps):
         some = order[block]
         if not refine_all:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fretsolve.case.history import BULK
 from fretsolve.case.load_path_spec import CycleSpec, stage_count
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result
@@ -113,15 +114,11 @@ def bounding_window(cells: BoolArray) -> Window:
     return slices[0], slices[1]
 
 
-def last_cycle(result: Result) -> tuple[int, ...]:
-    """Return the increments with fields of the last `cycle` that the result holds whole, and the one before it.
+def cycle_stages(case: Case | None, reached: int) -> tuple[int, int] | None:
+    """Return the stages, from after the first to the second one, of the last whole `cycle` up to stage `reached`.
 
-    Raises CaseError if there is none.
+    None if there is none.
     """
-    case = result.case
-    reached = int(result.history["stage"][-1]) if result.increments else 0
-    if result.status != "complete":
-        reached -= 1  # the last stage may not have ended
     found: tuple[int, int] | None = None
     before = 0
     for step in case.load_path if case is not None else ():
@@ -132,6 +129,18 @@ def last_cycle(result: Result) -> tuple[int, ...]:
             if whole > 0:
                 found = before + (whole - 1) * length, before + whole * length
         before += count
+    return found
+
+
+def last_cycle(result: Result) -> tuple[int, ...]:
+    """Return the increments with fields of the last `cycle` that the result holds whole, and the one before it.
+
+    Raises CaseError if there is none.
+    """
+    reached = int(result.history["stage"][-1]) if result.increments else 0
+    if result.status != "complete":
+        reached -= 1  # the last stage may not have ended
+    found = cycle_stages(result.case, reached)
     if found is None:
         message = "the load path has no cycle that the result holds; --stage or --step chooses increments"
         raise CaseError(message, (), result.path)

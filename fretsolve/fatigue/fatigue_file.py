@@ -1,0 +1,212 @@
+"""The file of fatigue parameters: fields over depth, x and y for each body and criterion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve import __version__
+from fretsolve.errors import FileError
+from fretsolve.fatigue.criteria import FatigueField, fatigue_field
+from fretsolve.fatigue.critical_plane import SCAN_STEP
+from fretsolve.fatigue.material import Material
+from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
+from fretsolve.result.layout import FIELD_FILTERS, Quantity, X, Y, create_column
+from fretsolve.stress.stress_file import DEPTH
+from fretsolve.system import atomic_files
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
+
+FORMAT = "fretsolve fatigue 1"
+"""Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
+
+COMPONENT = Quantity("component", "1", "component of a normal: 0 along x, 1 along y, 2 along z", "int64")
+MEANINGS = {
+    "": "{}",
+    "_normal": "normal of the critical plane of {}",
+    "_refined": "1 where the critical plane of {} is refined, 0 where it is that of the scan",
+    "_utilisation": "{} over its limit",
+    "_life": "cycles to a crack by {}",
+}
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest value of a criterion: where it is (mm), its plane, and what follows from it."""
+
+    criterion: str
+    units: str
+    value: float
+    place: tuple[float, float, float]
+    limit: float | None = None
+    normal: tuple[float, float, float] | None = None
+    life: float | None = None
+
+
+def fatigue_path(source: Path) -> Path:
+    """Return the name of the file of fatigue parameters beside a result or a file of stresses."""
+    return source.with_name(source.name.removesuffix(source.suffix).removesuffix(".stress") + ".fatigue.h5")
+
+
+def write_fatigue(
+    cycles: Mapping[int, StressCycle],
+    materials: Mapping[int, Material],
+    criteria: tuple[str, ...],
+    target: Path,
+    attributes: Mapping[str, str],
+    show: Callable[[], object] = lambda: None,
+) -> tuple[dict[int, dict[str, Worst]], float]:
+    """Compute the parameters of each body, write them, and return the worst places and how far the cycle is open.
+
+    attributes: those of the file besides format and version; show: called after each layer. Raises OSError.
+    """
+    worst: dict[int, dict[str, Worst]] = {}
+    widest = 0.0
+    with atomic_files.new_hdf5(target) as file:
+        file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, **attributes})
+        for number, cycle in cycles.items():
+            group, scales = _create_body(file, number, cycle)
+            worst[number] = {}
+            for depth, stress in enumerate(cycle.layers()):
+                widest = max(widest, opening_of(stress))
+                for name, field in _fields(criteria, materials[number], stress, worst[number]):
+                    _write_layer(group, scales, field, depth)
+                    found = _worst_of(field, cycle, depth)
+                    if name not in worst[number] or found.value > worst[number][name].value:
+                        worst[number][name] = found
+                show()
+            for name, found in worst[number].items():
+                group[dataset_name(name)].attrs.update(_attributes_of(found))
+    return worst, widest
+
+
+def dataset_name(criterion: str) -> str:
+    """Return the name of a criterion in files, such as dang_van."""
+    return criterion.replace("-", "_")
+
+
+def _fields(
+    criteria: tuple[str, ...], material: Material, stress: DoubleArray, before: Mapping[str, Worst]
+) -> Iterator[tuple[str, FatigueField]]:
+    """Yield each criterion in a layer; before: the worst of the layers before it, below which no plane is refined."""
+    for name in criteria:
+        options = {"known": before[name].value} if name in before and before[name].normal is not None else {}
+        yield name, fatigue_field(name, material, stress, **options)
+
+
+def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
+    """Create the group of a body with its axes, and return it with their scales."""
+    group = file.create_group(f"fatigue/body_{number}")
+    body = cycle.body
+    group.attrs["steps"] = np.asarray(body.steps)[list(cycle.chosen)]
+    axes = (DEPTH, cycle.depths), (X, body.x), (Y, body.y), (COMPONENT, np.arange(3))
+    return group, [create_column(group, quantity, values) for quantity, values in axes]
+
+
+def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int) -> None:
+    """Write the values of a criterion at one depth."""
+    name, title = dataset_name(field.criterion), field.criterion
+    normal = field.normal.T if field.normal is not None else None
+    parts: dict[str, tuple[NDArray[Any] | None, str]] = {
+        "": (field.value, field.units),
+        "_normal": (normal, "1"),
+        "_refined": (field.refined, "1"),
+        "_utilisation": (field.utilisation, "1"),
+        "_life": (field.life, "1"),
+    }
+    shape = tuple(len(scale) for scale in scales[:3])
+    for suffix, (values, units) in parts.items():
+        if values is None:
+            continue
+        axes = scales if suffix == "_normal" else scales[:3]
+        if name + suffix not in group:
+            kind = "uint8" if suffix == "_refined" else "float64"
+            whole = tuple(len(scale) for scale in axes)
+            dataset = group.create_dataset(name + suffix, whole, kind, chunks=(1, *whole[1:]), **FIELD_FILTERS)
+            dataset.attrs.update(units=units, long_name=MEANINGS[suffix].format(title))
+            for axis, scale in enumerate(axes):
+                dataset.dims[axis].attach_scale(scale)
+        group[name + suffix][depth] = values.reshape(*shape[1:], *values.shape[1:])
+
+
+def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
+    point = field.worst
+    i, j = divmod(point, cycle.shape[1])
+    return Worst(
+        field.criterion,
+        field.units,
+        float(field.value[point]),
+        (float(cycle.body.x[i]), float(cycle.body.y[j]), float(cycle.depths[depth])),
+        field.limit,
+        (float(field.normal[0, point]), float(field.normal[1, point]), float(field.normal[2, point]))
+        if field.normal is not None
+        else None,
+        float(field.life[point]) if field.life is not None else None,
+    )
+
+
+def _attributes_of(worst: Worst) -> dict[str, Any]:
+    """Return the attributes of a criterion's dataset."""
+    found: dict[str, Any] = {"worst": worst.value, "worst_place": worst.place}
+    if worst.limit is not None:
+        found["limit"] = worst.limit
+    if worst.normal is not None:
+        found |= {"worst_normal": worst.normal, "scan_step": SCAN_STEP}
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFatigue:
+    """The part of a file of fatigue parameters about one body.
+
+    depths, x, y: in mm; criteria: names of datasets; group: the open HDF5 group.
+    """
+
+    depths: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    criteria: tuple[str, ...]
+    group: Any
+
+    def field(self, name: str) -> NDArray[Any]:
+        """Return a dataset (depths, nx, ny), or (depths, nx, ny, 3) of normals."""
+        return np.asarray(own_dataset(self.group, name)[()])
+
+    def attribute(self, name: str, of: str) -> Any:
+        """Return an attribute of a dataset, None if it has none of that name."""
+        return own_dataset(self.group, name).attrs.get(of)
+
+
+def is_fatigue_file(path: Path) -> bool:
+    """Return whether `path` is a file of fatigue parameters; False for what is not HDF5 at all."""
+    try:
+        with open_hdf5(path) as file:
+            return "fatigue" in file
+    except (OSError, FileError):
+        return False
+
+
+def fatigue_bodies(file: Any, path: Path) -> dict[int, BodyFatigue]:
+    """Return the bodies of an open file of fatigue parameters. Raises FileError if it is not one, or is damaged."""
+    try:
+        numbers = [number for number in (1, 2) if f"fatigue/body_{number}" in file]
+        found = {number: _read_body(own_node(file, f"fatigue/body_{number}")) for number in numbers}
+    except (KeyError, ValueError, OSError) as error:
+        raise FileError(f"is damaged, or not a file of fatigue parameters: {error}", path) from error
+    if not found:
+        raise FileError("is not a file of fatigue parameters, which `fretsolve fatigue` writes", path)
+    return found
+
+
+def _read_body(group: Any) -> BodyFatigue:
+    depths, x, y = (own_dataset(group, name)[:] for name in ("depth", "x", "y"))
+    criteria = tuple(name for name in group if "worst" in group[name].attrs)
+    whole = len(depths), len(x), len(y)
+    if any(own_dataset(group, name).shape != whole for name in criteria):
+        raise ValueError("a parameter does not have the shape of its axes")
+    return BodyFatigue(depths, x, y, criteria, group)

@@ -1,0 +1,67 @@
+"""Read the constants of a material from a YAML file, or from keys on the command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fretsolve.case.loading import CaseText, read_case, validated
+from fretsolve.case.source import CaseSource, parse
+from fretsolve.errors import CaseError, KeyPath
+from fretsolve.fatigue.criteria import require_constants
+from fretsolve.fatigue.material import Material
+
+ON_COMMAND_LINE = Path("--material")
+
+
+@dataclass(frozen=True)
+class KeysSource(CaseSource):
+    """The origin of keys on the command line, which have no lines."""
+
+    def locate(self, key: KeyPath) -> None:
+        """Return None."""
+
+
+@dataclass(frozen=True)
+class MaterialSource:
+    """A material, and where each of its constants was given."""
+
+    material: Material
+    source: CaseSource
+
+    def with_elastic_constants(self, body: dict[str, Any]) -> MaterialSource:
+        """Return the material with the elastic constants of a body of an effective case, unless it has its own."""
+        names = "young_modulus", "poisson_ratio"
+        lacking = {name: float(body[name]) for name in names if getattr(self.material, name) is None and name in body}
+        return MaterialSource(self.material.model_copy(update=lacking), self.source)
+
+    def require(self, criteria: tuple[str, ...]) -> None:
+        """Raise CaseError, with its place, for a constant that a criterion lacks or cannot use."""
+        try:
+            require_constants(criteria, self.material)
+        except CaseError as error:
+            raise self.source.problem(error.message, error.key) from None
+
+
+def read_material(text: str) -> MaterialSource:
+    """Return the material in a YAML file, or in keys such as ``tension_limit=300 MPa,torsion_limit=190 MPa``.
+
+    Raises CaseError, FileError.
+    """
+    found = _from_keys(text) if "=" in text else read_case(text)
+    found.require_mapping(list(Material.model_fields))
+    return MaterialSource(validated(Material, found.data, found.source, found.problems), found.source)
+
+
+def _from_keys(text: str) -> CaseText:
+    pairs = [pair.partition("=") for pair in text.split(",")]
+    wrong = next((key for key, equals, value in pairs if not (key.strip() and equals and value.strip())), None)
+    if wrong is not None:
+        raise CaseError(f"{text!r} is not a list KEY=VALUE,KEY=VALUE of constants", (), ON_COMMAND_LINE)
+    try:
+        parsed = parse("\n".join(f"{key.strip()}: {value.strip()}" for key, _, value in pairs))
+    except CaseError as error:
+        raise CaseError(error.message, (), ON_COMMAND_LINE) from None
+    problems = [CaseError(flaw.message, flaw.key, ON_COMMAND_LINE) for flaw in parsed.flaws]
+    return CaseText(parsed.value, KeysSource(ON_COMMAND_LINE, text, parsed.place), tuple(problems))

@@ -1,0 +1,160 @@
+"""``fretsolve fatigue``: from a result or its stresses to the worst places."""
+
+import h5py
+import numpy as np
+import pytest
+from command_line import invoke, refused
+
+CASE = """\
+title: loop
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 20}
+friction: 0.4
+load_path:
+  - {P: 400 N}
+  - {Qx: 100 N, increments: 2}
+  - cycle: {times: 2, stages: [{Qx: -100 N, increments: 2}, {Qx: 100 N, increments: 2}]}
+"""
+KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_strength=500 MPa"
+CURVE = "{strength: 900 MPa, strength_exponent: -0.09, ductility: 0.6, ductility_exponent: -0.6}"
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """A result with two cycles, of four states each."""
+    folder = tmp_path_factory.mktemp("fatigue")
+    (folder / "loop.yaml").write_text(CASE)
+    assert invoke("run", folder / "loop.yaml", "-q").exit_code == 0
+    return folder / "loop.h5"
+
+
+@pytest.fixture(scope="module")
+def stresses(solved):
+    """The stresses of its last cycle."""
+    target = solved.with_name("loop.stress.h5")
+    depths = ["--depth", "0", "--depth", "20um", "--depth", "90um"]
+    assert invoke("stress", solved, "--cycle", "last", *depths, "-q", "-o", target).exit_code == 0
+    return target
+
+
+def test_all_criteria_from_a_result(solved):
+    target = solved.with_name("all.h5")
+    names = "crossland,dang-van,findley,mcdiarmid,fatemi-socie,swt"
+    result = invoke("fatigue", solved, "--material", KEYS, "--criterion", names, "-o", target)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "body 2, 13 depths, 5 states:"
+    with h5py.File(target) as file:
+        group = file["fatigue/body_2"]
+        assert group["findley"].dims[0][0].name == "/fatigue/body_2/depth"
+        assert group["findley_normal"].shape == (*group["findley"].shape, 3)
+        np.testing.assert_allclose(np.linalg.norm(group["findley_normal"], axis=-1), 1.0, rtol=1e-9)
+        np.testing.assert_allclose(group["crossland_utilisation"], group["crossland"][()] / 190.0)
+        for name in names.replace("-", "_").split(","):
+            assert group[name].attrs["worst"] == group[name][()].max() > 0.0
+        place = tuple(np.unravel_index(group["findley"][()].argmax(), group["findley"].shape))
+        assert group["findley_refined"][place] == 1
+        axes = (group[axis][index] for axis, index in zip(("depth", "x", "y"), place, strict=True))
+        depth, x, y = axes
+        np.testing.assert_allclose(group["findley"].attrs["worst_place"], (x, y, depth))
+    assert [path.name for path in solved.parent.glob(".fretsolve*")] == []
+
+
+def test_symmetric_loop_is_symmetric(stresses):
+    """The loop is closed and alternates, so that what happens at x happens at -x half a cycle later."""
+    target = stresses.with_name("symmetric.h5")
+    assert invoke("fatigue", stresses, "--material", KEYS, "--criterion", "findley", "-o", target).exit_code == 0
+    with h5py.File(target) as file:
+        value = file["fatigue/body_2/findley"][()]
+        np.testing.assert_allclose(value, value[:, ::-1], rtol=2e-2, atol=1e-2 * value.max())
+        np.testing.assert_allclose(value, value[:, :, ::-1], rtol=2e-2, atol=1e-2 * value.max())
+        assert file["fatigue/body_2"].attrs["steps"].tolist() == [6, 7, 8, 9, 10]
+
+
+def test_lives_from_a_curve_in_a_file(stresses):
+    material = stresses.with_name("steel.yaml")
+    material.write_text(f"name: steel\nyield_strength: 500 MPa\nstrain_life: {CURVE}\nshear_strain_life: {CURVE}\n")
+    target = stresses.with_name("lives.h5")
+    result = invoke("fatigue", stresses, "--material", material, "--criterion", "swt,fatemi-socie", "-o", target)
+    assert result.stdout.count(", life ") == 2
+    with h5py.File(target) as file:
+        group = file["fatigue/body_2"]
+        assert group["swt_life"].attrs["units"] == "1"
+        life = group["swt_life"][()].ravel()[np.argsort(group["swt"][()].ravel())]
+        assert (life[1:] <= life[:-1]).all()
+
+
+def test_averages_lower_the_worst(stresses):
+    worst = []
+    for average in ((), ("--average", "point:50um"), ("--average", "line:40um"), ("--average", "volume:60um")):
+        target = stresses.with_name("average.h5")
+        words = ("--material", KEYS, "--criterion", "crossland", "--overwrite", "-q", "-o", target, *average)
+        assert invoke("fatigue", stresses, *words).exit_code == 0
+        with h5py.File(target) as file:
+            worst.append(float(file["fatigue/body_2/crossland"].attrs["worst"]))
+            depths = file["fatigue/body_2/depth"][()]
+        assert len(depths) == (1 if average else 3)
+    assert worst[0] > max(worst[1:])
+
+
+def test_average_of_a_result_has_the_depths_that_it_needs(solved):
+    target = solved.with_name("point.h5")
+    words = ("--material", KEYS, "--criterion", "crossland", "-o", target)
+    result = invoke("fatigue", solved, *words, "--average", "point:40um")
+    assert result.exit_code == 0
+    assert "point average over 0.04 mm" in result.stdout
+    assert "depth 0.02 mm" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--material", "tension_limit=300", "--criterion", "findley"], "--material: torsion_limit: is missing; a pre"),
+        (
+            ["--material", "tension_limit=-3", "--criterion", "findley"],
+            "--material: tension_limit: -3 is out of range; ",
+        ),
+        (["--material", "tension=300", "--criterion", "findley"], "--material: tension: unknown key 'tension'"),
+        (["--material", "tension_limit=", "--criterion", "findley"], "is not a list KEY=VALUE,KEY=VALUE"),
+        (["--material", KEYS.replace("190", "150"), "--criterion", "dang-van"], "= 0.5; a ratio above 0.5 is needed"),
+        (["--material", KEYS, "--criterion", "finley"], "--criterion: 'finley' is not a criterion; did you mean 'fi"),
+        (["--material", KEYS, "--criterion", "findley", "--average", "ball:1mm"], "'ball:1mm' is not an average; one "),
+        (["--material", KEYS, "--criterion", "findley", "--average", "line:-1"], "'-1' is out of range; a length > 0"),
+        (["--material", KEYS, "--criterion", "findley", "--average", "line:9um"], "0.009 mm is below a cell; 0.03"),
+    ],
+)
+def test_mistakes(solved, words, message):
+    assert message in refused(2, "fatigue", solved, *words, "-o", solved.with_name("none.h5"))
+    assert not solved.with_name("none.h5").exists()
+
+
+def test_mistakes_about_the_file_of_stresses(stresses):
+    words = ("--material", KEYS, "--criterion", "findley", "-o", stresses.with_name("none.h5"))
+    message = refused(2, "fatigue", stresses, *words, "--average", "line:50um")
+    assert "needs depths from 0 to 0.1 mm, the stresses reach from 0 to 0.09 mm" in message
+    assert "there are no stresses of body 1, only of body 2" in refused(2, "fatigue", stresses, *words, "--body", "1")
+    assert "exists" in refused(2, "fatigue", stresses, *words[:-1], stresses.with_name("loop.yaml").with_suffix(".h5"))
+    few = stresses.with_name("few.h5")
+    assert invoke("stress", stresses.with_name("loop.h5"), "--step", 5, "--step", 6, "-q", "-o", few).exit_code == 0
+    assert "has 2 stored states; 3 or more are needed" in refused(2, "fatigue", few, *words)
+
+
+def test_result_without_a_cycle(tmp_path):
+    case = tmp_path / "once.yaml"
+    case.write_text(CASE.partition("  - cycle")[0])
+    assert invoke("run", case, "-q").exit_code == 0
+    message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
+    assert "has no cycle" in message
+    assert "`fretsolve stress --step`" in message
+
+
+def test_open_cycle_gives_a_warning(solved):
+    open_stresses = solved.with_name("open.h5")
+    steps = [word for step in (3, 4, 5) for word in ("--step", step)]
+    assert invoke("stress", solved, *steps, "--depth", "0", "-q", "-o", open_stresses).exit_code == 0
+    words = ("--material", KEYS, "--criterion", "crossland", "-q", "-o", solved.with_name("opened.h5"))
+    result = invoke("fatigue", open_stresses, *words)
+    assert result.exit_code == 0
+    assert "warning: the cycle is not closed" in result.stderr
