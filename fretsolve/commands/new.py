@@ -15,8 +15,8 @@ HEIGHTS = "HEIGHTS"
 POINTS, SPACING = 128, 8e-3
 """Points per side of the height map, and their spacing (mm)."""
 
-RMS, HURST, LONGEST = 1e-4, 0.8, 0.25
-"""Rms height (mm), Hurst exponent and longest wave (mm) of the synthetic roughness."""
+RMS, HURST, LONGEST, SHORTEST = 1e-4, 0.8, 0.25, 0.064
+"""Rms height (mm), Hurst exponent, longest and shortest wave (mm) of the synthetic roughness."""
 
 
 def new_case(kind: str, out: Path) -> int:
@@ -42,7 +42,7 @@ def _heights() -> str:
     random = np.random.default_rng(1)
     wave = np.hypot(np.fft.fftfreq(POINTS, SPACING)[:, None], np.fft.rfftfreq(POINTS, SPACING)[None, :])
     amplitude = np.maximum(wave, 1.0 / LONGEST) ** -(1.0 + HURST)
-    amplitude[0, 0] = 0.0
+    amplitude[wave > 1.0 / SHORTEST] = amplitude[0, 0] = 0.0
     heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(POINTS, POINTS))
     heights *= 1e3 * RMS / heights.std()
     return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
