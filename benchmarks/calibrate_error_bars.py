@@ -9,7 +9,8 @@ to 4. The cases of the seed asked for, 5 by default, are unseen. Prints Markdown
 ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a file and writes every comparison at the end of a
 stage to ``data/error_bars.csv`` beside it. Compared are the values that the load path does not impose and that are more
 than round-off, as run and corrected, at the ends of stages and, where there is a fine run, at all increments; where an
-increment leaves a value as it is, as one of shear leaves the pressure, it is compared once.
+increment leaves a value as it is, as one of shear leaves the pressure, it is compared once. The fine run is corrected
+for its own increments, too.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from calibration_cases import CASES, HELD_OUT, CalibrationCase
+from corrected_truth import corrected_run, knows_peak
 from in_processes import outcomes
 from marked import data_file, parser_of, report, write_csv
 from random_cases import random_cases
 
-import fretsolve
 from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -44,9 +45,6 @@ QUANTITIES = {
 }
 UNCHANGED = 1e-6
 """A value that changes with its error by less than this much of it is not compared again."""
-
-SINGULAR = frozenset({"cone", "cone, sheared", "punch, sharp edge"})
-"""Cases with an infinite pressure, to which no maximum of cells converges. All cones have one."""
 
 
 @dataclass(frozen=True)
@@ -129,16 +127,15 @@ def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping
     if case.exact is not None:
         return {ends[stage - 1]: values for stage, values in case.exact(setup.model.compliances).items()}
     fine = set_up(case.fine_case())
-    path = [state.summary for state in fretsolve.run(fine)]
-    singular = case.name in SINGULAR or "cone" in case.parts.get("surface", ())
-    names = [name for name in QUANTITIES if name != "max_pressure" or not singular]
+    path = corrected_run(fine)
+    names = [name for name in QUANTITIES if name != "max_pressure" or knows_peak(fine)]
     values = {}
     for end, count, fine_end, fine_count in zip(
         ends, setup.load_path.counts, fine.load_path.last_steps, fine.load_path.counts, strict=True
     ):
         for back in range(count):
-            summary = path[fine_end - back * fine_count // count]
-            values[end - back] = {name: float(getattr(summary, name)) for name in names}
+            row = path[fine_end - back * fine_count // count]
+            values[end - back] = {name: float(row[name]) for name in names}
     return values
 
 
@@ -161,7 +158,7 @@ def step_rows(
     for name, exact in truth.items():
         value, bar = float(getattr(summary, name)), float(getattr(errors, f"{name}_error"))
         imposed = name in QUANTITIES and abs(value - exact) < 1e-5 * abs(exact) and bar < 1e-5 * abs(exact)
-        if max(abs(value), abs(exact)) <= nothing[name] or imposed:
+        if max(abs(value), abs(exact)) <= nothing[name] or imposed or math.isinf(bar):
             continue
         yield Row(case, summary.stage, end, name, value, abs(value - exact), bar)
         if name in CORRECTED:

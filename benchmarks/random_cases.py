@@ -1,15 +1,16 @@
 """Random cases that nobody tuned the error bars on: surfaces, materials, friction and load paths drawn from a seed.
 
-A case depends on its seed and its number alone, so that the first 20 of 60 are the same cases as 20 of 20. Truth is a
-run with more points and more increments. Moments and displacements are drawn relative to closed forms of the contact,
-so that most paths have a solution; a case that has none is reported as such.
+A case depends on its seed and its number alone, so that the first 20 of 60 are the same cases as 20 of 20. Seeds from
+6 on draw from a wider sample: slender cells, sharp edges, maps finer than the cells, many and automatic increments.
+Truth is a run with more points and more increments. Moments and displacements are drawn relative to closed forms of
+the contact, so that most paths have a solution; a case that has none is reported as such.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -34,6 +35,15 @@ SURFACES = (
         "rough map",
     ),
 )
+WIDER_SEED = 6
+"""First seed whose cases are drawn from the wider sample; those of earlier seeds stay as they were."""
+
+WIDER_SURFACES = (*SURFACES, "sharp cylinder", "nearly sharp punch", "sharp punch", "fine map", "coarse map")
+"""With sharp ends, roundings and heights finer than the cells, and waves near the spacing of the map."""
+
+SLENDERNESS = (1.0, 1.0, 1.0, 4.0, 10.0)
+"""Long over short sides of cells in the wider sample."""
+
 PATHS = (
     *("pressed", "shear", "shear", "reversal", "cycle", "oblique", "torsion", "displacement", "moment", "mixed"),
     *("partly unloaded", "moment and shear"),
@@ -56,12 +66,13 @@ class RandomCase(CalibrationCase):
     def fine_case(self) -> Case:
         """The same on the same area with more points and increments."""
         setup = set_up(self.case())
-        path = [
-            {**dict(stage.targets), "increments": count * finer(count), "spacing": stage.spacing or "equal"}
-            for stage, count in zip(setup.case.stages(), setup.load_path.counts, strict=True)
+        path = setup.load_path
+        stages = [
+            {**dict(stage.targets), "increments": count * finer(count), "spacing": "graded" if graded else "equal"}
+            for stage, count, graded in zip(setup.case.stages(), path.counts, path.graded, strict=True)
         ]
         points = [self.points * count for count in setup.grid.shape]
-        return self._with(grid={**self.parts["grid"], "points": points}, load_path=path)
+        return self._with(grid={**self.parts["grid"], "points": points}, load_path=stages)
 
     def fine_counts(self) -> tuple[int, ...]:
         """Increments per stage of the fine run."""
@@ -69,18 +80,18 @@ class RandomCase(CalibrationCase):
 
 
 def finer(count: int) -> int:
-    """Return how many increments of the fine run stand for one of a stage with `count` of them."""
-    return max(FINER_INCREMENTS, math.ceil(LEAST_FINE_INCREMENTS / count))
+    """Return how many increments, an even number, of the fine run stand for one of a stage with `count` of them."""
+    return 2 * math.ceil(0.5 * max(FINER_INCREMENTS, LEAST_FINE_INCREMENTS / count))
 
 
 def random_cases(seed: int, count: int, maps: Path = MAP_FOLDER) -> Iterator[RandomCase]:
     """Yield `count` cases; height maps are written into the folder `maps`."""
     for number in range(count):
-        yield _draw(Random(f"{seed}-{number}"), f"{seed}-{number:02d}", maps)
+        yield _draw(Random(f"{seed}-{number}"), f"{seed}-{number:02d}", maps, wider=seed >= WIDER_SEED)
 
 
-def _draw(random: Random, label: str, maps: Path) -> RandomCase:
-    kind = random.choice(SURFACES)
+def _draw(random: Random, label: str, maps: Path, *, wider: bool) -> RandomCase:
+    kind = random.choice(WIDER_SURFACES if wider else SURFACES)
     surface, load = _surface(random, kind, maps / f"{label}.npy")
     bodies, alike = _bodies(random)
     friction = round(math.exp(random.uniform(math.log(0.02), math.log(1.5))), 3)
@@ -96,7 +107,40 @@ def _draw(random: Random, label: str, maps: Path) -> RandomCase:
         nx, ny = (max(24, min(64, round(points * side / math.sqrt(size[0] * size[1]) / 2) * 2)) for side in size)
     parts = {**base, "grid": {"points": [nx, ny], "size": size}, "load_path": path}
     name = f"{label} {kind}, {'similar' if alike else 'dissimilar'}, friction {friction:g}, {words}"
-    return RandomCase(name, parts)
+    return _widened(random, RandomCase(name, parts)) if wider else RandomCase(name, parts)
+
+
+def _widened(random: Random, case: RandomCase) -> RandomCase:
+    """Return a case with slender cells, with many or automatic increments, or as it is."""
+    grid, path, words = dict(case.parts["grid"]), list(case.parts["load_path"]), case.name
+    slender = random.choice(SLENDERNESS)
+    if slender > 1.0:
+        nx, ny = grid["points"]
+        along_x = random.random() < 0.5
+        # As many cells as before, but at least 24 along each side.
+        few, many = (nx, ny) if along_x else (ny, nx)
+        fewer = max(24, round(few / math.sqrt(slender) / 2) * 2)
+        more = min(256, round(slender * many * fewer / few / 2) * 2)
+        grid["points"] = [fewer, more] if along_x else [more, fewer]
+        words += f", cells 1:{slender:g}"
+    counts = random.choice(("few", "few", "few", "many", "auto"))
+    if counts != "few":
+        path = [_recounted(stage, random.choice((16, 24)) if counts == "many" else None) for stage in path]
+        words += f", {counts} increments"
+    return replace(case, name=words, parts={**case.parts, "grid": grid, "load_path": path})
+
+
+def _recounted(stage: Mapping[str, Any], count: int | None) -> dict[str, Any]:
+    """Return a stage, or a cycle of stages, with `count` increments in each; automatic ones if it is None."""
+    if "cycle" in stage:
+        cycle = stage["cycle"]
+        return {"cycle": {**cycle, "stages": [_recounted(part, count) for part in cycle["stages"]]}}
+    return {**stage, "increments": count} if count else {**without(stage, "spacing"), "increments": "auto"}
+
+
+def without(stage: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """Return a stage without a key."""
+    return {name: value for name, value in stage.items() if name != key}
 
 
 def _surface(random: Random, kind: str, file: Path) -> tuple[Any, float]:
@@ -128,14 +172,23 @@ def _surface(random: Random, kind: str, file: Path) -> tuple[Any, float]:
         case "ring":
             punch = {"radius": round(0.05 * radius, 4), "edge_radius": round(0.025 * radius, 4)}
             return [{"sphere": {"radius": -20.0 * radius}}, {"punch": punch}], load
-    # The waves of the maps are some cells long.
+        case "sharp cylinder":
+            return {"cylinder": {"radius": radius, "axis": random.choice(("x", "y")), "length": 0.15 * radius}}, load
+        case "nearly sharp punch":
+            return {"punch": {"radius": 0.05 * radius, "edge_radius": random.choice((3e-4, 1e-3)) * radius}}, load
+        case "sharp punch":
+            return {"punch": {"half_width" if random.random() < 0.5 else "radius": 0.05 * radius}}, load
+    # The waves of the maps are some cells long, those of fine maps shorter; coarse maps have few points on them.
     side, count = 0.12 * radius, 257
+    shortest, longest = (0.006, 0.012) if kind == "fine map" else (0.025, 0.05)
+    if kind == "coarse map":
+        count = 25
     axis_values = np.linspace(-side, side, count)
     x, y = np.meshgrid(axis_values, axis_values, indexing="ij")
     waves = 1 if kind == "wavy sphere" else 6
     heights = np.zeros_like(x)
     for _ in range(waves):
-        length, turn = random.uniform(0.025, 0.05) * radius, random.uniform(0.0, math.pi)
+        length, turn = random.uniform(shortest, longest) * radius, random.uniform(0.0, math.pi)
         phase = random.uniform(0.0, 2.0 * math.pi)
         heights += np.sin(2.0 * math.pi * (x * math.cos(turn) + y * math.sin(turn)) / length + phase)
     file.parent.mkdir(exist_ok=True)
