@@ -78,6 +78,42 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {2: {"contact_radius": 0.4958, "max_pressure": 4600.0}},
     ),
+    "a crowned cylinder": (
+        {
+            "surface": {"cylinder": {"radius": 5.0, "axis": "x", "crown_radius": 40.0}},
+            "friction": 0.3,
+            "grid": {"points": [40, 24], "size": [0.9, 0.3]},
+            "load_path": [{"P": 100.0}, {"Qx": 20.0, "increments": 2}],
+        },
+        {
+            2: {
+                "delta_z": 3.0282e-3,
+                "contact_radius": 0.20166,
+                "max_pressure": 1173.4,
+                "delta_x": 6.0419e-4,
+                "stick_radius": 0.13973,
+                "work_total": 7.155e-4,
+            }
+        },
+    ),
+    "a ring": (
+        {
+            "surface": [{"sphere": {"radius": -200.0}}, {"punch": {"radius": 0.5, "edge_radius": 0.25}}],
+            "friction": 0.3,
+            "grid": {"points": 40, "size": 1.04},
+            "load_path": [{"P": 200.0}, {"Qx": 40.0, "increments": 2}],
+        },
+        {
+            2: {
+                "delta_z": 3.3961e-3,
+                "contact_radius": 0.26541,
+                "max_pressure": 2668.0,
+                "delta_x": 8.4327e-4,
+                "stick_radius": 0.25925,
+                "work_total": 1.561e-4,
+            }
+        },
+    ),
     "a reversal in one increment": (
         {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 1} for q in (36.0, -36.0))]},
         {
@@ -131,16 +167,31 @@ def test_bars_hold_the_true_errors(name: str) -> None:
             assert bar < 5.0 * abs(true), f"a bar of {bar:.2g} says nothing of {quantity}"
 
 
-def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> None:
-    """Twenty waves of 18 to 23 um in all directions, on cells of 20 um."""
+def wavy(file: Path, waves: int, height: float, shortest: float, step: float) -> dict[str, Any]:
+    """Return a map of `waves` in all directions, in five lengths from `shortest` on."""
     x, y = np.meshgrid(*2 * [np.arange(-180, 181) * 2e-3], indexing="ij")
     heights = np.zeros_like(x)
-    for wave in range(20):
+    for wave in range(waves):
         along = x * np.cos(0.97 * wave) + y * np.sin(0.97 * wave)
-        heights += 4e-6 * np.sin(2.0 * np.pi * along / (0.018 + 0.0012 * (wave % 5)) + 2.4 * wave**2)
-    file = tmp_path / "waves.npy"
+        heights += height * np.sin(2.0 * np.pi * along / (shortest + step * (wave % 5)) + 2.4 * wave**2)
     np.save(file, heights)
-    surface = [SPHERE, {"heights": {"file": str(file), "spacing": 2e-3}}]
+    return {"heights": {"file": str(file), "spacing": 2e-3}}
+
+
+def test_bars_hold_on_four_cells_per_wave(tmp_path: Path) -> None:
+    surface = [SPHERE, wavy(tmp_path / "rough.npy", 12, 6e-6, 0.08, 0.008)]
+    path = [{"P": 300.0}, {"Qx": 60.0, "increments": 2}]
+    case = build(surface=surface, friction=0.3, grid={"points": 36, "size": 0.71}, load_path=path)
+    summary, errors = ends_of_stages(case)[2]
+    truth = {"delta_z": 7.4844e-3, "contact_radius": 0.27371, "max_pressure": 1972.7, "delta_x": 1.41506e-3}
+    for name, true in (truth | {"stick_radius": 0.18963, "work_total": 5.0125e-3}).items():
+        found, bar = getattr(summary, name), getattr(errors, f"{name}_error")
+        assert abs(found - true) <= bar < 0.1 * true, f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
+
+
+def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> None:
+    """Twenty waves of 18 to 23 um in all directions, on cells of 20 um."""
+    surface = [SPHERE, wavy(tmp_path / "waves.npy", 20, 4e-6, 0.018, 0.0012)]
     summary, errors = ends_of_stages(build(surface=surface, friction=0.0, grid={"points": 36, "size": 0.71}))[1]
     for name, true in {"max_pressure": 2860.0, "delta_z": 9.06593e-3, "contact_radius": 0.30036}.items():
         found, bar = getattr(summary, name), getattr(errors, f"{name}_error")
