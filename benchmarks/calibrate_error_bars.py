@@ -1,6 +1,6 @@
 """How far to trust the error bars: estimated errors against true ones, over two groups of cases.
 
-    python benchmarks/calibrate_error_bars.py --processes 2         # everything, about an hour on one core
+    python benchmarks/calibrate_error_bars.py --processes 2         # everything, about half an hour on one core
     python benchmarks/calibrate_error_bars.py Hertz II              # the cases whose names begin so
     python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
 

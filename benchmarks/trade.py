@@ -164,14 +164,16 @@ def print_corrected(modes: Sequence[str], asked: Asked) -> None:
             if row.best or not row.compared:
                 print("|", " | ".join([mode, *_costs(row), _worst(study, row)]), "|")
     print()
-    print("| mode | error | of | as run: millions, seconds | corrected: millions, seconds | saved |")
+    print(
+        "| mode | error | of | as run: millions, seconds | corrected: millions, seconds | saved: applications, seconds |"
+    )
     print("| --- " * 6 + "|")
     for mode, study in found.items():
         raw = against(studied(mode, FRONT_ALONE, asked), study)
         for goal in GOALS:
             for names, what in ((_without_sizes(study), "all but sizes of zones"), (("stick_radius",), "stick_radius")):
                 pair = [cheapest(one, names, goal) for one in (raw, study)]
-                saved = two_digits(work(pair[0]) / work(pair[1])) + " times" if pair[0] and pair[1] else "-"
+                saved = _saved(*pair)
                 print("|", " | ".join([mode, percent(goal), what, *map(_cost_text, pair), saved]), "|")
 
 
@@ -193,6 +195,14 @@ def cheapest(study: Assessment, names: Sequence[str], goal: float) -> AssessedRu
     """Return the run with the least work among those that have all errors of `names` within `goal`, if any has."""
     good = [row for row in study.rows if row.compared and max(study.error_of(row, name) for name in names) <= goal]
     return min(good, key=work, default=None)
+
+
+def _saved(raw: AssessedRun | None, corrected: AssessedRun | None) -> str:
+    """Return how many times more applications and seconds a run takes than a corrected one."""
+    if raw is None or corrected is None:
+        return "-"
+    ratios = (work(raw) / work(corrected), raw.outcome.seconds / corrected.outcome.seconds)
+    return ", ".join(map(two_digits, ratios)) + " times"
 
 
 def _cost_text(row: AssessedRun | None) -> str:
