@@ -164,9 +164,8 @@ def print_corrected(modes: Sequence[str], asked: Asked) -> None:
             if row.best or not row.compared:
                 print("|", " | ".join([mode, *_costs(row), _worst(study, row)]), "|")
     print()
-    print(
-        "| mode | error | of | as run: millions, seconds | corrected: millions, seconds | saved: applications, seconds |"
-    )
+    columns = ("as run: millions, seconds", "corrected: millions, seconds", "saved: applications, seconds")
+    print("| mode | error | of | " + " | ".join(columns) + " |")
     print("| --- " * 6 + "|")
     for mode, study in found.items():
         raw = against(studied(mode, FRONT_ALONE, asked), study)
