@@ -237,7 +237,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
 def export(**options: Any) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
-    OUT may still be growing.
+    OUT may still be growing. A file of stresses (OUT.stress.h5) is written to vtk as volumes.
 
     \b
     vtk   for ParaView: the deformed surfaces of both bodies and all fields, over the increments. Open FILE.pvd; the

@@ -10,6 +10,7 @@ from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
 from fretsolve.export.xdmf import points_file
 from fretsolve.result import Result, open_result
+from fretsolve.stress.names import is_stress_file
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import print_warnings
 
@@ -21,6 +22,8 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
     """
     if steps and file_format == "csv":
         raise CaseError("csv holds the history of all increments, so --step has no effect; leave it out", (), out)
+    if is_stress_file(out):
+        return _export_stress(out, file_format, target, steps, overwrite=overwrite)
     with open_result(out) as result:
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
@@ -38,6 +41,25 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         with writing(target):
             warnings = _write(result, file_format, exported, target)
     print_warnings(result.path, *warnings)
+    print(target, flush=True)
+    return 0
+
+
+def _export_stress(
+    stresses: Path, file_format: str, target: Path | None, steps: Sequence[int], *, overwrite: bool
+) -> int:
+    """Write a file of stresses as volumes, print the name, and return the exit code. Raises CaseError, FileError."""
+    if file_format != "vtk":
+        raise CaseError(f"stresses can be exported to vtk, not to {file_format}; the file itself is HDF5", (), stresses)
+    if steps:
+        raise CaseError("all increments of a file of stresses are exported; leave --step out", (), stresses)
+    from fretsolve.export.stress_vtk import write_stress_vtk
+
+    target = target or stresses.with_suffix(FORMATS[file_format])
+    require_ending(target, "a vtk file", FORMATS[file_format])
+    require_free(target, overwrite=overwrite)
+    with writing(target):
+        write_stress_vtk(stresses, target)
     print(target, flush=True)
     return 0
 

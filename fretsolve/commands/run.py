@@ -93,7 +93,8 @@ def _require_room(spec: StressSpec, setup: ProblemSetup, out: Path) -> None:
     """Raise CaseError, before the run, if the stresses that the case asks for are too large for this machine."""
     from fretsolve.stress.of_case import room_problem
 
-    increments, stages = setup.load_path.increments, len(setup.load_path.last_steps)
+    stages = len(setup.load_path.last_steps)
+    increments = -(-setup.load_path.increments // setup.case.output.every)
     if (problem := room_problem(spec, setup.grid.shape, increments, stages, free_bytes(out))) is not None:
         raise setup.case.source.problem(problem, ("output", "stress"))
 
@@ -101,8 +102,8 @@ def _require_room(spec: StressSpec, setup: ProblemSetup, out: Path) -> None:
 def _write_stress(spec: StressSpec, out: Path, threads: int, *, quiet: bool, missing: bool = False) -> None:
     """Write and print the stresses that the case asks for; missing: unless they are there."""
     from fretsolve.commands.stress import write_with_messages
+    from fretsolve.stress.names import stress_path
     from fretsolve.stress.of_case import case_request
-    from fretsolve.stress.stress_file import stress_path
     from fretsolve.stress.tractions import TractionHistory
 
     if missing and stress_path(out).exists():

@@ -14,10 +14,10 @@ from fretsolve.export.selection import stage_ends, stored_step
 from fretsolve.result import Result, open_result
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.names import INVARIANTS
+from fretsolve.stress.names import INVARIANTS, stress_path
 from fretsolve.stress.peaks import Key, Peak
 from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_problem, stress_request, warnings_of
-from fretsolve.stress.stress_file import stress_path, write_stress
+from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import print_warnings, progress_bar

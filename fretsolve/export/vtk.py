@@ -21,7 +21,7 @@ from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
-_ENDIAN = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
+BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
 def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
@@ -35,7 +35,7 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
         surfaces, warnings = DeformedSurfaces(result), []
     except FlatError as error:
         surfaces, warnings = None, [f"the surfaces are left flat: {error}"]
-    index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{_ENDIAN}">']
+    index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{BYTE_ORDER}">']
     index.append("<Collection>")
     for step in steps:
         fields = _point_data(result, step)
@@ -72,11 +72,11 @@ def _write_grid(path: Path, body: BodySurface, fields: Mapping[str, NDArray[Any]
     data = dict(fields) | {"displacement": body.displacement}
     if not body.material.all():
         data["vtkGhostType"] = np.where(body.material, 0, 2).astype(np.uint8)  # 2: hidden
-    point_data = "".join(_data_array(name, values, blobs) for name, values in data.items())
-    points = _data_array("Points", body.points, blobs)
+    point_data = "".join(data_array(name, values, blobs) for name, values in data.items())
+    points = data_array("Points", body.points, blobs)
     head = (
         '<?xml version="1.0"?>\n'
-        f'<VTKFile type="StructuredGrid" version="1.0" byte_order="{_ENDIAN}" header_type="UInt64"'
+        f'<VTKFile type="StructuredGrid" version="1.0" byte_order="{BYTE_ORDER}" header_type="UInt64"'
         ' compressor="vtkZLibDataCompressor">\n'
         f'<StructuredGrid WholeExtent="{extent}">\n'
         f'<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time:g}</DataArray>'
@@ -88,7 +88,7 @@ def _write_grid(path: Path, body: BodySurface, fields: Mapping[str, NDArray[Any]
         file.writelines([head.encode(), *blobs, b"\n</AppendedData>\n</VTKFile>\n"])
 
 
-def _data_array(name: str, values: NDArray[Any], blobs: list[bytes]) -> str:
+def data_array(name: str, values: NDArray[Any], blobs: list[bytes]) -> str:
     """Add an array ``(nx, ny)`` or ``(3, nx, ny)`` to `blobs`, compressed, and return the element that refers to it.
 
     In VTK x runs fastest, and the components of a vector stand together: both are the transpose of the array.

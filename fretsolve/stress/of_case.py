@@ -10,8 +10,9 @@ import numpy as np
 from fretsolve.case.stress_spec import StressSpec
 from fretsolve.result import Result
 from fretsolve.stress.halfspace.influence import TRACTIONS
+from fretsolve.stress.names import stress_path
 from fretsolve.stress.request import GRADED, StressRequest, memory_problem, stress_request
-from fretsolve.stress.stress_file import stress_path, write_stress
+from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import writing
 
@@ -56,9 +57,10 @@ def room_problem(
 ) -> str | None:
     """Return why the stresses of a case that is not solved yet are too large for this machine, None if they are not.
 
-    Of the window around the contact only that is certain which a contact of a quarter of the grid's width has.
+    increments: those with fields. Of the window around the contact only that is certain which a contact of a quarter
+    of the grid's width has.
     """
-    count = stages if spec.every is None else -(-increments // spec.every)
+    count = min(stages, increments) if spec.every is None else -(-increments // spec.every)
     side = 1.0 if spec.window == "all" else 0.4
     nx, ny = (max(1, round(side * points)) for points in shape)
     window = slice(0, nx), slice(0, ny)

@@ -43,11 +43,6 @@ _PEAK_COLUMNS: tuple[tuple[str, str, str, str], ...] = (
 )
 
 
-def stress_path(result: Path) -> Path:
-    """Return the name of the file of stresses beside a result."""
-    return result.with_suffix(".stress.h5")
-
-
 def write_stress(
     tractions: TractionHistory,
     request: StressRequest,
@@ -126,22 +121,13 @@ class BodyStress:
         return np.stack([own_dataset(self.group, name)[step_index] for name in self.components])
 
 
-def is_stress_file(path: Path) -> bool:
-    """Return whether `path` is a file of stresses; False for what is not HDF5 at all."""
-    try:
-        with open_hdf5(path) as file:
-            return "stress" in file and "history" not in file
-    except (OSError, FileError):
-        return False
-
-
 def bodies_of(file: Any, path: Path) -> dict[Body, BodyStress]:
     """Return the bodies of an open file of stresses. Raises FileError if it is not one, or is damaged."""
     try:
         found = {
             body: _read_body(own_node(file, f"stress/body_{body}")) for body in BODIES if f"stress/body_{body}" in file
         }
-    except (KeyError, ValueError, OSError) as error:
+    except (KeyError, ValueError, OSError, RuntimeError) as error:  # the last one is HDF5's for what is not there
         raise FileError(f"is damaged, or not a file of stresses: {error}", path) from error
     if not found:
         raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)

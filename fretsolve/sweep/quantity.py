@@ -20,7 +20,7 @@ from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import best_column
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.stress.names import PEAK_NAMES
+from fretsolve.stress.names import PEAK_NAMES, stress_path
 from fretsolve.system.arrays import DoubleArray
 
 NAMES = tuple(
@@ -152,7 +152,7 @@ def read_outcome(
 
         stresses: dict[str, dict[int, tuple[float, float]]] = {}
         if any(one.name in PEAK_NAMES for one in quantities):
-            from fretsolve.stress.stress_file import read_peaks, stress_path
+            from fretsolve.stress.stress_file import read_peaks
 
             stresses = read_peaks(stress_path(result.path))
 
@@ -180,7 +180,7 @@ def read_outcome(
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,
-            {one.name: result.units(one.name) for one in quantities},
+            {one.name: "MPa" if one.name in stresses else result.units(one.name) for one in quantities},
         )
 
 

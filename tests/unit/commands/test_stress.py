@@ -1,0 +1,239 @@
+"""The command stress, the keys that ask for it at the end of a run, and its file."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from command_line import invoke, refused
+
+from fretsolve import open_result
+from fretsolve.stress.halfspace.direct import point_influence
+from fretsolve.stress.halfspace.influence import COMPONENTS
+from fretsolve.stress.stress_file import read_peaks
+from fretsolve.stress.tractions import TractionHistory, last_cycle
+
+CASE = """\
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 70 GPa, poisson_ratio: 0.33}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 24}
+friction: 0.4
+coupling: tangential
+load_path:
+  - {P: 400 N}
+  - cycle: {times: 2, stages: [{Qx: 80 N, bulk_2: {xx: 50 MPa}, increments: 2}, {Qx: -80 N, increments: 2}]}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("stress")
+    (place / "case.yaml").write_text(CASE)
+    done = invoke("run", place / "case.yaml", "-q")
+    assert done.exit_code == 0, done.stderr
+    return place
+
+
+def test_the_file_opens_in_xarray_and_holds_the_direct_sum(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "s.h5"
+    words = (
+        "--body",
+        1,
+        "--body",
+        2,
+        "--depth",
+        "0 mm",
+        "--depth",
+        "30 um",
+        "--stage",
+        2,
+        "--window",
+        "all",
+        "-o",
+        out,
+    )
+    done = invoke("stress", folder / "case.h5", *words)
+    assert done.exit_code == 0, done.stderr
+    assert "largest tension*" in done.stdout
+    assert done.stdout.endswith(f"{out}\n")
+    with open_result(folder / "case.h5") as result:
+        tractions = TractionHistory(result)
+        fields = tractions.read(2, (slice(None), slice(None)))
+        for body in (1, 2):
+            with xarray.open_dataset(out, group=f"stress/body_{body}", engine="h5netcdf") as data:
+                assert data["xx"].dims == ("step", "depth", "x", "y")
+                assert data["xx"].attrs["units"] == "MPa"
+                assert data["depth"].values.tolist() == [0.0, 0.03]
+                assert (data["step"].values.tolist(), data["stage"].values.tolist()) == ([2], [2])
+                np.testing.assert_array_equal(data["x"], result.x)
+                nu = tractions.poisson_ratios[body]
+                for place, depth in enumerate((0.0, 0.03)):
+                    exact = point_influence(tractions.grid, result.x[7], result.y[11], depth, nu, body).stress(fields)
+                    exact[0] += 50.0 if body == 2 else 0.0
+                    found = [float(data[name][0, place, 7, 11]) for name in COMPONENTS]
+                    np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)  # single precision
+
+
+def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
+    """The ends of all stages, graded depths from the surface on, the contact with a margin."""
+    with open_result(folder / "case.h5") as result:
+        radius = float(result.history["contact_radius"].max())
+        assert last_cycle(result) == (4, 5, 6, 7, 8)
+    out = tmp_path / "s.h5"
+    for words, steps in (((), [0, 2, 4, 6, 8]), (("--cycle", "last"), [4, 5, 6, 7, 8]), (("--step", -1), [8])):
+        done = invoke("stress", folder / "case.h5", *words, "--plane", "y=0", "-o", out, "--overwrite", "-q")
+        assert (done.exit_code, done.stdout) == (0, ""), done.stderr
+        with h5py.File(out) as file:
+            group = file["stress/body_2"]
+            assert group["step"][:].tolist() == steps
+            assert group["depth"][0] == 0.0
+            assert group["depth"][-1] == pytest.approx(2.0 * radius, rel=1e-3)
+            assert group["xx"].shape[3] == 1
+            assert len(group["x"]) <= 24
+    assert sorted(read_peaks(out)["max_tension"]) == [8]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--depth", "-1 um"), "--depth: '-1 um' is negative"),
+        (("--depth", "3 N"), "is a force; a length"),
+        (("--stage", 9), "there is no stage 9; there are 1 to 5"),
+        (("--step", 40), "there is no increment 40"),
+        (("--body", 3), "--body: '3' is not one of '1', '2'"),
+        (("-o", "s.txt"), "must end in .h5"),
+    ],
+)
+def test_what_is_refused(folder: Path, words: tuple[object, ...], message: str) -> None:
+    assert message in refused(2, "stress", folder / "case.h5", *words)
+
+
+def test_a_shallow_depth_is_warned_of(folder: Path, tmp_path: Path) -> None:
+    done = invoke("stress", folder / "case.h5", "--step", 0, "--depth", "1 um", "-o", tmp_path / "s.h5", "-q")
+    assert done.exit_code == 0
+    assert "warning: at 0.001 mm the stress shows the steps between cells" in done.stderr
+
+
+def test_existing_files_stay(folder: Path, tmp_path: Path) -> None:
+    assert "would replace the result itself" in refused(2, "stress", folder / "case.h5", "-o", folder / "case.h5")
+    (tmp_path / "s.h5").write_text("mine")
+    assert "exists: --overwrite" in refused(2, "stress", folder / "case.h5", "-o", tmp_path / "s.h5")
+
+
+def test_what_a_result_may_lack(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(CASE.replace("points: 24", "points: 12"))
+    done = invoke("run", tmp_path / "c.yaml", "-q", "--set", "output.fields=[zone]", "--set", "load_path=[{P: 400 N}]")
+    assert done.exit_code == 0, done.stderr
+    assert "does not hold pressure and shear" in refused(2, "stress", tmp_path / "c.h5")
+    rigid = "bodies=[rigid, {young_modulus: 70 GPa, poisson_ratio: 0.5}]"
+    words = ("--set", "load_path=[{P: 400 N}]", "--set", rigid, "--overwrite")
+    assert invoke("run", tmp_path / "c.yaml", "-q", *words).exit_code == 0
+    assert "body 1 is rigid" in refused(2, "stress", tmp_path / "c.h5", "--body", 1)
+    assert "the load path has no cycle" in refused(2, "stress", tmp_path / "c.h5", "--cycle", "last")
+    done = invoke("stress", tmp_path / "c.h5")
+    assert (done.exit_code, "largest von Mises" in done.stdout) == (0, True), done.stderr
+
+
+def test_a_case_asks_for_stresses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are written at the end of the run, again if they are missing, and refused before it if too large."""
+    case = tmp_path / "c.yaml"
+    case.write_text(CASE.replace("points: 24", "points: 12") + "output: {stress: {depths: [0 mm, 50 um], every: 2}}\n")
+    done = invoke("run", case)
+    assert done.exit_code == 0, done.stderr
+    assert "body 2, 2 depths, 5 increments" in done.stdout
+    with h5py.File(tmp_path / "c.stress.h5") as file:
+        assert file["stress/body_2/step"][:].tolist() == [1, 3, 5, 7, 8]
+    (tmp_path / "c.stress.h5").unlink()
+    assert invoke("run", case, "--resume", "-q").exit_code == 0
+    assert (tmp_path / "c.stress.h5").exists()
+    with open_result(tmp_path / "c.h5") as result:
+        assert json.loads(result.attributes["effective_case"])["output"]["stress"]["every"] == 2
+    monkeypatch.setattr("fretsolve.commands.run.free_bytes", lambda path: 1000)
+    message = refused(2, "run", case, "--overwrite")
+    assert "the file of stresses takes up to" in message
+    assert (tmp_path / "c.h5").exists()
+
+
+@pytest.mark.parametrize(
+    ("stress", "message"),
+    [
+        ("{bodies: [3]}", "output.stress.bodies.0"),
+        ("{depths: [-1 um]}", "a length >= 0 mm is needed"),
+        ("{depths: [1 um, 1 um]}", "is named twice"),
+        ("{every: 0}", "output.stress.every"),
+        ("{window: none}", "output.stress.window"),
+        ("{components: [zx]}", "output.stress.components.0"),
+    ],
+)
+def test_mistakes_in_the_keys(tmp_path: Path, stress: str, message: str) -> None:
+    (tmp_path / "c.yaml").write_text(CASE + f"output: {{stress: {stress}}}\n")
+    assert message in refused(2, "run", tmp_path / "c.yaml")
+
+
+def test_keys_that_do_not_fit(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(CASE + "output: {stress: {bodies: [1]}}\n")
+    rigid = "bodies=[rigid, {young_modulus: 70 GPa, poisson_ratio: 0.5}]"
+    assert "body 1 is rigid" in refused(2, "run", tmp_path / "c.yaml", "--set", rigid)
+    without = ("--set", "output.fields=[pressure]")
+    assert "shear in output.fields is needed" in refused(2, "run", tmp_path / "c.yaml", *without)
+
+
+def test_volumes_for_paraview(folder: Path, tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    out = tmp_path / "s.h5"
+    words = ("--body", 1, "--body", 2, "--depth", "10 um", "--depth", "50 um", "--step", 2, "-o", out, "-q")
+    assert invoke("stress", folder / "case.h5", *words).exit_code == 0
+    done = invoke("export", out, "--to", "vtk")
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 's.pvd'}\n"), done.stderr
+    assert "can be exported to vtk, not to csv" in refused(2, "export", out, "--to", "csv")
+    with h5py.File(out) as file:
+        for body, heights in ((1, [0.01, 0.05]), (2, [-0.05, -0.01])):
+            grid = pyvista.read(tmp_path / "s.vtk" / f"stress_body_{body}.000002.vtr")
+            np.testing.assert_allclose(grid.z, heights, rtol=1e-6)
+            group = file[f"stress/body_{body}"]
+            i, j = 3, 5
+            for place, depth in enumerate(group["depth"][:]):
+                k = heights.index(pytest.approx(depth if body == 1 else -depth))
+                index = i + len(group["x"]) * (j + len(group["y"]) * k)
+                assert grid.points[index, 0] == pytest.approx(group["x"][i], rel=1e-6)
+                assert grid["xx"][index] == pytest.approx(group["xx"][0, place, i, j], rel=1e-6)
+            assert grid["von_mises"].min() >= 0.0
+
+
+def test_pictures(folder: Path, tmp_path: Path) -> None:
+    done = invoke("plot", folder / "case.h5", "stress-map", "stress-cycle", "-o", f"{tmp_path}/")
+    assert done.exit_code == 0, done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"case.stress-map.png", "case.stress-cycle.png"}
+    assert "is off the grid" in refused(
+        2, "plot", folder / "case.h5", "stress-cycle", "--at", "9,9", "-o", tmp_path / "a.png"
+    )
+
+
+def test_a_sweep_collects_the_largest_stresses(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(CASE.replace("points: 24", "points: 12") + "output: {stress: {depths: [0 mm]}}\n")
+    sweep = tmp_path / "s.yaml"
+    sweep.write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [max_tension, max_mises@1]\n")
+    done = invoke("sweep", "run", sweep)
+    assert done.exit_code == 0, done.stderr
+    assert invoke("sweep", "collect", tmp_path / "s.sweep").exit_code == 0
+    rows = list(csv.DictReader((tmp_path / "s.sweep" / "table.csv").read_text().splitlines()))
+    tension, mises = ([float(row[f"{name} (MPa)"]) for row in rows] for name in ("max_tension", "max_mises@1"))
+    assert tension[1] > tension[0] > 0.0
+    assert mises[0] == pytest.approx(mises[1], rel=1e-6)
+    assert all(float(row["max_tension error (MPa)"]) > 0.0 for row in rows)
+    (tmp_path / "c.yaml").write_text(CASE)
+    assert "output.stress in the case is needed" in refused(2, "sweep", "run", sweep, "-o", tmp_path / "other")
+
+
+def test_damaged_files(tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file.create_group("stress/body_2")
+    assert "is damaged, or not a file of stresses" in refused(4, "export", path, "--to", "vtk")
