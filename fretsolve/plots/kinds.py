@@ -73,6 +73,9 @@ _ALL = (
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
     PictureKind("stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step",)),
     PictureKind("stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at",)),
+    PictureKind(
+        "fatigue-map", "fatigue_maps:fatigue_map", "Where cracks may begin, by `fretsolve fatigue`.", ("fields",)
+    ),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}

@@ -1,0 +1,121 @@
+"""Draw fatigue parameters: a section through the worst place and its layer, with the critical plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+
+from fretsolve.errors import FileError, PictureError
+from fretsolve.fatigue.fatigue_file import BodyFatigue, dataset_name, fatigue_bodies, fatigue_path
+from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.snapshot import outer_edges
+from fretsolve.result import Result
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import open_hdf5
+
+TRACE = 0.08
+"""Length of the critical plane's trace on either side of the worst place, over the width of a panel."""
+
+
+def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | None = None) -> Figure:
+    """Draw the parameters that `fretsolve fatigue` wrote beside the result, each in a section and a layer.
+
+    fields: criteria, by default all in the file. Both go through the worst place, where a line is the trace of the
+    critical plane. Shown is the utilisation with its contour 1, or the parameter if it has no limit. Raises
+    PictureError.
+    """
+    path = fatigue_path(result.path)
+    try:
+        with open_hdf5(path) as file:
+            number, body = next(reversed(fatigue_bodies(file, path).items()))
+            names = _chosen(body, fields)
+            panels = [
+                (name, kind)
+                for name in names
+                for kind, there in (("section", len(body.depths) > 1), ("layer", len(body.y) > 1))
+                if there
+            ]
+            with canvas(ax, len(panels), (4.6, 3.0), columns=2) as drawn:
+                for axes, (name, kind) in zip(drawn.axes, panels, strict=False):
+                    _draw(drawn, axes, body, name, kind, upwards=number == 1)
+                average = str(file.attrs.get("average", ""))
+                drawn.heading(title_of(result), f"body {number}" + (f", {average}" if average else ""))
+                drawn.legend(
+                    [
+                        Line2D([], [], color="black", marker="+", linestyle="", label="worst place"),
+                        Line2D([], [], color="black", linewidth=2.0, label="trace of the critical plane"),
+                        Line2D([], [], color="white", linewidth=1.2, label="utilisation 1", path_effects=_OUTLINE),
+                    ],
+                    columns=3,
+                )
+            return drawn.figure
+    except (FileNotFoundError, FileError) as error:
+        raise PictureError(
+            f"there are no fatigue parameters in {path.name}; `fretsolve fatigue` writes them"
+        ) from error
+
+
+_OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=2.4, foreground="black")]
+
+
+def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the datasets to draw."""
+    names = tuple(dataset_name(name) for name in fields or ())
+    if unknown := [name for name in names if name not in body.criteria]:
+        raise PictureError(f"{unknown[0]!r} is not in the file, which has {', '.join(body.criteria)}")
+    return names or body.criteria
+
+
+def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, *, upwards: bool) -> None:
+    """Draw one panel; upwards: in body 1, whose depth is along -z."""
+    limited = f"{name}_utilisation" in body.group
+    values = body.field(f"{name}_utilisation" if limited else name)
+    place = np.unravel_index(int(body.field(name).argmax()), values.shape)
+    depth, i, j = (int(part) for part in place)
+    normal = body.field(f"{name}_normal")[place] if f"{name}_normal" in body.group else None
+    label = "utilisation" if limited else f"{body.attribute(name, 'units')}".replace("1", "parameter")
+    title = name.replace("_", "-")
+    if kind == "section":
+        shown, across = values[:, :, j], body.depths
+        axes.pcolormesh(body.x, across, shown, shading="nearest", rasterized=True, norm=_norm(values), cmap="cividis")
+        axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(across[-1], 0.0))
+        axes.set_title(f"{title} at y = {body.y[j]:.3g} mm")
+        worst = body.x[i], body.depths[depth]
+        along = None if normal is None else (-normal[2] * (-1.0 if upwards else 1.0), normal[0])
+    else:
+        shown, across = values[depth].T, body.y
+        extent = (*outer_edges(body.x), *outer_edges(body.y))
+        axes.imshow(shown, origin="lower", extent=extent, norm=_norm(values), cmap="cividis")
+        axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+        axes.set_title(f"{title} at depth {body.depths[depth]:.3g} mm")
+        worst = body.x[i], body.y[j]
+        along = None if normal is None else (-normal[1], normal[0])
+    axes.grid(False)
+    if limited and shown.min() < 1.0 < shown.max():
+        axes.contour(body.x, across, shown, levels=[1.0], colors="white", linewidths=1.2).set_path_effects(_OUTLINE)
+    bar = matplotlib.cm.ScalarMappable(_norm(values), matplotlib.colormaps["cividis"])
+    drawn.colorbar(axes, bar, label)
+    axes.plot(*worst, "k+", markersize=8.0, path_effects=[withStroke(linewidth=2.0, foreground="white")])
+    if along is not None and np.hypot(*along) > 0.05:
+        _draw_trace(axes, worst, along)
+
+
+def _norm(values: DoubleArray) -> Normalize:
+    return Normalize(0.0, float(values.max()) or 1.0)
+
+
+def _draw_trace(axes: Axes, place: tuple[float, float], along: tuple[float, float]) -> None:
+    """Draw a short line through a place, in the direction (both axes in mm)."""
+    low, high = axes.get_xlim()
+    half = TRACE * abs(high - low) / np.hypot(*along)
+    ends = [[place[axis] - half * along[axis], place[axis] + half * along[axis]] for axis in (0, 1)]
+    limits = axes.get_ylim()
+    axes.plot(*ends, color="black", linewidth=2.0, path_effects=[withStroke(linewidth=3.4, foreground="white")])
+    axes.set(xlim=(low, high), ylim=limits)
