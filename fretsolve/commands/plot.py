@@ -30,6 +30,8 @@ def plot_result(
     """
     require_matplotlib()
     chosen = [KINDS[name] for name in kinds]
+    if every_kind:
+        chosen = [kind for kind in chosen if not kind.beside or out.with_suffix(kind.beside).exists()]
     for option, value in {"--step": steps, "--at": at, "--field": fields}.items():
         if value and not any(OPTIONS[name] == option for kind in chosen for name in kind.options):
             names = " and ".join(kinds)

@@ -21,7 +21,7 @@ class PictureKind(NamedTuple):
     """A kind of pictures.
 
     drawn_by: module and function; a function may not have the name of a module, which would hide it. caption: what it
-    shows. options: parameters of the function, of `OPTIONS`.
+    shows. options: parameters of the function, of `OPTIONS`. beside: ending of a file beside the result that it draws.
     """
 
     name: str
@@ -29,6 +29,7 @@ class PictureKind(NamedTuple):
     caption: str
     options: tuple[str, ...] = ()
     formats: tuple[str, ...] = STILL
+    beside: str = ""
 
     @property
     def draw(self) -> Callable[..., Any]:
@@ -74,7 +75,11 @@ _ALL = (
     PictureKind("stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step",)),
     PictureKind("stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at",)),
     PictureKind(
-        "fatigue-map", "fatigue_maps:fatigue_map", "Where cracks may begin, by `fretsolve fatigue`.", ("fields",)
+        "fatigue-map",
+        "fatigue_maps:fatigue_map",
+        "Where cracks may begin, by `fretsolve fatigue`.",
+        ("fields",),
+        beside=".fatigue.h5",
     ),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
