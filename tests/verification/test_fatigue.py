@@ -2,12 +2,14 @@
 
 from functools import cache
 
+import h5py
 import numpy as np
 import pytest
+from command_line import invoke
 
 from fretsolve.fatigue import critical_plane
 from fretsolve.fatigue.criteria import CRITERIA, FatigueField, fatigue_field
-from fretsolve.fatigue.invariants import deviator_vectors, extreme_deviators, hydrostatic
+from fretsolve.fatigue.invariants import COMPONENTS, deviator_vectors, extreme_deviators, hydrostatic
 from fretsolve.fatigue.material import Material
 from fretsolve.fatigue.plane_criteria import fatemi_socie, findley, swt
 from fretsolve.fatigue.smallest_ball import smallest_ball
@@ -209,3 +211,52 @@ class TestSearch:
         once = fatigue_field("findley", STEEL, stress, refine_all=True).value
         twice = fatigue_field("findley", STEEL, np.repeat(stress, 2, axis=0)[::-1], refine_all=True).value
         np.testing.assert_allclose(twice, once, rtol=1e-9)
+
+
+LINE = """\
+plane: strain
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {cylinder: {radius: 10 mm}}
+grid: {points: 400, size: 0.26 mm}
+friction: 0.3
+load_path:
+  - {P: 100 N/mm}
+  - {Qx: 18 N/mm, bulk_2: {xx: 141.944 MPa}, increments: 20, spacing: equal}
+  - cycle:
+      times: 1
+      stages:
+        - {Qx: -18 N/mm, bulk_2: {xx: -141.944 MPa}, increments: 20}
+        - {Qx: 18 N/mm, bulk_2: {xx: 141.944 MPa}, increments: 20}
+"""
+HALF_WIDTH = 0.1076405
+END_TO_END = {
+    (-1.0, 0.05): (-479.124, 192.329, 179.024, 188.648, 200.566, 0.28696),
+    (-1.0, 0.20): (-447.147, 58.525, 122.004, 114.069, 140.938, 0.07227),
+    (-0.6, 0.10): (-587.659, -155.889, 96.608, 32.334, 76.683, 0.0),
+}
+"""Certified with exact tractions, at x/a and depth/a: range of sxx (MPa), Crossland, Dang Van, Findley, SWT."""
+
+
+def test_line_contact_under_force_and_bulk_stress_from_end_to_end(tmp_path):
+    case, stresses = tmp_path / "line.yaml", tmp_path / "line.stress.h5"
+    case.write_text(LINE)
+    assert invoke("run", case, "-q").exit_code == 0
+    depths = [word for _, depth in END_TO_END for word in ("--depth", depth * HALF_WIDTH)]
+    assert invoke("stress", case.with_suffix(".h5"), "--cycle", "last", *depths, "-q").exit_code == 0
+    with h5py.File(stresses) as file:
+        group = file["stress/body_2"]
+        x, depth = group["x"][()], group["depth"][()]
+        stress = np.stack([group[name][..., 0] for name in COMPONENTS], axis=1).astype(float)
+    assert len(stress) == 41
+    for (at_x, at_depth), (low, high, *parameters) in END_TO_END.items():
+        layer = stress[:, :, np.abs(depth - at_depth * HALF_WIDTH).argmin()]
+        right = int(np.searchsorted(x, at_x * HALF_WIDTH))
+        part = (at_x * HALF_WIDTH - x[right - 1]) / (x[right] - x[right - 1])
+        history = ((1.0 - part) * layer[:, :, right - 1] + part * layer[:, :, right])[:, :, None]
+        # the edge of contact, near which stresses are steep, lies within a cell
+        np.testing.assert_allclose([history[:, 0].min(), history[:, 0].max()], [low, high], atol=0.03)
+        for name, certified in zip(("crossland", "dang-van", "findley", "swt"), parameters, strict=True):
+            found = fatigue_field(name, STEEL, history).value[0]
+            assert found == pytest.approx(certified, rel=1.5e-4, abs=1e-9), (name, at_x, at_depth)
