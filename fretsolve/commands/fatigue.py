@@ -22,8 +22,9 @@ from fretsolve.fatigue.material_file import MaterialSource, read_material
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
 from fretsolve.result import open_result
 from fretsolve.setup.cost_estimate import free_bytes
+from fretsolve.stress.names import is_stress_file
 from fretsolve.stress.request import memory_problem, stress_request, warnings_of
-from fretsolve.stress.stress_file import bodies_of, is_stress_file, write_stress
+from fretsolve.stress.stress_file import bodies_of, write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
 from fretsolve.system.foreign_files import open_hdf5
