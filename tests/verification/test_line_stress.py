@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from fretsolve import run
+from fretsolve.case.line_case import LineCase
 from fretsolve.model.grid import Grid
 from fretsolve.stress.edge import EdgeExtrapolation
 from fretsolve.stress.halfspace.direct import point_influence
@@ -108,3 +110,36 @@ def test_a_long_row_of_rectangles_is_a_strip():
                 exact = point_influence(long, at, 0.0, depth, NU, 2).stress(field)
                 found = point_influence(strip, at, 0.0, depth, NU, 2, plane_strain=True).stress(field)
                 np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)
+
+
+def test_a_fretting_loop_with_bulk_stress():
+    """Q between +-0.6 mu P with sxx = +-141.944 MPa in the specimen: the range of xx over the last cycle, certified to
+    0.005 MPa, at three points (x, z)/a."""
+    a, cells = 0.1076405, 800
+    certified = {(-1, 0.05): (-479.124, 192.329), (-1, 0.2): (-447.147, 58.525), (-0.6, 0.1): (-587.659, -155.889)}
+    turns = [(18.0, 10), (-18.0, 20), (18.0, 20)]
+    case = LineCase.model_validate(
+        {
+            "plane": "strain",
+            "bodies": [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2,
+            "surface": {"cylinder": {"radius": 10.0}},
+            "grid": {"points": cells, "size": 2.4 * a},
+            "friction": 0.3,
+            "load_path": [
+                {"P": 100.0},
+                *({"Qx": q, "bulk_2": {"xx": 141.944 * q / 18.0}, "increments": count} for q, count in turns),
+            ],
+        }
+    )
+    grid = Grid(cells, 1, 2.4 * a / cells, 2.4 * a / cells)
+    influence = {
+        (x, z): point_influence(grid, x * a, 0.0, z * a, 0.3, 2, ("p", "qx"), plane_strain=True) for x, z in certified
+    }
+    found = {point: [] for point in certified}
+    for state in run(case):
+        if state.summary.stage >= 3:
+            fields = {"p": state.fields.pressure, "qx": state.fields.shear[0]}
+            for point, values in found.items():
+                values.append(influence[point].stress(fields)[0] + state.summary.bulk_2_xx)
+    for point, values in found.items():
+        assert (min(values), max(values)) == pytest.approx(certified[point], abs=0.006)

@@ -8,15 +8,24 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from solving import build
 
 from fretsolve.model.grid import Grid
+from fretsolve.result import HistoryWriter, open_result
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.run_to_file import run_header, solve_missing
 from fretsolve.stress.edge import EXTRAPOLATION, EdgeExtrapolation
+from fretsolve.stress.evaluate import layers
 from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.layers import LayerConvolution
 from fretsolve.stress.invariants import von_mises
+from fretsolve.stress.peaks import PeakSearch
+from fretsolve.stress.request import stress_request
+from fretsolve.stress.tractions import TractionHistory
 
 POINTS = [
     (0.30, 0.0, (0, 0, 0.48), (-0.19270, -0.19270, -0.81274, 0, 0, 0), 0.62004),
@@ -165,3 +174,31 @@ def test_tension_of_body_1_lies_at_the_other_edge():
     assert grid.x[second[0].max(axis=1).argmax()] == pytest.approx(-1.0, abs=0.06)
     np.testing.assert_allclose(first[[2, 4, 5]], second[[2, 4, 5]], rtol=0, atol=1e-14)
     np.testing.assert_allclose(second[4], -tractions["qx"], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("points", [48, 64])
+def test_largest_stresses_of_a_solved_contact_are_within_their_error_bars(tmp_path, points):
+    """A sphere about to slide, mu = 0.4: tension 0.80878 p0 and von Mises 0.80479 p0 at the trailing edge."""
+    case = build(
+        grid={"points": points, "size": 0.9},
+        friction=0.4,
+        coupling="none",
+        load_path=[{"P": 400.0}, {"Qx": 159.9, "increments": 1}],
+    )
+    setup = set_up(case)
+    out = tmp_path / "case.h5"
+    with HistoryWriter.open(out, run_header(setup, 1, ())) as writer:
+        solve_missing(setup, writer, SimpleNamespace(requested=False))
+    with open_result(out) as result:
+        tractions = TractionHistory(result)
+        request = stress_request(tractions, [1], bodies=(1, 2))
+        search = PeakSearch(tractions, request)
+        for one in layers(tractions, request):
+            search.add(one)
+        p0 = float(result.history["max_pressure"][1])
+        for (body, name), (peak,) in search.peaks().items():
+            if name in ("tension", "mises"):
+                exact = 0.80878 if name == "tension" else 0.80479
+                assert peak.at_edge
+                assert abs(peak.value - exact * p0) < peak.error < 0.1 * exact * p0
+                assert peak.x == pytest.approx(0.3 if body == 1 else -0.3, abs=0.03)
