@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from fretsolve.case.loading import read_case
+from fretsolve.case.loading import CaseText, read_case
 from fretsolve.errors import CaseError
 from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.stress.names import PEAK_NAMES
 from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest, ManifestRow
@@ -92,8 +93,15 @@ def make_study_plan(
     # A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself, but only
     # runs with error bars have corrected values.
     error_bars = f"solver.error_bars={str(corrected).lower()}"
-    base = BaseCase.of(read_case(case), overrides, last=("output.fields=[]", error_bars))
+    text, fields = read_case(case), "output.fields=[]"
+    if stressed := any(one.partition("@")[0].strip() in PEAK_NAMES for one in quantities):
+        fields = "output.fields=[pressure, shear]"
+    else:
+        text, overrides = _without_stress(text, overrides)
+    base = BaseCase.of(text, overrides, last=(fields, error_bars))
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
+    if stressed and any(one.setup.case.output.stress is None for one in cases):
+        raise CaseError("largest stresses are known from runs with stresses; output.stress is needed", (), case)
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
     known = known_values(kind, setup)
@@ -118,6 +126,15 @@ def make_study_plan(
         results_name="",
     )
     return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, corrected)
+
+
+def _without_stress(text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:
+    """Return a case and overrides that ask for no stresses, which take fields."""
+    output = text.data.get("output") if isinstance(text.data, dict) else None
+    if isinstance(output, dict) and "stress" in output:
+        kept = {key: value for key, value in output.items() if key != "stress"}
+        text = replace(text, data={**text.data, "output": kept})
+    return text, [one for one in overrides if not one.strip().startswith("output.stress")]
 
 
 def finest(cases: Sequence[PreparedCase]) -> PreparedCase:

@@ -237,3 +237,19 @@ def test_damaged_files(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         file.create_group("stress/body_2")
     assert "is damaged, or not a file of stresses" in refused(4, "export", path, "--to", "vtk")
+
+
+def test_a_study_compares_the_largest_stresses_of_cases_that_ask_for_them(tmp_path: Path) -> None:
+    case = tmp_path / "c.yaml"
+    text = CASE.replace("points: 24", "points: 12").replace("increments: 2", "increments: 1")
+    case.write_text(text + "output: {stress: {depths: [0 mm]}}\n")
+    words = ("study", case, "--vary", "grid.points=12,16", "-q", "-o", tmp_path / "s")
+    done = invoke(*words, "--quantity", "max_tension@2")
+    assert done.exit_code == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "s" / "study.csv").read_text().splitlines()))
+    assert all(float(row["max_tension@2 (MPa)"]) > 0.0 for row in rows)
+    done = invoke(*words[:-1], tmp_path / "t", "--quantity", "delta_z")
+    assert (done.exit_code, list((tmp_path / "t").glob("*.stress.h5"))) == (0, [])
+    case.write_text(text)
+    message = refused(2, *words[:-1], tmp_path / "u", "--quantity", "max_tension")
+    assert "output.stress is needed" in message
