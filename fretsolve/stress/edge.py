@@ -34,8 +34,9 @@ LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
 
 EXTRAPOLATION = 1.0 / (math.sqrt(2.0) - 1.0)
 
-EDGE_SHARE = 0.25
-"""Error of an extrapolated value over what the extrapolation adds to the largest principal stress."""
+EDGE_SHARE, PRESSED_EDGE_SHARE = 0.25, 0.5
+"""Error of an extrapolated value over what the extrapolation adds to the largest principal stress, and that without
+shear."""
 
 
 class EdgeExtrapolation:
@@ -59,7 +60,6 @@ class EdgeExtrapolation:
         self._margins = EDGE_CELLS, 0 if plane_strain else EDGE_CELLS
         self._plane_strain = plane_strain
         self._loaded, self._wanted = loaded, wanted
-        self._factor = 1.0 if tuple(tractions) == ("p",) else EXTRAPOLATION
         self._convolutions: dict[int, LayerConvolution] = {}
         self._kernels: dict[tuple[int, Body], LayerKernels] = {}
         self._ratios = ratios
@@ -86,15 +86,17 @@ class EdgeExtrapolation:
 
         fields: tractions, some of which are not 0; bulk: bulk stress xx, yy, xy of each body.
         """
+        sheared = any(np.any(field) for name, field in fields.items() if name != "p")
+        factor, share = (EXTRAPOLATION, EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
         means = {side: self._mean(side, fields, bulk) for side in self._shifts}
         estimates: dict[tuple[Body, Invariant], tuple[float, float]] = {}
         for body in self._ratios:
             fine, coarse = means[2][body], means[4][body]
-            added = self._factor * max(float(fine[0] - coarse[0]), 0.0)
-            values = fine + self._factor * (fine - coarse) if added else fine
+            added = factor * max(float(fine[0] - coarse[0]), 0.0)
+            values = fine + factor * (fine - coarse) if added else fine
             whole = np.concatenate([values, np.zeros(3)])
             for name in INVARIANTS:
-                estimates[body, name] = float(invariant(name, whole[:, None])[0]), EDGE_SHARE * added
+                estimates[body, name] = float(invariant(name, whole[:, None])[0]), share * added
         return estimates
 
     def _mean(
