@@ -168,7 +168,7 @@ def worst_lines(
                 line += ", endless life" if math.isinf(found.life) else f", life {found.life:.3g} cycles"
             line += f", at x = {x:.4g}, y = {y:.4g}, depth {depth:.4g} mm"
             if found.normal is not None:
-                line += f", plane normal ({', '.join(f'{part:.3f}' for part in found.normal)})"
+                line += f", plane normal ({', '.join(f'{round(part, 3) + 0.0:.3f}' for part in found.normal)})"
             yield line
 
 
