@@ -87,7 +87,7 @@ def search(
     scan = Scan(criterion, step)
     for block in _blocks(points, BLOCK // steps):
         value[block], normal[:, block], bound[block] = scan.best(np.ascontiguousarray(stress[:, :, block]))
-    bound *= 1.0 + scan_margin(step)
+    bound += scan_margin(step) * np.abs(bound)  # Findley's may be negative
     order = np.argsort(-bound)
     scan = Scan(criterion, min(step, REFINED_STEP))
     worst = known
@@ -160,7 +160,9 @@ class Scan:
         # Evaluate the planes of each point in the order of their bounds, until no other bound beats the best value.
         for _ in range(len(above)):
             tried = above[:, going].argmax(axis=0)
-            going, tried = _where(above[tried, going] > highest[going] * (1.0 + 1e-9), going, tried)
+            going, tried = _where(
+                above[tried, going] > highest[going] + 1e-9 * np.abs(above[tried, going]), going, tried
+            )
             if not going.size:
                 break
             exact = evaluate(self.criterion, stress[:, :, going], self.normals[tried][:, None])

@@ -198,6 +198,15 @@ class TestSearch:
         margin = critical_plane.scan_margin(critical_plane.SCAN_STEP)
         assert (pruned.value >= full.value - margin * np.maximum(full.value, 0.1 * full.value.max())).all()
 
+    def test_worst_of_compressed_points_is_found(self):
+        """Findley's parameter is negative where compression outweighs the shear."""
+        stress = 0.01 * random_histories()[:, :, :60]
+        stress[:, :3] -= 500.0
+        pruned = critical_plane.search(findley(STEEL), stress)
+        full = critical_plane.search(findley(STEEL), stress, refine_all=True)
+        assert full.value.max() < 0.0
+        assert pruned.value.max() == pytest.approx(full.value.max(), rel=1e-9)
+
     def test_shear_amplitude_is_below_the_radius_of_the_deviator(self):
         """A plane's shear path is a shadow of the deviator's, whose smallest ball is at least as large."""
         stress = random_histories()
