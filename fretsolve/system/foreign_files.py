@@ -23,15 +23,21 @@ TRIAL_SECONDS = 10
 """Processor time for all attributes of an HDF5 file, which takes milliseconds."""
 
 _TRIAL = """
-import resource, sys
+import sys
+file, seconds, *sys.path = sys.argv[1:]
+import resource
 import h5py
-used, most = resource.getrusage(resource.RUSAGE_SELF), int(sys.argv[2])
+used, most = resource.getrusage(resource.RUSAGE_SELF), int(seconds)
 most += int(used.ru_utime + used.ru_stime)
 resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-with h5py.File(sys.argv[1], "r") as file:
-    dict(file.attrs)
-    file.visititems(lambda name, node: dict(node.attrs) and None)
+try:
+    with h5py.File(file, "r") as opened:
+        dict(opened.attrs)
+        opened.visititems(lambda name, node: dict(node.attrs) and None)
+except Exception:
+    pass  # the caller meets it, too, and reports it
+print("ended")
 """
 
 
@@ -92,9 +98,10 @@ def try_attributes(path: Path) -> None:
 @cache
 def _try_attributes(path: Path, size: int, changed: int) -> None:
     require_regular(path)
-    line = [sys.executable, "-c", _TRIAL, os.fspath(path), str(TRIAL_SECONDS)]
+    # Isolated, so that no module of the working folder is run; installed ones are found where this process has them.
+    line = [sys.executable, "-I", "-c", _TRIAL, os.fspath(path), str(TRIAL_SECONDS), *filter(None, sys.path)]
     done = subprocess.run(line, capture_output=True, check=False)
-    if done.returncode < 0:
+    if done.returncode != 0 or done.stdout != b"ended\n":
         raise FileError("is damaged: the HDF5 library cannot read its attributes", path)
 
 

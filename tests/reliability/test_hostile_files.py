@@ -51,6 +51,22 @@ def test_attributes_of_an_earlier_version_that_hang_hdf5(tmp_path: Path, monkeyp
     assert "is damaged: the HDF5 library cannot read its attributes\n" in met
 
 
+def test_no_module_of_the_working_folder_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(SAMPLE, "old.h5")
+    for module in ("h5py", "resource", "sitecustomize"):
+        Path(f"{module}.py").write_text(f"open('run-{module}', 'w')\n")
+    foreign_files.try_attributes(Path("old.h5"))
+    assert not list(tmp_path.glob("run-*"))
+
+
+@pytest.mark.parametrize("trial", ["raise SystemExit(1)", "pass", "raise SystemExit(0)"])
+def test_a_trial_that_does_not_come_to_its_end(out: Path, monkeypatch: pytest.MonkeyPatch, trial: str) -> None:
+    monkeypatch.setattr(foreign_files, "_TRIAL", trial)
+    with pytest.raises(FileError, match="the HDF5 library cannot read its attributes"):
+        foreign_files.try_attributes(out)
+
+
 def test_every_block_of_the_attributes_may_be_wiped(out: Path) -> None:
     """The header is read instead, so nothing hangs; a text that differs from it is named."""
     data, before = out.read_bytes(), invoke("show", out, "--all").stdout
