@@ -6,12 +6,15 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from fretsolve.errors import CaseError, PictureError
+from fretsolve.errors import CaseError, FileError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
 from fretsolve.result import Result, open_result
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.files import make_folder, require_ending, writing
+from fretsolve.system.files import make_folder, reported, require_ending, writing
+from fretsolve.system.foreign_files import require_regular
+
+PAGE_NAME = "index.html"
 
 
 def plot_result(
@@ -52,7 +55,7 @@ def plot_result(
         if every_kind:
             from fretsolve.plots.report_page import html_page
 
-            write_picture(files[0].with_name("index.html"), html_page(result, pictures, left_out).encode())
+            write_picture(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out).encode())
     return 0
 
 
@@ -87,7 +90,21 @@ def _page_files(target: str | None, kinds: Sequence[PictureKind], result: Result
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
     make_folder(folder)
+    _require_own_page(folder / PAGE_NAME)
     return [folder / f"{kind.name}.{kind.formats[0]}" for kind in kinds]
+
+
+def _require_own_page(path: Path) -> None:
+    """Raise FileError if `path` exists and is no page of fretsolve."""
+    from fretsolve.plots.report_page import OWN_MARK
+
+    if os.path.lexists(path):
+        with reported("cannot be read", path):
+            require_regular(path)
+            with path.open("rb") as file:
+                is_own = OWN_MARK.encode() in file.read(1000)
+        if not is_own:
+            raise FileError("is not a page of fretsolve, so it is not replaced: give another folder with -o", path)
 
 
 def picture_format(path: Path) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -10,14 +9,14 @@ from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.study.result_files import HDF5_NAME
-from fretsolve.sweep.beginnings import FOLDER_NAME
+from fretsolve.sweep.beginnings import remove_beginnings
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
 from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
-from fretsolve.sweep.table import collect, writer_of
+from fretsolve.sweep.table import collect, require_tables, writer_of
 from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
 from fretsolve.system.progress import print_error_line
@@ -145,7 +144,7 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
             print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
     messages.end(found)
     if not missing(manifest):
-        shutil.rmtree(manifest.folder / FOLDER_NAME, ignore_errors=True)
+        remove_beginnings(manifest.folder)
     code = _worst_code(one.exit_code or EXIT_STOPPED for one in found if not one.has_result)
     if code:
         return EXIT_STOPPED if stop.requested else code
@@ -161,6 +160,8 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     writers = {path: writer_of(path, fields=linked) for path, linked in ({out: fields} if out else own).items()}
     if out is not None:
         require_free(out, overwrite=overwrite)
+    else:
+        require_tables(own)
     table = collect(manifest, quantities)
     for path, write in writers.items():
         write(table)

@@ -18,6 +18,9 @@ PAGE_STYLE = (
     "pre{overflow-x:auto;background:#f6f6f6;padding:1rem;font-size:.8rem;line-height:1.25}"
 )
 
+OWN_MARK = '<meta name="generator" content="fretsolve">'
+"""In the head of every page, by which a page is known before it is replaced."""
+
 
 def html_page(result: Result, pictures: Mapping[str, bytes], left_out: Mapping[str, str]) -> str:
     """Return a page that needs no other file: table, pictures, what is left out and why, and the case.
@@ -29,7 +32,7 @@ def html_page(result: Result, pictures: Mapping[str, bytes], left_out: Mapping[s
     title = escape(title_of(result))
     reasons = [f"<li>{escape(name)}: {escape(reason)}</li>" for name, reason in left_out.items()]
     parts = [
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{OWN_MARK}\n<title>{title}</title>',
         f"<style>{PAGE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         f"<pre>{escape(table.getvalue())}</pre>",
         *(_figure(name, content) for name, content in pictures.items()),

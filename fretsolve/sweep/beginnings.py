@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from fretsolve.result import RunHeader
 from fretsolve.setup.problem_setup import ProblemSetup
 
 FOLDER_NAME = "beginnings"
+_FILE_NAME = re.compile(r"[0-9a-f]{16}\.h5")
 
 LEAST_SECONDS = 0.05
 """Estimated time of a beginning from which it is shared: to write or to read one takes 10 to 20 ms."""
@@ -72,3 +75,15 @@ def shared(beginnings: Mapping[str, Sequence[Beginning]]) -> dict[str, tuple[Beg
 def files_of(beginnings: Sequence[Beginning], folder: Path) -> dict[int, Path]:
     """Return the files of beginnings in the folder of a sweep, by their last steps."""
     return {one.last_step: folder / FOLDER_NAME / f"{one.key}.h5" for one in beginnings}
+
+
+def remove_beginnings(folder: Path) -> None:
+    """Remove the beginnings in the folder of a sweep, and what held them if nothing else is there."""
+    held = folder / FOLDER_NAME
+    if held.is_symlink():
+        return
+    with suppress(OSError):
+        for path in held.iterdir():
+            if _FILE_NAME.fullmatch(path.name) and not path.is_dir():
+                path.unlink()
+        held.rmdir()  # fails if it is not empty

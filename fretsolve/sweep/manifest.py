@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from fretsolve.errors import CaseError, FileError, dotted, shortened
 from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of, writing
+from fretsolve.system.files import reason_of, reported, writing
 from fretsolve.system.foreign_files import read_small_text
 
 MANIFEST_NAME = "manifest.json"
@@ -123,14 +126,31 @@ class _Stored(BaseModel):
 
 
 def require_own(folder: Path, sweep: Path) -> None:
-    """Raise CaseError if `folder` holds another sweep, whose file still exists. An edited file is the same sweep."""
+    """Raise CaseError if `folder` holds another sweep, whose file still exists. An edited file is the same sweep.
+
+    Raises FileError if a file or a link that no sweep has written is in the way.
+    """
+    results = folder / RESULTS_NAME
+    if results.is_symlink():
+        raise FileError("is a link, which a sweep does not follow; give another folder with -o, or remove it", results)
+    if not os.path.lexists(folder / MANIFEST_NAME):
+        with reported("cannot be read", results):
+            if results.is_dir() and any(map(_is_foreign, results.iterdir())):
+                raise FileError("holds files that no sweep has written; give another folder with -o", results)
+        return
     try:
         there = read_manifest(folder).sweep
+    except FileError as error:
+        raise FileError(f"{error.message}; give another folder with -o, or remove this file", error.file) from error
+    other = False
+    with suppress(OSError):  # a sweep file is gone
         other = not there.samefile(sweep)
-    except (FileError, OSError):  # there is no manifest, or a sweep file is gone
-        return
     if other:
         raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
+
+
+def _is_foreign(path: Path) -> bool:
+    return re.match(r"[0-9a-f]{16}\.", path.name) is None
 
 
 def write_manifest(manifest: Manifest) -> None:

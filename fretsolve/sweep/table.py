@@ -24,9 +24,14 @@ from fretsolve.sweep.quantity import LAST_STAGE, Outcome, read_outcome, read_qua
 from fretsolve.sweep.status import CaseState, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
+from fretsolve.system.foreign_files import open_hdf5, require_regular
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet takes for a formula."""
+
+
+_FIRST_COLUMNS = b"index,id,status,"
+"""Beginning of a sweep's table as CSV."""
 
 
 def _is_quantity(text: str) -> bool:
@@ -188,6 +193,25 @@ def writer_of(path: Path, *, fields: bool) -> Callable[[Table], None]:
     if ending == ".parquet":
         return lambda table: write_table_parquet(path, _columns(table))
     raise CaseError("the format is not known; a name ending in .csv, .h5 or .parquet is needed", (), path)
+
+
+def require_tables(paths: Iterable[Path]) -> None:
+    """Raise FileError if one of `paths`, tables of a sweep, exists and is none."""
+    for path in paths:
+        if os.path.lexists(path) and not _is_table(path):
+            message = "is not the table of a sweep, so it is not replaced: move it away, or give another name with -o"
+            raise FileError(message, path)
+
+
+def _is_table(path: Path) -> bool:
+    with suppress(OSError, FileError):
+        if path.suffix == ".csv":
+            require_regular(path)
+            with path.open("rb") as file:
+                return file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
+        with open_hdf5(path) as file:
+            return all(name in file for name in ("case/index", "case/id", "case/status"))
+    return False
 
 
 def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool) -> None:

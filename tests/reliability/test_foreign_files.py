@@ -11,11 +11,12 @@ import pytest
 from command_line import assert_same_result, invoke, refused
 from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
-from sweeping import manifest_of
+from sweeping import manifest_of, write_sweep
 
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
+from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
 from fretsolve.system import atomic_files
 
 TEXT = "the user's own\n"
@@ -281,3 +282,52 @@ def test_a_manifest_cannot_lead_elsewhere(
     line = refused(4, "sweep", words[0], folder, *words[1:])
     assert line.startswith(f"{folder / 'manifest.json'}: not the manifest of a sweep: ")
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_sweep_leaves_what_it_has_not_written(tmp_path: Path) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "web"
+    folder.mkdir()
+    for name, content in {"manifest.json": '{"name": "web"}', "results/mine.txt": "mine"}.items():
+        own = folder / name
+        own.parent.mkdir(exist_ok=True)
+        own.write_text(content)
+        line = refused(4, "sweep", "run", path, "-o", folder)
+        assert line.startswith(f"{own if name == 'manifest.json' else own.parent}: ")
+        assert "give another folder with -o" in line
+        assert own.read_text() == content
+        own.unlink()
+    (folder / "results").rmdir()
+    (folder / "results").symlink_to(tmp_path)
+    assert "is a link, which a sweep does not follow" in refused(4, "sweep", "run", path, "-o", folder)
+    assert list(folder.iterdir()) == [folder / "results"]
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.h5"])
+def test_collecting_leaves_other_tables(sweep: Path, tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "copy"
+    shutil.copytree(sweep, folder)
+    assert invoke("sweep", "collect", folder).exit_code == 0
+    assert invoke("sweep", "collect", folder).exit_code == 0  # its own are replaced
+    (folder / name).write_text("my,own,table\n")
+    line = refused(4, "sweep", "collect", folder)
+    assert line.startswith(f"{folder / name}: is not the table of a sweep")
+    assert (folder / name).read_text() == "my,own,table\n"
+
+
+def test_only_beginnings_are_removed(tmp_path: Path) -> None:
+    folder = tmp_path / FOLDER_NAME
+    folder.mkdir()
+    for name in ("0123456789abcdef.h5", "fedcba9876543210.h5", "notes.h5"):
+        (folder / name).touch()
+    remove_beginnings(tmp_path)
+    assert [path.name for path in folder.iterdir()] == ["notes.h5"]
+    folder.rename(tmp_path / "mine")
+    (tmp_path / "mine" / "0123456789abcdef.h5").touch()
+    folder.symlink_to(tmp_path / "mine")
+    remove_beginnings(tmp_path)
+    assert len(list((tmp_path / "mine").iterdir())) == 2
+    folder.unlink()
+    folder.mkdir()
+    (folder / "0123456789abcdef.h5").touch()
+    remove_beginnings(tmp_path)
+    assert not folder.exists()

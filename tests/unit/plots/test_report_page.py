@@ -6,7 +6,7 @@ import base64
 from html.parser import HTMLParser
 from pathlib import Path
 
-from command_line import invoke
+from command_line import invoke, refused
 from fake_states import fake_header, fake_states
 
 from fretsolve import plots
@@ -73,3 +73,8 @@ def test_report_says_what_is_left_out(result_folder: Path, tmp_path: Path) -> No
     assert "<li>stick-history: nothing sticks or slips without friction and shear traction</li>" in text
     assert "left out: streamlines: no field 'shear' is stored, only pressure, zone" in done.stdout
     assert not (tmp_path / "streamlines.png").exists()
+    assert invoke("plot", result_folder / "hertz.h5", "--all", "-o", tmp_path).exit_code == 0  # its own is replaced
+    (tmp_path / "index.html").write_text("<title>my site</title>", encoding="utf-8")
+    line = refused(4, "plot", result_folder / "hertz.h5", "--all", "-o", tmp_path)
+    assert line.startswith(f"{tmp_path / 'index.html'}: is not a page of fretsolve, so it is not replaced")
+    assert (tmp_path / "index.html").read_text(encoding="utf-8") == "<title>my site</title>"
