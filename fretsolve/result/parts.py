@@ -11,7 +11,7 @@ import itertools
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
@@ -134,7 +134,8 @@ def write_increments(
     with atomic_files.new_hdf5(path, path.parent) as file:
         file.create_dataset("rows", data=rows, chunks=rows.shape, **COLUMN_FILTERS)
         group = file.create_group("fields")
-        group.create_dataset("step", data=np.array(steps, STEP.dtype))
+        layout = {"chunks": (len(steps),), **COLUMN_FILTERS} if steps else {}
+        group.create_dataset("step", data=np.array(steps, STEP.dtype), **layout)
         if steps:
             _write_fields(group, header, steps, sources, states)
         _write_restart(file, last_state, header.stored_fields if last in steps else ())
@@ -193,6 +194,7 @@ def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State
     for source in sources:
         with Piece(source) as piece:
             tables.append(piece.rows())
+            piece.require_steps(header.stores_fields)
     return np.concatenate([*(widened(table, kind) for table in tables), np.array(rows, kind)])
 
 
@@ -204,15 +206,20 @@ def _write_fields(
     They are in the order of the increments, so that the file does not depend on where a run was stopped and resumed.
     """
     rank = {step: index for index, step in enumerate(steps)}
+    missing = set(rank)
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
     for source in sources:
         with Piece(source) as piece, damage_reported(source, "fields"):
             for index, step in enumerate(piece.field_steps):
+                missing.discard(step)
                 for quantity, target in targets if step in rank else ():
                     copy_chunks(piece.file["fields"][quantity.name], index, target, rank[step])
     for state in states:
+        missing.discard(state.summary.step)
         for quantity, target in targets if state.summary.step in rank else ():
             target[rank[state.summary.step]] = component(state, quantity)
+    if missing:
+        raise FileError(f"the fields of increment {min(missing)} are missing in the parts", *sources[:1])
     return targets
 
 
@@ -280,6 +287,15 @@ class Piece(AbstractContextManager["Piece"]):
                 require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
                 require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
             return x, y
+
+    def require_steps(self, stores_fields: Callable[[int], bool], until: int | None = None) -> None:
+        """Raise FileError unless `field_steps` are those that are stored, before `until`, by default the last."""
+        with damage_reported(self.path, "fields/step"):
+            steps = self.rows()["step"].tolist()
+            until = until if until is not None else steps[-1] if steps else 0
+            found = [step for step in self.field_steps if step < until or step not in steps]
+            expected = [step for step in steps if step < until and stores_fields(step)]
+            require(found == expected, "fields/step", "the increments that are stored")
 
     def require_fields(self, shape: tuple[int, int]) -> None:
         """Raise FileError unless the fields have a plane of `shape` for each of `field_steps`."""

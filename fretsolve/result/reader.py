@@ -198,6 +198,7 @@ class Result(AbstractContextManager["Result"]):
         if self._open is None or self._open.path != path:
             self.close()
             self._open = Piece(path)
+            self._open.require_steps(self.steps.__contains__, self.steps[-1])  # the run may have gone on
         return self._open
 
 

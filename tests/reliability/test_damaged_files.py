@@ -24,7 +24,7 @@ from small_cases import CASE, write_case
 from sweeping import manifest_of, write_sweep
 
 from fretsolve.errors import FretsolveError
-from fretsolve.result import HistoryWriter
+from fretsolve.result import HistoryWriter, writer
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.plan import make_sweep_plan
 
@@ -85,11 +85,11 @@ SHAPE = (7, 6)
 def finish(out: Path, **options: bool) -> None:
     """Run to the end, as the command `run` does."""
     header = fake_header(SHAPE, increments=6, errors=True)
-    with HistoryWriter.open(out, header, **options) as writer:
-        if not writer.complete:
-            for state in fake_states(6, writer.last_state, shape=SHAPE, errors=True):
-                writer.append(state)
-            writer.finish("complete")
+    with HistoryWriter.open(out, header, **options) as run:
+        if not run.complete:
+            for state in fake_states(6, run.last_state, shape=SHAPE, errors=True):
+                run.append(state)
+            run.finish("complete")
 
 
 class Samples:
@@ -114,6 +114,7 @@ _samples: list[Samples] = []
 def begin(folder: Path) -> None:
     own = folder / str(os.getpid())
     own.mkdir()
+    writer.MERGE_EVERY = 3  # so that some parts are merged ones
     _samples.append(Samples(own))
 
 

@@ -13,13 +13,13 @@ import h5py
 import numpy as np
 import pytest
 from command_line import environment, invoke, refused
-from fake_states import fake_header, write_fake
+from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
 
 from fretsolve import open_result
 from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, parts
+from fretsolve.result import HistoryWriter, parts, writer
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
 
@@ -129,6 +129,33 @@ def test_numbers_that_another_program_has_changed(out: Path, name: str) -> None:
     found = "step of fields" if name == "step" else name
     assert f"{found} was changed: it differs from the header" in refused(4, "show", out) or name == "step"
     assert invoke("show", out).exit_code == 4
+
+
+def begin(out: Path, increments: int) -> None:
+    with HistoryWriter.open(out, fake_header(increments=8)) as run:
+        for state in fake_states(increments):
+            run.append(state)
+
+
+def test_parts_whose_fields_are_of_other_increments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of earlier versions have no checksum of these numbers."""
+    monkeypatch.setattr(writer, "MERGE_EVERY", 4)
+    out = tmp_path / "out.h5"
+    begin(out, 5)
+    merged = parts_folder(out) / "000000-000003.h5"
+    for steps in ([0, 1, 66, 3], [0, 2, 1, 3], [0, 1, 3], [0, 1, 2, 67], []):
+        with h5py.File(merged, "r+") as file:
+            del file["fields/step"]
+            file["fields/step"] = np.array(steps, "int64")
+        message = "fields/step must hold the increments that are stored"
+        with pytest.raises(FileError, match=message):
+            HistoryWriter.open(out, fake_header(increments=8), resume=True)
+        assert invoke("show", out).exit_code == 4
+    with h5py.File(merged, "r+") as file:
+        del file["fields/step"]
+        file["fields/step"] = np.arange(4)
+    with HistoryWriter.open(out, fake_header(increments=8), resume=True) as run:
+        assert (len(run.summaries), run.notes) == (5, [])
 
 
 def test_a_header_that_was_altered(tmp_path: Path) -> None:
