@@ -20,6 +20,9 @@ from fretsolve.system.arrays import DoubleArray
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 """Points and weights of Gauss's rule on (-1, 1). The integrands are smooth, with roots removed by substitution."""
 
+NARROWEST = 1e-9
+"""Half-width of a stick zone over a, below which it is lost in the rounding of its ends."""
+
 
 @dataclass(frozen=True)
 class LineUnderBulk:
@@ -65,23 +68,38 @@ class LineUnderBulk:
         """
         if abs(self.bulk) <= 0.5 * self.fraction:
             return True
-        if not self.reverses:
-            return False
         before = replace(self, shear_force=0.999 * self.shear_force, mismatch=0.999 * self.mismatch)
+        if not self.reverses or not before.is_known:
+            return False
         return max(map(abs, self.stick_zone)) <= max(map(abs, before.stick_zone))
 
-    @cached_property
+    @property
+    def is_known(self) -> bool:
+        """True if the stick zone is found: it may be too narrow under large bulk stress."""
+        return self._ends is not None
+
+    @property
     def stick_zone(self) -> tuple[float, float]:
         """Both ends of the stick zone along x (mm)."""
+        if self._ends is None:
+            raise ValueError("the ends of the stick zone are not known")
+        return self._ends
+
+    @cached_property
+    def _ends(self) -> tuple[float, float] | None:
+        """Both ends of the stick zone (mm); None if they are not found."""
         a, b, f = self.half_width, self.bulk, self.fraction
         if not self.reverses:
             center, half = math.copysign(1.0, self.shear_force) * b, math.sqrt(1.0 - f)
             return a * (center - half), a * (center + half)
         if f == 0.0:
             half = line_stick_ratio_under_bulk_alone(abs(b))
-            return -a * half, a * half
+            return (-a * half, a * half) if half > NARROWEST else None
         # Q > 0 and b > 0: the slip zone at +x is small and slips backwards; other signs by symmetry
-        low, high = _reverse_slip(f, abs(b))
+        ends = _reverse_slip(f, abs(b))
+        if ends is None:
+            return None
+        low, high = ends
         return (a * low, a * high) if (b > 0.0) == (self.shear_force > 0.0) else (-a * high, -a * low)
 
     @property
@@ -150,11 +168,13 @@ def line_stick_ratio_under_bulk_alone(bulk: float) -> float:
         return (2.0 / math.pi) * float(ellipkm1(squared) - ellipe(1.0 - squared)) - bulk
 
     most = math.log(4.0) - 1.0 - 0.5 * math.pi * bulk  # of c/a << 1
+    if most < -20.0:
+        return math.exp(most)
     return math.exp(float(brentq(excess, most - 2.0, 0.0, xtol=1e-15)))
 
 
-def _reverse_slip(f: float, b: float) -> tuple[float, float]:
-    """Return the ends of the stick zone over a, for Q > 0 and b > 0 where the slip at +x is backwards.
+def _reverse_slip(f: float, b: float) -> tuple[float, float] | None:
+    """Return the ends of the stick zone over a, for Q > 0, b > 0 and backward slip at +x; None if not found.
 
     With a = mu p0 = 1, R = sgn sqrt((x-s1)(x-s2)), m = (s1+s2)/2, q = p left of the stick zone and -p right of it:
     the integral of q/R over the slip zones is -pi b, that of (x-m) q/R is Q.
@@ -162,8 +182,8 @@ def _reverse_slip(f: float, b: float) -> tuple[float, float]:
     from scipy.optimize import root
 
     def missed(unknown: DoubleArray) -> list[float]:
-        left, right = _widths(unknown)
-        middle, half = 0.5 * (left - right), 1.0 - 0.5 * (left + right)
+        left, right, stick = _widths(unknown)
+        middle, half = 0.5 * (left - right), 0.5 * stick
         sums = []
         for side in (1.0, -1.0):
             # x = m +- half cosh u turns dx/|R| into du; u = end (1 - v^2) removes the root of p at the contact's edge
@@ -177,20 +197,27 @@ def _reverse_slip(f: float, b: float) -> tuple[float, float]:
 
     # from the stick zone of bulk stress or of the force alone, moved aside more and more
     half = min(line_stick_ratio_under_bulk_alone(b), math.sqrt(1.0 - f))
+    if half < NARROWEST:
+        return None
     for part in (0.5, 0.1, 0.01, 1e-4, 1e-8):
         right = part * (1.0 - half)
         left = 2.0 * (1.0 - half) - right
         found = root(missed, np.log([left / (2.0 * half), right / (2.0 * half)]), tol=1e-14)
         if np.max(np.abs(found.fun)) < 1e-11:
-            left, right = _widths(found.x)
-            return left - 1.0, 1.0 - right
-    raise ValueError("the ends of the stick zone were not found")
+            left, right, _ = _widths(found.x)
+            low, high = left - 1.0, 1.0 - right
+            return (low, high) if high - low > 2.0 * NARROWEST else None
+    return None
 
 
-def _widths(unknown: DoubleArray) -> tuple[float, float]:
-    """Return the widths of both slip zones in a contact of width 2, from the logarithms of both over the stick zone."""
-    left, right = np.exp(np.minimum(unknown, 300.0)).tolist()
-    return 2.0 * left / (1.0 + left + right), 2.0 * right / (1.0 + left + right)
+def _widths(unknown: DoubleArray) -> tuple[float, float, float]:
+    """Return the widths of both slip zones and the stick zone in a contact of width 2.
+
+    unknown: the logarithms of the slip zones' widths over the stick zone's. It does not shrink to nothing.
+    """
+    left, right = np.exp(np.minimum(unknown, -2.0 * math.log(NARROWEST))).tolist()
+    stick = 2.0 / (1.0 + left + right)
+    return left * stick, right * stick, stick
 
 
 @dataclass(frozen=True)

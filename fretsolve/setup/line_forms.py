@@ -48,9 +48,9 @@ class LineShear:
 
     @property
     def is_reached(self) -> bool:
-        """True if the increments of each branch lead to its closed form."""
+        """True if the closed form of each branch is known, and its increments lead there."""
         under_bulk = (branch for _, branch in self.branches if isinstance(branch, LineUnderBulk))
-        return all(branch.is_reached_in_proportion for branch in under_bulk)
+        return all(branch.is_known and branch.is_reached_in_proportion for branch in under_bulk)
 
     @property
     def stick_half_width(self) -> float:
@@ -219,7 +219,10 @@ class LineClosedForms(ClosedForms):
             if not known or shears[-1] is None:
                 return None
             force, stage, shear = max(known, key=lambda item: item[0])
-            return ClosedForm("stick_radius", stage, shear.on_loading(force).stick_half_width, self.shear_source)
+            largest = shear.on_loading(force)
+            if isinstance(largest, LineUnderBulk) and not largest.is_known:
+                return None
+            return ClosedForm("stick_radius", stage, largest.stick_half_width, self.shear_source)
         if self.widest is None or not self.model.coupled:
             return None
         ratio = pressed_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)

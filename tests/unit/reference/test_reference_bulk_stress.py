@@ -73,6 +73,19 @@ class TestLine:
         assert both(lambda x: 1.0) == pytest.approx(-math.pi * b, rel=1e-7)
         assert both(lambda x: x - middle) == pytest.approx(0.5 * math.pi * f, rel=1e-7, abs=1e-9)
 
+    @pytest.mark.parametrize("f", [0.0, 1e-6, 0.3, 0.9, 0.9999])
+    def test_a_stick_zone_too_narrow_for_its_ends_is_not_known(self, f):
+        """It narrows with bulk stress until that; no size of stress divides by 0."""
+        stresses = [1.0, 2.0, 5.0, 8.0, 10.0, 12.0, 20.0, 1e3, 1e5]
+        known = [line(f, b) for b in stresses if line(f, b).is_known]
+        assert [abs(one.bulk) for one in known] == pytest.approx(stresses[: len(known)])
+        widths = [one.stick_half_width / BASE.half_width for one in known]
+        assert 0 < len(known) < 7 and (np.diff(widths) < 0.0).all() and widths[-1] > 1e-9
+        unknown = line(f, 1e5)
+        assert not unknown.is_reached_in_proportion
+        with pytest.raises(ValueError, match="not known"):
+            _ = unknown.stick_zone
+
     def test_the_regimes_meet(self):
         f = 0.3
         at = 1.0 - math.sqrt(1.0 - f)
