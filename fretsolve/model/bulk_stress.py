@@ -48,8 +48,11 @@ def surface_strain(body: Body, stress: list[float], plane_strain: bool = False) 
     return np.array([xx - nu * yy, yy - nu * xx, (1.0 + nu) * xy]) / modulus
 
 
-def mismatch_displacement(mismatch: Vector, grid: Grid) -> FloatArray:
-    """Return w at the cells' centres, (2, nx, ny) in mm, of a mismatch De_xx, De_yy, De_xy."""
-    xx, yy, xy = mismatch
+def mismatch_displacement(mismatch: Vector, grid: Grid, followed: Vector | None = None) -> FloatArray:
+    """Return w at the cells' centres, (2, nx, ny) in mm, of a mismatch De_xx, De_yy, De_xy.
+
+    followed: a rigid motion delta_x, delta_y, phi_z that is taken from it.
+    """
+    (xx, yy, xy), (along, across, turn) = mismatch, np.zeros(3) if followed is None else followed
     x, y = grid.x[:, None], grid.y
-    return np.stack([xx * x + xy * y, xy * x + yy * y])
+    return np.stack([xx * x + (xy + turn) * y - along, (xy - turn) * x + yy * y - across])

@@ -403,6 +403,20 @@ class TestBulkStress:
         assert other.stick_center_x == pytest.approx(-one.stick_center_x, rel=1e-6)
         assert other.stick_half_width_x == pytest.approx(one.stick_half_width_x, rel=1e-6)
 
+    def test_a_contact_far_from_the_origin_is_solved_as_well(self):
+        """There bulk stress moves it by 0.6 mm as a whole, which counts neither as slip nor as its scale."""
+        stage = {"Qx": SHEAR_FORCE, "bulk_2": {"xx": 140.0}, "increments": 3}
+        ends = []
+        for center in (0.0, 1000.0):
+            surface = {"cylinder": {"radius": 10.0, "center": center}}
+            grid = {"points": 128, "size": 0.28, "center": center}
+            state = solve_line(surface=surface, grid=grid, load_path=[{"P": LOAD}, stage])[-1]
+            stick = np.abs(state.fields.slip[0, state.fields.zone == Zone.STICK]).max()
+            ends.append((stick, state.summary.stick_center_x - center, state.summary.work_total))
+        near, far = ends
+        assert far[0] == pytest.approx(near[0], rel=0.2)
+        assert far[1:] == pytest.approx(near[1:], rel=1e-6)
+
     def test_pulling_both_alike_does_nothing(self):
         stress = {"xx": 0.2 * self.UNIT}
         path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_1": stress, "bulk_2": stress, "increments": 1}]
