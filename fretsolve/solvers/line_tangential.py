@@ -21,10 +21,13 @@ from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.system.arrays import DoubleArray, FloatArray
+from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
-MOST_CELLS = 2000
-"""Cells in contact up to which the equations are solved by a dense matrix."""
+MOST_STICKING = 2000
+"""Cells that stick, up to which their equations are solved by a dense matrix."""
+
+MOST_WORK = 2e11
+"""Sum of the cubes of these numbers of cells, up to which zones are sought: some seconds."""
 
 ROUGH = 1e-3
 """Tolerance above which a solution is only an estimate, for which the Newton method has to do."""
@@ -55,16 +58,16 @@ class LineTangentialSolver(TangentialSolver):
         found = super().solve(elastic_slip, *arguments)
         contact = np.flatnonzero(friction_limit[:, 0] > 0.0)
         along_y = shear[1].any() or elastic_slip[1].any() or control.imposed_resultant[1]
-        if found.converged or along_y or tolerance > ROUGH or not 0 < contact.size <= MOST_CELLS:
+        if found.converged or along_y or tolerance > ROUGH or not contact.size:
             return found
-        kernel = strip_influence("xx", self._grid, self.operator.compliances)[:, 0]
         problem = _Problem(
-            kernel[np.abs(np.subtract.outer(contact, contact))],
+            strip_influence("xx", self._grid, self.operator.compliances)[:, 0],
+            contact,
             friction_limit[contact, 0].astype(np.float64),
             control.imposed_resultant[0] / self.modes.cell_area,
         )
         before = shear[0, contact, 0].astype(np.float64)
-        solution = problem.solve(elastic_slip[0, contact, 0] + problem.matrix @ before)
+        solution = problem.solve(elastic_slip[0, contact, 0] + problem.moved(before))
         if solution is None:
             return found
         change = np.zeros_like(shear)
@@ -77,20 +80,28 @@ class LineTangentialSolver(TangentialSolver):
         return super().solve(elastic_slip, *arguments)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Problem:
-    """Stick and slip in n cells: influence `matrix` (n, n), friction `limit` (n,), and the sum `force` of q."""
+    """Stick and slip in n cells.
 
-    matrix: DoubleArray
+    kernel: influence at the offsets 0, 1, ... in cells; cells: (n,), increasing; limit: of friction, (n,); force: the
+    sum of q; work: what the search has cost, as `MOST_WORK` counts it.
+    """
+
+    kernel: DoubleArray
+    cells: IndexArray
     limit: DoubleArray
     force: float
+    work: float = 0.0
 
     def solve(self, free: DoubleArray) -> DoubleArray | None:
         """Return q, (n,), where q = K^-1 (free + D) sticks; free: the elastic slip without q. None if none is found."""
-        reach = float(np.abs(free).max() + np.abs(self.matrix).sum(axis=1).max() * self.limit.max())
+        reach = float(np.abs(free).max() + self.moved(self.limit).max() + self.kernel[0] * self.limit.max())
         low, high, state = -reach, reach, np.zeros(free.size)
         for _ in range(MOST_MOTIONS):
             motion = 0.5 * (low + high)
+            if (state == 0).all():
+                state = np.sign(free + motion)  # few cells stick where this solver is needed
             q = self._at(free + motion, state)
             if q is None:
                 return None
@@ -100,14 +111,37 @@ class _Problem:
             low, high = (motion, high) if q.sum() < self.force else (low, motion)
         return None
 
+    def moved(self, q: DoubleArray) -> DoubleArray:
+        """Return the displacement (n,) by q."""
+        from scipy.linalg import matmul_toeplitz
+
+        first = self.cells[0]
+        count = int(self.cells[-1] - first) + 1
+        whole = np.zeros(count)
+        whole[self.cells - first] = q
+        product: DoubleArray = matmul_toeplitz(self.kernel[:count], whole)
+        return product[self.cells - first]
+
+    def _stuck(self, stick: IndexArray) -> DoubleArray | None:
+        """Return the influence matrix of the cells that stick; None if the search becomes too long."""
+        self.work += float(stick.size) ** 3
+        if stick.size > MOST_STICKING or self.work > MOST_WORK:
+            return None
+        cells = self.cells[stick]
+        return self.kernel[np.abs(np.subtract.outer(cells, cells))]
+
     def _at(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
         """Return q at a rigid motion, which `free` holds, and find the zones `state` (0 stick, 1 or -1 slip) for it."""
         for _ in range(MOST_ROUNDS):
             q = state * self.limit
+            slip = free - self.moved(q)
             stick = np.flatnonzero(state == 0)
             if stick.size:
-                q[stick] = np.linalg.solve(self.matrix[np.ix_(stick, stick)], (free - self.matrix @ q)[stick])
-            slip = free - self.matrix @ q
+                matrix = self._stuck(stick)
+                if matrix is None:
+                    return None
+                q[stick] = np.linalg.solve(matrix, slip[stick])
+                slip = free - self.moved(q)
             wanted = np.where(state == 0, np.sign(q) * (np.abs(q) > self.limit), state * (state * slip > 0.0))
             if (wanted == state).all():
                 return q
@@ -120,16 +154,18 @@ class _Problem:
         stick = np.flatnonzero(state == 0)
         if not stick.size:
             return q if abs(q.sum() - self.force) <= 1e-12 * self.limit.sum() else None
-        size = stick.size
+        matrix = self._stuck(stick)
+        if matrix is None:
+            return None
+        size, scale = stick.size, self.kernel[0]
         bordered = np.zeros((size + 1, size + 1))
-        bordered[:size, :size] = self.matrix[np.ix_(stick, stick)]
-        scale = self.matrix[0, 0]
+        bordered[:size, :size] = matrix
         bordered[:size, size] = -scale
         bordered[size, :size] = scale
-        right = np.append((free - self.matrix @ q)[stick], scale * (self.force - q.sum()))
+        right = np.append((free - self.moved(q))[stick], scale * (self.force - q.sum()))
         *found, motion = np.linalg.solve(bordered, right)
         q[stick] = found
-        slip = free + scale * motion - self.matrix @ q
+        slip = free + scale * motion - self.moved(q)
         slides = state != 0
         stays = (np.abs(q[stick]) <= self.limit[stick] * (1.0 + 1e-12)).all() and (state * slip >= 0.0)[slides].all()
         return q if stays else None

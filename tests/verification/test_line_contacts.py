@@ -21,6 +21,7 @@ from line_cases import (
     modulus_of,
     solve_line,
 )
+from scipy.optimize import brentq
 from solving import SIMILAR, build
 
 from fretsolve import run
@@ -397,6 +398,19 @@ class TestBulkStress:
         assert state.summary.Qx == pytest.approx(part * FRICTION * LOAD, rel=1e-5)
         assert state.summary.stick_cells <= 2
         assert (np.diff(np.sign(state.fields.shear[0, state.fields.pressure[:, 0] > 0.0, 0])) != 0.0).sum() <= 2
+
+    @pytest.mark.parametrize("points", [2800, 4096])
+    @pytest.mark.parametrize(("part", "b"), [(0.3, 300.0), (0.77, 5.0), (0.95, 30.0)])
+    def test_large_stress_on_fine_grids(self, points, part, b):
+        stage = {"Qx": part * FRICTION * LOAD, "bulk_2": {"xx": b * self.UNIT}, "increments": 1}
+        state = solve_line(grid={"points": points, "size": 0.28}, load_path=[{"P": LOAD}, stage])[-1]
+        assert state.summary.Qx == pytest.approx(part * FRICTION * LOAD, rel=1e-5)
+        assert 1 <= state.summary.stick_cells <= 2
+        contact = state.fields.pressure[:, 0] > 0.0
+        middle = line_x({"points": points, "size": 0.28})[contact][state.fields.zone[contact, 0] == Zone.STICK].mean()
+        left = 0.5 * (1.0 + part)  # of mu P, which slides forwards
+        exact = brentq(lambda x: (math.acos(-x) + x * math.sqrt(1.0 - x**2)) / math.pi - left, -1.0, 1.0)
+        assert middle == pytest.approx(exact * A, abs=0.28 / points)
 
     def test_pulling_body_1_shifts_it_the_other_way(self):
         one, other = (self.solve(80, (0.6, 0.2, 1), body=body)[-1] for body in ("bulk_2", "bulk_1"))
