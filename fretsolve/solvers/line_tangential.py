@@ -119,8 +119,8 @@ class _Problem:
         count = int(self.cells[-1] - first) + 1
         whole = np.zeros(count)
         whole[self.cells - first] = q
-        product: DoubleArray = matmul_toeplitz(self.kernel[:count], whole)
-        return product[self.cells - first]
+        moved: DoubleArray = matmul_toeplitz(self.kernel[:count], whole)[self.cells - first]
+        return moved
 
     def _stuck(self, stick: IndexArray) -> DoubleArray | None:
         """Return the influence matrix of the cells that stick; None if the search becomes too long."""
