@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.errors import NotConvergedError
+from fretsolve.errors import NoSolutionError, NotConvergedError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Evidence, Examiner, Solution
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import ADVICE, TOO_FEW_DIGITS, StaggeredIteration
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.working_state import InitialState, Trend, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import LARGE_GRID, Grid
 from fretsolve.model.load_path import Increment
@@ -76,9 +76,22 @@ class IncrementSolver:
 
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
-        before, target, free = self.applications, SOLVER_TOLERANCE_SHARE * self.tolerance, FREE_CELLS
+        before = self.applications
+        try:
+            return self._solve(increment, start, before)
+        except NoSolutionError:
+            if start.trend is None:
+                raise
+        # without the trend, since the start itself may be nearer to the solution
+        return self._solve(increment, replace(start, trend=None), before)
+
+    def _solve(self, increment: Increment, start: InitialState, before: float) -> Solved:
+        """Solve an increment from `start`; before: applications before it."""
+        target, free = SOLVER_TOLERANCE_SHARE * self.tolerance, FREE_CELLS
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start)
+        if start.trend is not None:
+            start = _follow(start.trend, start, work)
         expected = work.pressure > 0.0
         for _ in range(12):
             # solve on a region that holds the expected contact, and on a larger one if the contact leaves it
@@ -129,7 +142,7 @@ class IncrementSolver:
             separation = np.add(separation, uz, out=uz)
         self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
         self._release(self.level)
-        work.at_start = False
+        work.slip_is_known = False
         return work
 
     def _release(self, level: GridLevel) -> None:
@@ -164,7 +177,7 @@ class IncrementSolver:
         """Cut the tractions of `work` to a region, and return that part of `start`."""
         cells = region.cells
         elastic_slip = start.elastic_slip
-        if not work.at_start:
+        if not work.slip_is_known:
             elastic_slip = -self._moved(start, work) if self._single else None
         elastic_slip = None if elastic_slip is None else elastic_slip[cells]
         mismatch = None if start.mismatch is None else start.mismatch[cells]
@@ -232,3 +245,19 @@ class IncrementSolver:
         if rounding:
             return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
         return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"
+
+
+def _follow(trend: Trend, start: InitialState, work: WorkingState) -> InitialState:
+    """Add the trend to the tractions of `work`, and return the start with the elastic slip that this means, if known.
+
+    Elastic displacements are linear in the tractions, so no convolution is needed. Where the normal load changes, the
+    pressure of `work` comes from coarser grids, and the trend of the shear alone is followed.
+    """
+    change = trend.change
+    work.shear += trend.factor * change.shear
+    if not work.slip_is_known:
+        work.rigid[3:] += trend.factor * trend.rigid[3:]
+        return start
+    work.pressure += trend.factor * change.pressure
+    work.rigid += trend.factor * trend.rigid
+    return replace(start, elastic_slip=-trend.factor * change.displacement)

@@ -145,7 +145,7 @@ class StaggeredIteration:
 
     def _finish(self, work: WorkingState) -> None:
         """Count an iteration, and update the separation and its change for the new shear."""
-        self._first = work.at_start = False
+        self._first = work.slip_is_known = False
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
         if self._coupled:
@@ -256,7 +256,7 @@ class StaggeredIteration:
         motion: largest rigid displacement increment known so far (mm).
         """
         slip, operator = self._elastic_slip, self.level.operator
-        if self._first and (work.at_start or start.elastic_slip is not None):
+        if self._first and (work.slip_is_known or start.elastic_slip is not None):
             slip[:] = 0.0 if start.elastic_slip is None else start.elastic_slip
         elif self._first:
             operator.tangential(work.shear, slip)

@@ -8,10 +8,23 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.model.load_control import LoadControl
+from fretsolve.result.state import Change
 from fretsolve.system.arrays import FloatArray, Vector
 
 FIRST_TOLERANCE = 1e-2
 """Tolerance of the first staggered iteration of a coupled increment."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Changes that are expected of an increment: `factor` times those over the increment before it.
+
+    rigid: the change of the rigid displacements, (6,).
+    """
+
+    factor: float
+    change: Change
+    rigid: Vector
 
 
 @dataclass(frozen=True)
@@ -21,7 +34,8 @@ class InitialState:
     pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
     phi_z; normal: what was imposed on the normal problem; elastic_slip: (2, nx, ny), at the tractions that the
     staggered iterations start with, where it is not 0 and `displacement` does not resolve it; mismatch: (2, nx, ny), of
-    the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`.
+    the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`; trend:
+    what the increment is expected to change, None where the staggered iterations start from the increment's start.
     """
 
     pressure: FloatArray
@@ -31,6 +45,7 @@ class InitialState:
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
+    trend: Trend | None = None
 
     @cached_property
     def largest_displacement(self) -> float:
@@ -48,15 +63,15 @@ class InitialState:
 class WorkingState:
     """Tractions, rigid displacements and counts that change within an increment.
 
-    at_start: the tractions are still those of the increment's start; gap_scale: length that the gap is measured against
-    (mm); change: of the gap by the last change of the shear, over gap_scale; coupled_step: the increment was solved by
-    the coupled Newton method.
+    slip_is_known: the elastic slip of the tractions is that of `InitialState`, 0 where this has none; gap_scale: length
+    that the gap is measured against (mm); change: of the gap by the last change of the shear, over gap_scale;
+    coupled_step: the increment was solved by the coupled Newton method.
     """
 
     pressure: FloatArray
     shear: FloatArray
     rigid: Vector
-    at_start: bool = True
+    slip_is_known: bool = True
     gap_scale: float = 0.0
     change: float = FIRST_TOLERANCE
     iterations_normal: int = 0

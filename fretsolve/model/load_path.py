@@ -119,6 +119,20 @@ class LoadPath:
         ]
         return LoadPath(stages, self._model)
 
+    def growth(self, step: int) -> float | None:
+        """Return the load step at `step` over the one before it, None where that is of another stage."""
+        planned = self._planned_at(step)
+        if planned is None or step == planned.first:
+            return None
+        before = planned.share(step - 2) if step - 1 > planned.first else 0.0
+        last = planned.share(step - 1) - before
+        return (planned.share(step) - planned.share(step - 1)) / last if last > 0.0 else None
+
+    def _planned_at(self, step: int) -> _PlannedStage | None:
+        """Return the stage of `step`; None after the last one."""
+        within = step < self.increments
+        return next(planned for planned in reversed(self._planned) if planned.first <= step) if within else None
+
     def imposed_in_stages(self) -> Iterator[tuple[dict[str, float], dict[str, float], list[float]]]:
         """Yield for each stage what is imposed before it and at its end, and the share that each increment ends at.
 
@@ -145,7 +159,8 @@ class LoadPath:
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
-        planned = next(p for p in reversed(self._planned) if p.first <= step)
+        planned = self._planned_at(step)
+        assert planned is not None
         start = history[planned.first - 1] if planned.first else None
         part = planned.share(step)
         values = {}

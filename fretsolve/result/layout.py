@@ -124,7 +124,16 @@ DISPLACEMENT = (
 
 RESTART = FIELDS + DISPLACEMENT
 
-QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART)}
+CHANGE = tuple(
+    replace(one, name=f"change_{one.name}", long_name=f"change over the last increment of: {one.long_name}")
+    for one in RESTART
+    if one.array in ("pressure", "shear", "displacement")
+)
+"""Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
+
+QUANTITIES: dict[str, Quantity] = {
+    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART, *CHANGE)
+}
 """All of them by their names, which are unique."""
 
 _PER_LENGTH = {known.stored: other.stored for known, other in PER_LENGTH.items()}

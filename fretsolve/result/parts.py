@@ -26,6 +26,7 @@ from fretsolve.result.checks import checked_plane, content_of, read_column, requ
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     BULK_HISTORY,
+    CHANGE,
     COLUMN_FILTERS,
     DISPLACEMENT,
     HEADER,
@@ -43,7 +44,7 @@ from fretsolve.result.layout import (
     create_field,
     quantities_of,
 )
-from fretsolve.result.state import Fields, State, Summary, SummaryErrors
+from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
@@ -230,12 +231,15 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
         values = component(state, quantity)
         if quantity not in stored or values.dtype != quantity.dtype:
             group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
+    for quantity in CHANGE if state.change is not None else ():
+        values = component(state, quantity)
+        group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
     return group
 
 
 def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
     """Return the array ``(nx, ny)`` of `state` that is stored as `quantity`."""
-    owner = state if quantity in DISPLACEMENT else state.fields
+    owner = state.change if quantity in CHANGE else state if quantity in DISPLACEMENT else state.fields
     array: NDArray[Any] = getattr(owner, quantity.array)
     return array if quantity.component is None else array[quantity.component]
 
@@ -326,15 +330,21 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(self.path, "restart"):
             group = own_node(self.file, "restart")
             kept = {name: checked_plane(name, own_dataset(group, name)[:]) for name in group}
-        arrays: dict[str, list[NDArray[Any]]] = {}
+        of_state: dict[str, list[NDArray[Any]]] = {}
         for quantity in RESTART:
             field = kept[quantity.name] if quantity.name in kept else self.read(quantity.name, summary.step)
-            arrays.setdefault(quantity.array, []).append(field)
+            of_state.setdefault(quantity.array, []).append(field)
+        changes: dict[str, list[NDArray[Any]]] = {}
+        for quantity in CHANGE:
+            if quantity.name in kept:
+                changes.setdefault(quantity.array, []).append(kept[quantity.name])
+        shapes = {part.shape for arrays in (of_state, changes) for array in arrays.values() for part in array}
         with damage_reported(self.path, "restart"):
-            require(len({part.shape for array in arrays.values() for part in array}) == 1, "restart", "one grid")
-        whole = {name: array[0] if len(array) == 1 else np.stack(array) for name, array in arrays.items()}
-        displacement = whole.pop("displacement")
-        return State(summary, Fields(**whole), displacement, SummaryErrors(*errors) if errors else None)
+            require(len(shapes) == 1, "restart", "one grid")
+            change = Change(**_stacked(changes)) if changes else None
+        fields = _stacked(of_state)
+        displacement = fields.pop("displacement")
+        return State(summary, Fields(**fields), displacement, SummaryErrors(*errors) if errors else None, change)
 
     def verify(self) -> None:
         """Read every dataset, so that its checksum is compared. Raises FileError."""
@@ -350,6 +360,11 @@ class Piece(AbstractContextManager["Piece"]):
 def _summary(values: Mapping[str, Any]) -> Summary:
     """Return the summary in a record of the history."""
     return Summary(**{name: values[name] for name in SUMMARY_NAMES if name in values})
+
+
+def _stacked(arrays: dict[str, list[NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Return the arrays with their components joined."""
+    return {name: parts[0] if len(parts) == 1 else np.stack(parts) for name, parts in arrays.items()}
 
 
 @contextmanager

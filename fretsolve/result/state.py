@@ -152,15 +152,30 @@ class Fields:
 
 
 @dataclass(frozen=True)
+class Change:
+    """Changes over an increment, by which the next one is estimated.
+
+    pressure ``(nx, ny)`` and shear ``(2, nx, ny)`` in single precision; tangential displacement ``(2, nx, ny)`` in
+    double, since the slip of the next increment is counted from it.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    displacement: FloatArray
+
+
+@dataclass(frozen=True)
 class State:
     """Everything after one certified increment.
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
-    refers to. Together with `fields` and `summary` it is all that a restart needs. Where nothing can slip, it is
-    `nothing`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any.
+    refers to. Together with `fields`, `summary` and `change` it is all that a restart needs. Where nothing can slip, it
+    is `nothing`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any;
+    change: over the increment, where the next one is estimated by it.
     """
 
     summary: Summary
     fields: Fields
     displacement: FloatArray
     errors: SummaryErrors | None = None
+    change: Change | None = None

@@ -14,11 +14,11 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_border, map_spans
-from fretsolve.result.state import Fields, State, Summary, Zone, nothing
+from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.line_contact import LineContact
@@ -26,7 +26,16 @@ from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import zone_area
 from fretsolve.simulation.zone_edges import contact_edge, stick_edge
 from fretsolve.simulation.zone_extents import zone_extent
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import FloatArray, Vector
+
+LARGEST_GROWTH = 3.0
+"""Load step over the one before it up to which an increment is estimated by that one."""
+
+LEAST_TOLERANCE = 1e-8
+"""Tolerance from which the rounding of `Change` does no harm."""
+
+LEAST_CELLS = 48 * 48
+"""Cells from which such an estimate saves more time than it takes."""
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -54,16 +63,16 @@ def run(
     line = LineContact.of(setup, *arguments) if setup.model.line else None
     solver = IncrementSolver(*arguments) if line is None else line.solver
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
+    change = start.change if start is not None else None
     summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):
         began = _working_seconds()
         increment = setup.load_path.increment(step, summaries)
         before = setup.load_path.increment(step - 1, summaries).normal if step else None
-        rigid = np.array([getattr(summaries[-1], name) for name in RIGID]) if step else np.zeros(6)
-        if line is not None:
-            rigid = line.rigid_start(fields, rigid)
+        rigid = _rigid(summaries) if line is None else line.rigid_start(fields, _rigid(summaries))
+        trend = _trend(change, setup, summaries)
         try:
-            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before)
+            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before, trend=trend)
             if increment.stretch is not None:
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
 
@@ -78,6 +87,7 @@ def run(
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
         sizes = _sizes(solved, setup) if line is None else line.sizes(solved)
+        change = _change(begin, solved) if _has_trend(setup, step + 1) else None
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
@@ -85,7 +95,42 @@ def run(
             summary = line.with_displacements(summary, solved)
         del solved  # frees what the state does not need
         summaries.append(summary)
-        yield State(summary, fields, displacement)
+        yield State(summary, fields, displacement, change=change)
+
+
+def _has_trend(setup: ProblemSetup, step: int) -> bool:
+    """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding."""
+    model, solver, growth = setup.model, setup.case.solver, setup.load_path.growth(step)
+    usual = model.has_shear and model.bulk is None and not model.line and math.prod(setup.grid.shape) >= LEAST_CELLS
+    accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
+    return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
+
+
+def _trend(change: Change | None, setup: ProblemSetup, summaries: Sequence[Summary]) -> Trend | None:
+    """Return what the next increment is expected to change, from the change over the last one."""
+    if change is None:
+        return None
+    growth = setup.load_path.growth(len(summaries))
+    assert growth is not None  # else there is no change
+    return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
+
+
+def _rigid(summaries: Sequence[Summary]) -> Vector:
+    """Return the rigid displacements after the last of some increments, (6,)."""
+    return np.array([getattr(summaries[-1], name) for name in RIGID]) if summaries else np.zeros(6)
+
+
+def _change(initial: InitialState, solved: Solved) -> Change:
+    """Return the change over an increment."""
+    solution = solved.solution
+    change = Change(
+        pressure=(solution.pressure - initial.pressure).astype(np.float32),
+        shear=(solution.shear - initial.shear).astype(np.float32),
+        displacement=solution.displacement - initial.displacement,
+    )
+    for array in vars(change).values():
+        array.flags.writeable = False
+    return change
 
 
 def _working_seconds() -> float:
