@@ -131,10 +131,8 @@ CHANGE = tuple(
 )
 """Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
 
-QUANTITIES: dict[str, Quantity] = {
-    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART, *CHANGE)
-}
-"""All of them by their names, which are unique."""
+QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART)}
+"""All columns, axes and fields by their names, which are unique."""
 
 _PER_LENGTH = {known.stored: other.stored for known, other in PER_LENGTH.items()}
 

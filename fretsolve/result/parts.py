@@ -32,7 +32,6 @@ from fretsolve.result.layout import (
     HEADER,
     HEADER_GROUP,
     PLAIN_FILTERS,
-    QUANTITIES,
     RESTART,
     STEP,
     FieldQuantity,
@@ -180,8 +179,9 @@ def write_result(
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
+            kept = {quantity.name: quantity for quantity in RESTART + CHANGE}
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
-                dataset.attrs.update(QUANTITIES[name].attributes)
+                dataset.attrs.update(kept[name].attributes)
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:

@@ -35,7 +35,7 @@ LEAST_TOLERANCE = 1e-8
 """Tolerance from which the rounding of `Change` does no harm."""
 
 LEAST_CELLS = 48 * 48
-"""Cells from which such an estimate saves more time than it takes."""
+"""Cells from which such an estimate saves more time than it takes, with the saving of `Change`."""
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
