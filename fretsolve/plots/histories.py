@@ -43,8 +43,9 @@ COUNTS = {
 def loop(result: Result, ax: Target = None) -> Figure:
     """Draw force over displacement of each pair that the load path moves, one panel each.
 
-    The area of closed cycles is shaded and labelled with the energy that all loads dissipate in the cycle. Error bars
-    are drawn if the history has columns ``<name>_error``. Raises PictureError.
+    The area of closed cycles is shaded and labelled with the energy that all loads dissipate in the cycle, except where
+    bulk stress moves: its work is no part of the area. Error bars are drawn if the history has columns
+    ``<name>_error``. Raises PictureError.
     """
     require_increments(result)
     moved = moved_pairs(result)
@@ -58,7 +59,8 @@ def loop(result: Result, ax: Target = None) -> Figure:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
-        drawn.heading(title_of(result), f"total dissipated energy: {_energy(result, energy, error)}")
+        note = ", with the work of bulk stress" if _bulk_moves(result) else ""
+        drawn.heading(title_of(result), f"total dissipated energy: {_energy(result, energy, error)}{note}")
     return drawn.figure
 
 
@@ -106,7 +108,7 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     x, y = result.history[pair.motion] * x_unit.factor, result.history[pair.force] * y_unit.factor
     found = cycles(result, pair)
     _draw_cycles(axes, found, x, y)
-    closed = [cycle for cycle in found if cycle.closed]
+    closed = [cycle for cycle in found if cycle.closed and not _bulk_moves(result)]
     for cycle in closed if len(closed) <= 2 else closed[-1:]:
         color = marks(len(found))[cycle.number].color
         total = result.history["work_total"]
@@ -125,6 +127,11 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
         axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
     axes.set(xlabel=axis_label(pair.motion, x_unit), ylabel=axis_label(pair.force, y_unit))
     _tell_apart(drawn, axes, found)
+
+
+def _bulk_moves(result: Result) -> bool:
+    """Return whether the load path changes a bulk stress."""
+    return any(np.any(values) for name, values in result.history.items() if name.startswith("bulk_"))
 
 
 def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:

@@ -88,7 +88,7 @@ def profiles(
             Line2D([], [], color="0.3", marker="o", markerfacecolor=face, label=label, **options)
             for (label, options), face in zip(COMPONENTS.items(), ("white", "0.3"), strict=True)
         ]
-        drawn.legend([*map(handles.get, labels), *(key if max(components) > 1 else [])], columns=2)
+        drawn.legend([*map(handles.get, labels), *(key if max(components) > 1 else [])], columns=len(lines))
     return drawn.figure
 
 

@@ -276,6 +276,11 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
         if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
             return "; the size would do with more points, which resolve the contact"
         wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
-        advice = f"try size: [{wider[0]:.3g} mm, {wider[1]:.3g} mm]"
-        return f"; the size would hold the contact under the normal load alone: {advice}"
-    return f"; size: [{size[0]:.3g} mm, {size[1]:.3g} mm] would do"
+        return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
+    return f"; {_size_in_words(size, setup)} would do"
+
+
+def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
+    """Return the key `size` of a case, which is one number in a line contact."""
+    sides = [f"{side:.3g} mm" for side in size]
+    return f"size: {sides[0]}" if setup.model.line else f"size: [{', '.join(sides)}]"
