@@ -60,6 +60,12 @@ class RunHeader:
         """Whether the history has bulk stresses."""
         return has_bulk_stress(json.loads(self.effective_case))
 
+    @cached_property
+    def digest(self) -> bytes:
+        """SHA-256 of the version and of all that decides the numbers of the run; the same after a resume."""
+        identity = sorted(([*map(str, key)], value) for key, value in _identity(self.attributes("running")).items())
+        return hashlib.sha256(json.dumps([self.version, identity]).encode()).digest()
+
     @property
     def stored_fields(self) -> tuple[FieldQuantity, ...]:
         """The datasets of `fields`."""

@@ -58,6 +58,9 @@ _REASONS = {
 }
 """The meaning of parts of HDF5's messages."""
 
+RUN = "run"
+"""Dataset of a part with the digest of its run."""
+
 CONTENT = "content"
 """Name of `content_of` in the text of the header."""
 
@@ -115,7 +118,7 @@ def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[
         with Piece(sources[0]) as piece:
             first = int(piece.rows()["step"][0])
     part = Part(folder / part_name(first, state.summary.step), first, state.summary.step)
-    write_increments(part.path, header, sources, [] if sources else [state], state)
+    write_increments(part.path, header, sources, [] if sources else [state], state, digest=header.digest)
     return part
 
 
@@ -125,14 +128,24 @@ def part_name(first: int, last: int) -> str:
 
 
 def write_increments(
-    path: Path, header: RunHeader, sources: Sequence[Path], states: Sequence[State], last_state: State
+    path: Path,
+    header: RunHeader,
+    sources: Sequence[Path],
+    states: Sequence[State],
+    last_state: State,
+    digest: bytes = b"",
 ) -> None:
-    """Write the increments of `sources` and then of `states`, which end with `last_state`, as a part does."""
+    """Write the increments of `sources` and then of `states`, which end with `last_state`, as a part does.
+
+    digest: that of the run, to which alone the part belongs; empty where other runs begin with it, too.
+    """
     rows = read_rows(header, sources, states)
     first, last = int(rows["step"][0]), int(rows["step"][-1])
     steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
     with atomic_files.new_hdf5(path, path.parent) as file:
         file.create_dataset("rows", data=rows, chunks=rows.shape, **COLUMN_FILTERS)
+        if digest:
+            file.create_dataset(RUN, data=np.frombuffer(digest, np.uint8), chunks=(len(digest),), **COLUMN_FILTERS)
         group = file.create_group("fields")
         layout = {"chunks": (len(steps),), **COLUMN_FILTERS} if steps else {}
         group.create_dataset("step", data=np.array(steps, STEP.dtype), **layout)
@@ -195,6 +208,7 @@ def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State
     for source in sources:
         with Piece(source) as piece:
             tables.append(piece.rows())
+            piece.require_run(header)
             piece.require_steps(header.stores_fields)
     return np.concatenate([*(widened(table, kind) for table in tables), np.array(rows, kind)])
 
@@ -291,6 +305,12 @@ class Piece(AbstractContextManager["Piece"]):
                 require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
                 require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
             return x, y
+
+    def require_run(self, header: RunHeader) -> None:
+        """Raise FileError if this is a part of another run. Parts of earlier versions do not say."""
+        with damage_reported(self.path, RUN):
+            if RUN in self.file and own_dataset(self.file, RUN)[:].tobytes() != header.digest:
+                raise FileError("is a part of another run", self.path)
 
     def require_steps(self, stores_fields: Callable[[int], bool], until: int | None = None) -> None:
         """Raise FileError unless `field_steps` are those that are stored, before `until`, by default the last."""

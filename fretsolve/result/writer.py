@@ -311,6 +311,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""
         with Piece(path) as piece:
             piece.verify()
+            piece.require_run(self.header)
             piece.require_steps(self.header.stores_fields)
             summaries = piece.summaries()
             self.last_state = piece.state() if summaries else None

@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from fretsolve.case.loading import CaseText
 from fretsolve.case.problems import CaseErrors
@@ -14,6 +15,7 @@ from fretsolve.case.source import Override
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.result import RunHeader
+from fretsolve.result.header import present_case
 from fretsolve.setup.cost_estimate import Estimate, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
@@ -76,7 +78,7 @@ class BaseCase:
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps
         header = run_header(setup, self.threads, (*self.overrides, *own))
-        name = digest(header)
+        name = digest(header.attributes("running"))
         return PreparedCase(settings, setup, header, name, folder / f"{name}.h5", expected)
 
     def prepare_all(self, points: Iterable[Point], folder: Path) -> Iterator[PreparedCase]:
@@ -110,12 +112,18 @@ class BaseCase:
             seen[override.key] = value.name
 
 
-def digest(header: RunHeader) -> str:
-    """Return a digest of all that the outcome of a run depends on, which title and expected values do not change."""
-    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in ("title", "expect")}
+def digest(attributes: Mapping[str, Any]) -> str:
+    """Return a digest of all that the outcome of a run depends on, which title and expected values do not change.
+
+    attributes: of the run's header or result.
+    """
+    effective = present_case(attributes["effective_case"])
+    case = {name: value for name, value in effective.items() if name not in ("title", "expect")}
     # By its former name, so that studies and sweeps that were begun with it find their runs.
-    case["solver"]["error_estimate"] = case["solver"].pop("error_bars")
-    identity = json.dumps([case, header.inputs, header.version, header.format_version], sort_keys=True)
+    solver = dict(case.get("solver", {}))
+    solver["error_estimate"] = solver.pop("error_bars", None)
+    rest = [attributes.get(name) for name in ("inputs", "fretsolve_version", "format_version")]
+    identity = json.dumps([case | {"solver": solver}, *rest], sort_keys=True)
     return hashlib.sha256(identity.encode()).hexdigest()[:16]
 
 

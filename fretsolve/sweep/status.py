@@ -12,6 +12,7 @@ from fretsolve.errors import FileError
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import contiguous_parts, parts_folder
 from fretsolve.result.reader import read_attributes
+from fretsolve.sweep.base_case import digest
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.system.foreign_files import read_small_text
@@ -57,6 +58,8 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
             attributes = read_attributes(out)
         except FileError as error:
             return CaseState(row, "error", error.exit_code, str(error))
+        if digest(attributes) != row.id:
+            return CaseState(row, "error", FileError.exit_code, f"{out}: is the result of another case")
         if attributes["status"] == "complete":
             return CaseState(row, "complete", 0)
         return CaseState(row, "no solution", 3, str(attributes.get("failure", "")))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import pytest
 from command_line import assert_same_result, invoke, refused
 from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
-from sweeping import manifest_of, write_sweep
+from sweeping import manifest_of, rows_of, write_sweep
 
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result
@@ -331,3 +333,46 @@ def test_only_beginnings_are_removed(tmp_path: Path) -> None:
     (folder / "0123456789abcdef.h5").touch()
     remove_beginnings(tmp_path)
     assert not folder.exists()
+
+
+def test_parts_of_another_run(tmp_path: Path) -> None:
+    header = fake_header(increments=4)
+    other = replace(header, effective_case=header.effective_case.replace("400.0", "300.0"))
+    assert other.effective_case != header.effective_case
+    for name, one in {"out.h5": header, "other.h5": other}.items():
+        with HistoryWriter.open(tmp_path / name, one) as writer:
+            for state in fake_states(3):
+                writer.append(state)
+    out = tmp_path / "out.h5"
+    foreign = parts_folder(out) / "000002-000002.h5"
+    shutil.copy(parts_folder(tmp_path / "other.h5") / foreign.name, foreign)
+    assert refused(4, "show", out) == f"{foreign}: is a part of another run\n"
+    renamed = replace(header, case_yaml="# another comment\n", provenance='{"threads": 2}')
+    with HistoryWriter.open(out, renamed, resume=True) as writer:
+        assert len(writer.summaries) == 2
+        assert writer.notes[0].startswith(f"{foreign}: is a part of another run; going on from increment 2.")
+
+
+def test_parts_that_do_not_say_of_which_run_they_are(tmp_path: Path) -> None:
+    out = write_fake(tmp_path / "out.h5", "stopped", increments=6)
+    for path in parts_folder(out).glob("0*.h5"):
+        with h5py.File(path, "r+") as file:
+            del file["run"]
+    assert invoke("show", out).exit_code == 0
+    with HistoryWriter.open(out, fake_header(increments=6), resume=True) as writer:
+        assert (len(writer.summaries), writer.notes) == (4, [])
+
+
+def test_results_of_other_cases_of_a_sweep(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1, 0.12]]\n")
+    assert invoke("sweep", "run", path, "-q").exit_code == 0
+    folder = path.with_suffix(".sweep")
+    first, second = (folder / row["result"] for row in rows_of(folder))
+    shutil.copy(second, first)
+    assert invoke("sweep", "status", folder).stdout.count(f"{first}: is the result of another case") == 1
+    result = invoke("sweep", "collect", folder)
+    assert (result.exit_code, "1 complete, 1 error" in result.stdout) == (0, True)
+    line = refused(4, "sweep", "run", path, "-q")
+    assert line.endswith(f"{first}: is the result of another case; remove it to run the case again\n")
+    first.unlink()
+    assert invoke("sweep", "run", path, "-q").exit_code == 0
