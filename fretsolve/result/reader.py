@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import cached_property, partial
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -39,9 +38,6 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     import xarray
 
     from fretsolve.case.models import Case
-
-TEXTS_WITHIN = 2**26
-"""Bytes at the beginning of a result in which the texts of its attributes lie, since they are written first."""
 
 READ_ATTEMPTS = 20
 """Number of looks before giving up if a run merges or finishes its parts at the same moment."""
@@ -241,26 +237,12 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
             attributes = unsealed(text.decode())
             content = attributes.pop(CONTENT)
             del attributes[CHECKSUM]
-            _require_texts_in_file(out, attributes)
         else:
             attributes, content = _unchecked_attributes(out, file), None
         attributes["format_version"] = int(attributes["format_version"])
         _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
         require_header_texts(attributes)
         return attributes, content
-
-
-def _require_texts_in_file(out: Path, attributes: Mapping[str, Any]) -> None:
-    """Raise FileError unless the root's attributes have the texts of the header.
-
-    HDF5 stores each as it is, after its length. Reading it by HDF5 might never end, see `try_attributes`.
-    """
-    begin = min(out.stat().st_size, TEXTS_WITHIN)
-    with out.open("rb") as file, mmap(file.fileno(), begin, access=ACCESS_READ) as content:
-        for name, text in attributes.items():
-            stored = str(text).encode()
-            if isinstance(text, str) and content.find(len(stored).to_bytes(8, sys.byteorder) + stored) < 0:
-                raise FileError(f"the attribute {name} was changed or is damaged: it differs from the header", out)
 
 
 def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:

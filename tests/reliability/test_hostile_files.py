@@ -67,35 +67,18 @@ def test_a_trial_that_does_not_come_to_its_end(out: Path, monkeypatch: pytest.Mo
         foreign_files.try_attributes(out)
 
 
-def test_every_block_of_the_attributes_may_be_wiped(out: Path) -> None:
-    """The header is read instead, so nothing hangs; a text that differs from it is named."""
+def test_attributes_may_be_wiped_or_altered(out: Path) -> None:
+    """The header is read instead, so nothing hangs and nothing else is believed."""
     data, before = out.read_bytes(), invoke("show", out, "--all").stdout
-    met = 0
     for heap in heaps(data):
         for start in range(heap, min(heap + 4096, len(data) - 64), 48):
             out.write_bytes(data[:start] + bytes(64) + data[start + 64 :])
             result = invoke("show", out, "--all")
             assert (result.exit_code, result.stdout) in ((0, before), (4, ""))
-            met += "differs from the header" in result.stderr
-    assert met > 3
-
-
-@pytest.mark.parametrize(
-    ("name", "old", "new"),
-    [
-        ("status", b"\0complete", b"\0finished"),
-        ("effective_case", b'"P": 400.0', b'"P": 300.0'),
-        ("case_yaml", b"title: made up", b"title: made \x15p"),
-        ("coupling", b"\x0a" + bytes(7) + b"tangential", b"\x0a" + bytes(7) + b"tangentiam"),
-    ],
-)
-def test_altered_attributes_are_named(out: Path, name: str, old: bytes, new: bytes) -> None:
-    data = out.read_bytes()
-    assert data.count(old) == 1
-    out.write_bytes(data.replace(old, new))
-    for words in (("show", out), ("export", out, "--to", "csv")):
-        line = refused(4, *words)
-        assert line == f"{out}: the attribute {name} was changed or is damaged: it differs from the header\n"
+    out.write_bytes(data)
+    with h5py.File(out, "r+") as file:
+        file.attrs["status"], file.attrs["effective_case"] = "failed", "{}"
+    assert invoke("show", out, "--all").stdout == before
 
 
 @pytest.mark.parametrize("name", ["P", "P_error", "work_total"])
