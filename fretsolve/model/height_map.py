@@ -29,13 +29,23 @@ from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE, Quanti
 from fretsolve.case.surface_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.system.arrays import BoolArray, DoubleArray
-from fretsolve.system.foreign_files import LARGEST_RATIO, open_hdf5, require_own_data, require_regular, try_attributes
+from fretsolve.system.foreign_files import (
+    LARGEST_RATIO,
+    dataset_names,
+    open_hdf5,
+    own_dataset,
+    require_regular,
+    try_attributes,
+)
 
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
-LARGEST_FILE, LARGEST_TEXT, MOST_HEIGHTS = 2**33, 2**30, 2**28
-"""Bytes of a file and of one of text, and heights of a map: 16384 x 16384."""
+LARGEST_FILE, LARGEST_TEXT, MOST_HEIGHTS = 2**33, 2**30, 2**26
+"""Bytes of a file and of one of text, and heights of a map: 8192 x 8192."""
+
+MOST_BYTES = 16 * MOST_HEIGHTS
+"""Bytes of the heights as they are stored."""
 
 SNAP = 1e-6
 """Slack for rounding, in spacings, at the border of the map and at the reach of a hole."""
@@ -171,7 +181,7 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
         raise CaseError(f"{file.name!r} holds a {shape} array; at least 2 x 2 heights are needed", key)
     if values.dtype.kind not in "iuf":
         raise CaseError(f"{file.name!r} holds values of type {values.dtype}; real numbers are needed", key)
-    checked = values.astype(np.float64)
+    checked = values.astype(np.float64, copy=not values.flags.writeable)  # a second copy of a large map may not fit
     finite = np.isfinite(checked)
     if not finite.any():
         raise CaseError(f"{file.name!r} holds no finite height; at least one is needed", key)
@@ -205,25 +215,19 @@ def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[f
 def _read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> _Content:
     """Read a dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
     try_attributes(file)
-    import h5py
-
     with open_hdf5(file) as stored:
-        nodes: dict[str, Any] = {}
-        stored.visititems(lambda name, node: nodes.update({name: node}))  # follows no links
-        datasets = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
-        name = _chosen(dataset and dataset.strip("/"), list(datasets), file, key)
-        node = datasets[name]
-        require_own_data(node, name)
-        _require_plausible(node.shape)
+        name = _chosen(dataset and dataset.strip("/"), dataset_names(stored), file, key)
+        node = own_dataset(stored, name)
+        _require_plausible(node.shape, node.dtype)
         separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
         spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))
         units = node.attrs.get("units", "")
         return _Content(np.asarray(node[()]), spacing or None, units if isinstance(units, str) else "")
 
 
-def _require_plausible(shape: Sequence[int]) -> None:
+def _require_plausible(shape: Sequence[int], dtype: np.dtype[Any]) -> None:
     """Raise ValueError for more heights than a map has."""
-    if math.prod(shape) > MOST_HEIGHTS:
+    if math.prod(shape) > MOST_HEIGHTS or math.prod(shape) * dtype.itemsize > MOST_BYTES:
         sides = " x ".join(map(str, shape))
         raise ValueError(f"it has {sides} heights, at most {MOST_HEIGHTS} in all are read; give a part of it")
 
@@ -240,7 +244,7 @@ def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
             with zipfile.ZipFile(file) as archive:
                 members = {one.filename.removesuffix(".npy"): one for one in archive.infolist()}
                 member = members[_chosen(dataset, list(members), file, key)]
-                if member.file_size > min(LARGEST_FILE, LARGEST_RATIO * member.compress_size):
+                if member.file_size > min(MOST_BYTES, LARGEST_RATIO * member.compress_size):
                     raise ValueError("more than the file can hold")
                 with archive.open(member) as stream:
                     values = np.lib.format.read_array(stream, allow_pickle=False)
@@ -248,7 +252,7 @@ def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
         raise
     except Exception as error:  # their texts give advice on pickle, or come from Python's parser
         raise ValueError("it is not a NumPy file of numbers, or it is cut short or damaged") from error
-    _require_plausible(values.shape)
+    _require_plausible(values.shape, values.dtype)
     return _Content(values)
 
 

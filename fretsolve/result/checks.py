@@ -20,6 +20,13 @@ from fretsolve.system.arrays import DoubleArray
 _MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
 """Columns in which NaN stands for what is not known or does not exist."""
 
+MOST_SMALL_BYTES, MOST_STEP_BYTES, USUAL_RATIO = 2**28, 2**24, 32
+"""Bytes of the history or an axis, and of the increments of fields, that a small file may hold; and bytes of numbers
+for a stored byte, beyond that. Histories of runs compress to a third."""
+
+COLUMN_NAMES = frozenset((*QUANTITIES, *FORMER_NAMES.values()))
+"""Columns of the history that this version reads."""
+
 UNKNOWN_OF_A_LINE = ("delta_z", "delta_x", "delta_y")
 """Columns that a line contact leaves unknown throughout."""
 
@@ -28,6 +35,15 @@ def require(holds: object, name: str, what: str) -> None:
     """Raise ValueError unless `holds`; name: of the dataset; what: it must hold that."""
     if not holds:
         raise ValueError(f"{name} must hold {what}")
+
+
+def require_modest(datasets: Mapping[str, Any], most: int = MOST_SMALL_BYTES) -> None:
+    """Raise ValueError if `datasets` together take more than `most` bytes, of which the file has but a small part."""
+    size = sum(dataset.nbytes for dataset in datasets.values())
+    shapes = {dataset.shape for dataset in datasets.values()} if "step" in datasets else set()
+    require(len(shapes) < 2, "the history", "as many numbers in each column")
+    if size > max(most, USUAL_RATIO * sum(dataset.id.get_storage_size() for dataset in datasets.values())):
+        raise ValueError(f"{', '.join([*datasets][:2])} would take {size} bytes, far more than there are in the file")
 
 
 def checked_plane(name: str, values: NDArray[Any]) -> NDArray[Any]:

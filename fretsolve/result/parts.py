@@ -22,7 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
-from fretsolve.result.checks import checked_plane, content_of, read_column, require, row_records, row_type, widened
+from fretsolve.result.checks import (
+    COLUMN_NAMES,
+    MOST_STEP_BYTES,
+    checked_plane,
+    content_of,
+    read_column,
+    require,
+    require_modest,
+    row_records,
+    row_type,
+    widened,
+)
 from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     BULK_HISTORY,
@@ -269,6 +280,7 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(path), ExitStack() as opened:
             self.file = opened.enter_context(open_hdf5(path))
             steps = own_dataset(self.file, "fields/step")
+            require_modest({"fields/step": steps}, MOST_STEP_BYTES)
             require(steps.ndim == 1 and steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
             self.field_steps: list[int] = steps[:].tolist()
             self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
@@ -282,9 +294,12 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(self.path, "history"):
             if "rows" not in self.file:
                 group = own_node(self.file, "history")
-                columns = {name: read_column(own_dataset(group, name)) for name in group}
-                return row_records(columns)
-            tables = [own_dataset(self.file, name)[:] for name in ("rows", "error_rows") if name in self.file]
+                known = {name: own_dataset(group, name) for name in group if name in COLUMN_NAMES}
+                require_modest(known)
+                return row_records({name: read_column(dataset) for name, dataset in known.items()})
+            stored = {name: own_dataset(self.file, name) for name in ("rows", "error_rows") if name in self.file}
+            require_modest(stored)
+            tables = [dataset[:] for dataset in stored.values()]
             # Parts of earlier versions keep the error bars apart.
             rows = row_records({name: read_column(table[name]) for table in tables for name in table.dtype.names or ()})
             part = _part_of(self.path)
@@ -300,7 +315,9 @@ class Piece(AbstractContextManager["Piece"]):
     def grid(self) -> tuple[DoubleArray, DoubleArray]:
         """Return x and y of the cell centres of a result file."""
         with damage_reported(self.path, "grid"):
-            x, y = (own_dataset(self.file, f"fields/{axis}")[:] for axis in ("x", "y"))
+            axes = {axis: own_dataset(self.file, f"fields/{axis}") for axis in ("x", "y")}
+            require_modest(axes)
+            x, y = (dataset[:] for dataset in axes.values())
             for name, axis in (("x", x), ("y", y)):
                 require(axis.ndim == 1 and axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
                 require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
@@ -373,6 +390,7 @@ class Piece(AbstractContextManager["Piece"]):
             self.file.visititems(lambda name, node: datasets.append(name) if hasattr(node, "shape") else None)
             for name in datasets:
                 dataset = own_dataset(self.file, name)
+                require_modest({name: dataset} if dataset.ndim == 1 else {})
                 for index in range(len(dataset)) if dataset.ndim == 3 else ((),):
                     dataset[index]
 

@@ -5,6 +5,7 @@ Loads no h5py until an HDF5 file is opened.
 
 from __future__ import annotations
 
+import itertools
 import os
 import stat
 import subprocess
@@ -22,9 +23,12 @@ LARGEST_RATIO = 1100
 TRIAL_SECONDS = 10
 """Processor time for all attributes of an HDF5 file, which takes milliseconds."""
 
+MOST_NODES, DEEPEST = 2**15, 64
+"""Groups and datasets of an HDF5 file, and groups within one another."""
+
 _TRIAL = """
 import sys
-file, seconds, *sys.path = sys.argv[1:]
+file, seconds, most_nodes, *sys.path = sys.argv[1:]
 import resource
 import h5py
 used, most = resource.getrusage(resource.RUSAGE_SELF), int(seconds)
@@ -34,7 +38,8 @@ resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 try:
     with h5py.File(file, "r") as opened:
         dict(opened.attrs)
-        opened.visititems(lambda name, node: dict(node.attrs) and None)
+        left = iter(range(int(most_nodes)))
+        opened.visititems(lambda name, node: [dict(node.attrs)] and (None if next(left, None) is not None else True))
 except Exception:
     pass  # the caller meets it, too, and reports it
 print("ended")
@@ -99,10 +104,31 @@ def try_attributes(path: Path) -> None:
 def _try_attributes(path: Path, size: int, changed: int) -> None:
     require_regular(path)
     # Isolated, so that no module of the working folder is run; installed ones are found where this process has them.
-    line = [sys.executable, "-I", "-c", _TRIAL, os.fspath(path), str(TRIAL_SECONDS), *filter(None, sys.path)]
+    words = os.fspath(path), str(TRIAL_SECONDS), str(MOST_NODES), *filter(None, sys.path)
+    line = [sys.executable, "-I", "-c", _TRIAL, *words]
     done = subprocess.run(line, capture_output=True, check=False)
     if done.returncode != 0 or done.stdout != b"ended\n":
         raise FileError("is damaged: the HDF5 library cannot read its attributes", path)
+
+
+def dataset_names(file: Any) -> list[str]:
+    """Return the names of all datasets of an HDF5 file, without following a link.
+
+    Raises ValueError if there are too many or too deep groups: HDF5 would take minutes.
+    """
+    import h5py
+
+    names: list[str] = []
+    count = itertools.count(1)
+
+    def visit(name: str, node: Any) -> bool | None:
+        if isinstance(node, h5py.Dataset):
+            names.append(name)
+        return True if next(count) > MOST_NODES or name.count("/") > DEEPEST else None
+
+    if file.visititems(visit):
+        raise ValueError(f"it has more than {MOST_NODES} groups and datasets, or {DEEPEST} groups within one another")
+    return names
 
 
 def own_node(group: Any, name: str) -> Any:

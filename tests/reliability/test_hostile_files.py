@@ -7,6 +7,8 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
+import zlib
 from pathlib import Path
 
 import h5py
@@ -205,6 +207,54 @@ def test_maps_of_no_plausible_size(tmp_path: Path) -> None:
     with (tmp_path / "map.txt").open("wb") as file:
         file.truncate(10**11)
     assert "has 100000000000 bytes; at most" in refused(4, "validate", case)
+
+
+def zeros(file: h5py.File, name: str, count: int, dtype: str = "f8") -> None:
+    """Store so many compressed zeros, without making them."""
+    each = 2**22
+    dataset = file.create_dataset(name, (count,), dtype, chunks=(each,), compression="gzip", compression_opts=9)
+    block = zlib.compress(np.zeros(each, dtype).tobytes(), 9)
+    for start in range(0, count, each):
+        dataset.id.write_direct_chunk((start,), block)
+
+
+@pytest.mark.parametrize(("name", "dtype"), [("history/P", "f8"), ("history/step", "i8"), ("fields/step", "i8")])
+def test_columns_of_compressed_zeros(out: Path, name: str, dtype: str) -> None:
+    with h5py.File(out, "r+") as file:
+        del file[name]
+        zeros(file, name, 2**27, dtype)
+    line = refused(4, "show", out)
+    assert "bytes, far more than there are in the file" in line or "as many numbers in each column" in line
+
+
+def test_unknown_columns_are_not_read(out: Path) -> None:
+    before = invoke("show", out, "--all").stdout
+    with h5py.File(out, "r+") as file:
+        zeros(file, "history/zz", 2**27)
+    assert invoke("show", out, "--all").stdout == before
+
+
+def test_maps_of_compressed_zeros(tmp_path: Path) -> None:
+    case = heights_case(tmp_path, "map.h5", ", dataset: z")
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        zeros(file, "z", 2**27)
+    assert "heights, at most" in refused(4, "validate", case)
+    case = heights_case(tmp_path, "map.npz")
+    archive = zipfile.ZipFile(tmp_path / "map.npz", "w", zipfile.ZIP_DEFLATED)
+    with archive, archive.open("z.npy", "w", force_zip64=True) as member:
+        for _ in range(65):
+            member.write(bytes(2**24))
+    assert "the height map cannot be read" in refused(4, "validate", case)
+
+
+def test_maps_in_nested_groups(tmp_path: Path) -> None:
+    case = heights_case(tmp_path, "map.h5", ", dataset: z")
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        group = file.create_group("a")
+        for _ in range(500):
+            group = group.create_group("a")
+        file["z"] = np.zeros((2, 2))
+    assert "64 groups within one another" in refused(4, "validate", case)
 
 
 @pytest.mark.parametrize("height", ["1e308", "-1e308", "1e50"])
