@@ -32,6 +32,11 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         for file in (target, points_file(target)) if file_format == "xdmf" else (target,):
             require_other(file, result.path, "the result itself")
             require_free(file, overwrite=overwrite)
+        if file_format == "vtk":
+            from fretsolve.export.vtk import require_own_grids
+
+            with writing(target):
+                require_own_grids(target, overwrite=overwrite)
         try:
             exported = tuple(sorted({stored_step(result, step) for step in steps})) or result.steps
         except ValueError as error:

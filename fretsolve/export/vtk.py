@@ -6,6 +6,7 @@ formats". Points are the centres of the cells. Numbers are of single precision, 
 
 from __future__ import annotations
 
+import re
 import sys
 import zlib
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.errors import CaseError, FileError
 from fretsolve.export.deformed_surfaces import BodySurface, DeformedSurfaces, FlatError
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
@@ -24,12 +26,35 @@ from fretsolve.system import atomic_files
 BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
+_GRID_NAME = re.compile(r".+\.[0-9]{6,}\.vts(\.[0-9a-f]{16}\.tmp)?")
+
+
+def grids_folder(path: Path) -> Path:
+    """Return the folder of the grids that belong to the index `path`."""
+    return path.with_name(f"{path.stem}.vtk")
+
+
+def require_own_grids(path: Path, *, overwrite: bool) -> None:
+    """Raise CaseError or FileError if the folder of the grids of `path` is a link, or holds other files.
+
+    overwrite: whether grids in it may be replaced. Raises OSError.
+    """
+    folder = grids_folder(path)
+    if folder.is_symlink():
+        raise FileError("is a link, which is not followed; give another name with -o", folder)
+    names = [one.name for one in folder.iterdir()] if folder.exists() else []
+    if not all(map(_GRID_NAME.fullmatch, names)):
+        raise FileError("holds other files than grids; give another name with -o", folder)
+    if names and not overwrite:
+        raise CaseError("holds grids: --overwrite replaces them, or give another name with -o", (), folder)
+
+
 def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
     """Write ``path`` (.pvd), which ParaView opens, and the grids of `steps` in a folder beside it.
 
     Returns warnings: why the surfaces are left flat. Raises OSError, FileError.
     """
-    folder = path.with_name(f"{path.stem}.vtk")
+    folder = grids_folder(path)
     folder.mkdir(exist_ok=True)
     try:
         surfaces, warnings = DeformedSurfaces(result), []

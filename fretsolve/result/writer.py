@@ -6,6 +6,7 @@ the run is complete or has failed. If OUT exists, it is the result and its parts
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -49,6 +50,17 @@ LARGEST_SHARED = 2**31
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """Advice for an existing result."""
+
+
+def _require_name(out: Path) -> None:
+    """Raise FileError if the result could not be written to `out` at the end of the run."""
+    if out.is_symlink() and not out.exists():
+        raise FileError("is a link to a file that does not exist; remove it, or give another name", out)
+    with suppress(OSError):  # a folder that is not there is reported when it is needed
+        spare = os.pathconf(out.absolute().parent, "PC_NAME_MAX") - len(os.fsencode(out.name))
+        if spare < atomic_files.LONGEST_ENDING:
+            message = "the name is too long: a run adds an ending to it, so it must be shorter by"
+            raise FileError(f"{message} {atomic_files.LONGEST_ENDING - spare} bytes", out)
 
 
 class HistoryWriter(AbstractContextManager["HistoryWriter"]):
@@ -106,6 +118,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise ValueError("resume and overwrite exclude each other")
         with reported("cannot begin the result", out):
             require_free(out, overwrite=resume or overwrite, advice=TO_GO_ON)
+            _require_name(out)
             if out.exists():
                 require_regular(out)
                 if overwrite and out.stat().st_size and not h5py.is_hdf5(out):

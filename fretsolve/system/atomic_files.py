@@ -20,6 +20,9 @@ from typing import Any
 _TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
 """Names of files that are being written; earlier versions drew 8 digits at random."""
 
+LONGEST_ENDING = len(".0123456789abcdef.tmp")
+"""Bytes that the name of a file is longer by while it is written."""
+
 STALE = 86400.0
 """Seconds after which a temporary file counts as left by a kill, if other processes may write the same file. Clocks of
 servers differ, and may be set forward."""
@@ -192,4 +195,4 @@ def temporaries(folder: Path) -> list[Path]:
 def _written(path: Path) -> str:
     """Return the name of the file that a temporary one is to replace; empty if it is none of `new_file`."""
     match = _TEMPORARY.fullmatch(path.name)
-    return match[1] if match and not path.is_symlink() else ""
+    return match[1] if match and path.is_file() and not path.is_symlink() else ""

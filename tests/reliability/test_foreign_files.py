@@ -376,3 +376,42 @@ def test_results_of_other_cases_of_a_sweep(tmp_path: Path) -> None:
     assert line.endswith(f"{first}: is the result of another case; remove it to run the case again\n")
     first.unlink()
     assert invoke("sweep", "run", path, "-q").exit_code == 0
+
+
+def test_a_result_that_could_not_be_written_is_refused_before_the_run(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path), tmp_path / "out.h5"
+    out.symlink_to("nowhere")
+    assert "is a link to a file that does not exist" in refused(4, "run", case, "-o", out)
+    assert "is a link to a file that does not exist" in refused(4, "run", case, "-o", out, "--overwrite")
+    out.unlink()
+    longest = os.pathconf(tmp_path, "PC_NAME_MAX")
+    line = refused(4, "run", case, "-o", tmp_path / f"{'x' * (longest - 13)}.h5")
+    assert "the name is too long: a run adds an ending to it, so it must be shorter by 11 bytes" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
+    fits = tmp_path / f"{'x' * (longest - 24)}.h5"
+    assert invoke("run", case, "-q", "-o", fits).exit_code == 0
+
+
+def test_export_leaves_what_it_has_not_written(tmp_path: Path, own: Path) -> None:
+    out, folder = write_fake(tmp_path / "out.h5"), tmp_path / "out.vtk"
+    words = ("export", out, "--to", "vtk")
+    folder.symlink_to(own)
+    assert "is a link, which is not followed" in refused(4, *words, "--overwrite")
+    folder.unlink()
+    shutil.copytree(own, folder)
+    assert "holds other files than grids" in refused(4, *words, "--overwrite")
+    assert untouched(own) and untouched(folder)
+    shutil.rmtree(folder)
+    assert invoke(*words).exit_code == 0
+    (tmp_path / "out.pvd").unlink()
+    assert "holds grids: --overwrite replaces them" in refused(2, *words)
+    assert invoke(*words, "--overwrite").exit_code == 0
+
+
+def test_folders_with_names_of_temporary_files_are_no_obstacle(tmp_path: Path) -> None:
+    out = write_fake(tmp_path / "out.h5", "stopped", increments=4)
+    folder = parts_folder(out) / f"000009-000009.h5.{'0' * 16}.tmp"
+    folder.mkdir()
+    with HistoryWriter.open(out, fake_header(increments=4), resume=True) as writer:
+        assert len(writer.summaries) == 4
+    assert folder.is_dir()
