@@ -35,7 +35,10 @@ def kernel(function: Any) -> Any:
     options: dict[str, Any] = {"nogil": True, "fastmath": fast, "error_model": "numpy"}
     compiled = numba.njit(**options)(function)
     with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
-        compiled._cache = KernelCache(function)
+        try:
+            compiled._cache = KernelCache(function)
+        except (AttributeError, TypeError):  # another numba, whose cache has other parts: without checksums
+            compiled.enable_caching()
     return compiled
 
 
