@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fretsolve import __version__
-from fretsolve.case.quantities import QuantityError, split_quantity
+from fretsolve.case.dimensions import DIMENSIONS
+from fretsolve.case.quantities import QuantityError, split_quantity, to_internal
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import Manifest, ManifestRow
@@ -35,9 +36,13 @@ _FIRST_COLUMNS = b"index,id,status,"
 
 
 def _is_quantity(text: str) -> bool:
-    with suppress(QuantityError):
-        split_quantity(text)
-        return True
+    """Return whether a text is a number, alone or with a unit that there is."""
+    for dimension in DIMENSIONS:
+        with suppress(QuantityError):
+            unit = split_quantity(text)[1]
+            if unit:
+                to_internal(unit, dimension, bare_unit=True)
+            return True
     return False
 
 

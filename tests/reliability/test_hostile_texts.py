@@ -87,13 +87,13 @@ def test_a_name_that_is_not_utf_8_in_a_strict_locale(tmp_path: Path, encoding: s
 
 
 def test_formulas_in_tables(tmp_path: Path) -> None:
-    texts = ["=1+1", "+cmd", "-2+3", "@SUM(A1)", "\tx", "-36 N", "+3", "-0.5", "plain", "a=b"]
+    texts = ["=1+1", "+cmd", "-2+3", "@SUM(A1)", "\tx", "-36 N", "-2 cmd", "+3", "-0.5", "plain", "a=b"]
     columns = [column("=key", texts), column("number", np.full(len(texts), -1.5))]
     write_table_csv(tmp_path / "t.csv", columns)
     head, *rows = (tmp_path / "t.csv").read_text().splitlines()
     assert head == "'=key,number"
     assert [row.rpartition(",")[0] for row in rows] == [
-        *("'=1+1", "'+cmd", "'-2+3", "'@SUM(A1)", "'\tx", "-36 N", "+3", "-0.5", "plain", "a=b")
+        *("'=1+1", "'+cmd", "'-2+3", "'@SUM(A1)", "'\tx", "-36 N", "'-2 cmd", "+3", "-0.5", "plain", "a=b")
     ]
     assert {row.rpartition(",")[2] for row in rows} == {"-1.5"}
 
