@@ -29,8 +29,8 @@ MOST_STICKING = 2000
 MOST_WORK = 2e11
 """Sum of the cubes of these numbers of cells, up to which zones are sought: some seconds."""
 
-ROUGH = 1e-3
-"""Tolerance above which a solution is only an estimate, for which the Newton method has to do."""
+ROUGH = 1e-2
+"""Tolerance from which on a solution is only an estimate, for which the Newton method has to do."""
 
 MOST_ROUNDS, MOST_MOTIONS = 60, 120
 """Changes of the zones at one rigid motion, and rigid motions, that are tried at most."""
@@ -58,7 +58,7 @@ class LineTangentialSolver(TangentialSolver):
         found = super().solve(elastic_slip, *arguments)
         contact = np.flatnonzero(friction_limit[:, 0] > 0.0)
         along_y = shear[1].any() or elastic_slip[1].any() or control.imposed_resultant[1]
-        if found.converged or along_y or tolerance > ROUGH or not contact.size:
+        if found.converged or along_y or tolerance >= ROUGH or not contact.size:
             return found
         problem = _Problem(
             strip_influence("xx", self._grid, self.operator.compliances)[:, 0],
