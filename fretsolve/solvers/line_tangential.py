@@ -97,11 +97,10 @@ class _Problem:
     def solve(self, free: DoubleArray) -> DoubleArray | None:
         """Return q, (n,), where q = K^-1 (free + D) sticks; free: the elastic slip without q. None if none is found."""
         reach = float(np.abs(free).max() + self.moved(self.limit).max() + self.kernel[0] * self.limit.max())
-        low, high, state = -reach, reach, np.zeros(free.size)
+        low, high = -reach, reach
         for _ in range(MOST_MOTIONS):
             motion = 0.5 * (low + high)
-            if (state == 0).all():
-                state = np.sign(free + motion)  # few cells stick where this solver is needed
+            state = np.sign(free + motion)  # few cells stick where this solver is needed
             q = self._at(free + motion, state)
             if q is None:
                 return None
