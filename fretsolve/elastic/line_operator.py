@@ -19,7 +19,7 @@ from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
 from fretsolve.elastic.preconditioner import APART, Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.grid import Grid, LineGrid
+from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import DoubleArray, FloatArray
@@ -118,19 +118,6 @@ class LineOperator(ElasticOperator):
             self._convolution.apply(((spectra["yy"],),), (shear[1],), (displacement[1],))
         else:
             displacement[1] = 0.0
-
-
-def operator_on(
-    grid: Grid,
-    compliances: Compliances,
-    terms: Terms,
-    team: ThreadTeam | None = None,
-    dtype: type[np.floating] = np.float64,
-) -> ElasticOperator:
-    """Return the elastic operator on a grid, of strips or of rectangles."""
-    if isinstance(grid, LineGrid):
-        return LineOperator(grid, compliances, terms, team, dtype)
-    return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
 
 
 class LinePreconditioner(Preconditioner):

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.line_operator import operator_on
+from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
@@ -19,7 +19,6 @@ from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
-from fretsolve.solvers.line_tangential import LineTangentialSolver
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
@@ -55,6 +54,8 @@ class GridLevel:
     def tangential(self) -> TangentialSolver:
         """Solver of the tangential problem; the model must have shear."""
         if isinstance(self.grid, LineGrid):
+            from fretsolve.solvers.line_tangential import LineTangentialSolver  # other cases need none of it
+
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 

@@ -10,7 +10,6 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances, compliances
-from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
 if TYPE_CHECKING:  # few cases have bulk stress
@@ -211,6 +210,8 @@ def _warnings(
     if needed:
         beta = material.dundurs_constant
         if line:
+            from fretsolve.reference.line import pressed_stick_ratio  # other cases need none of it
+
             ratio = percent(pressed_stick_ratio(friction, beta), 3)
             sticks = f"a cylinder under P alone sticks on {ratio} of the contact's width"
         else:

@@ -142,11 +142,6 @@ def _less_sine(angle: float) -> float:
     return total
 
 
-def line_stick_ratio(fraction: DoubleArray) -> DoubleArray:
-    """Return c/a of a cylinder under Q = fraction mu P: sqrt(1 - fraction); fraction from 0 to 1."""
-    return np.sqrt(1.0 - np.minimum(fraction, 1.0))
-
-
 @dataclass(frozen=True)
 class LinePartialSlip:
     """Partial slip of similar bodies under a tangential force Q (N/mm, either sign) at constant load (N/mm).

@@ -30,7 +30,6 @@ from fretsolve.reference.hertz import (
     love_cone,
     love_cone_at,
 )
-from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
 
 Load = Mapping[str, float]
@@ -73,6 +72,8 @@ def spence_ratio(model: Model) -> float:
     if not model.terms.normal_tangential_coupling:
         return 1.0
     if model.line:
+        from fretsolve.reference.line import pressed_stick_ratio  # other cases need none of it
+
         return pressed_stick_ratio(model.friction, model.compliances.dundurs_constant)
     return spence_stick_ratio(model.friction, model.compliances.dundurs_constant)
 

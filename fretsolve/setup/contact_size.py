@@ -165,7 +165,7 @@ def _extent(
 def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid: Grid) -> BoolArray | None:
     """Return the cells in contact on a trial grid; None where the grid is too small to carry the load."""
     # Imported here, since most cases are sized by a formula.
-    from fretsolve.elastic.line_operator import operator_on
+    from fretsolve.elastic.operator_on_grid import operator_on
     from fretsolve.solvers.normal import NormalSolver
 
     if not np.isfinite(gap).any():

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +22,6 @@ from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.line_contact import LineContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.simulation.zone_areas import zone_area
 from fretsolve.simulation.zone_edges import contact_edge, stick_edge
@@ -37,6 +37,9 @@ LEAST_TOLERANCE = 1e-8
 LEAST_CELLS = 96 * 96
 """Cells from which an increment is so estimated. It takes mode I.3 on 128 x 128 cells to 0.8 of the time. Up to 64 x 64
 a saved run takes as long either way, since the estimate's part is saved, too."""
+
+if TYPE_CHECKING:
+    from fretsolve.simulation.line_contact import LineContact
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -61,7 +64,7 @@ def run(
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     kernels = load(setup.compiled)
     arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
-    line = LineContact.of(setup, *arguments) if setup.model.line else None
+    line = _line_contact(setup, *arguments) if setup.model.line else None
     solver = IncrementSolver(*arguments) if line is None else line.solver
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     change = start.change if start is not None else None
@@ -132,6 +135,13 @@ def _change(initial: InitialState, solved: Solved) -> Change:
     for array in vars(change).values():
         array.flags.writeable = False
     return change
+
+
+def _line_contact(setup: ProblemSetup, *arguments: Any) -> LineContact:
+    """Return the line contact of a problem; arguments: those of `IncrementSolver`."""
+    from fretsolve.simulation.line_contact import LineContact  # other cases need none of it
+
+    return LineContact.of(setup, *arguments)
 
 
 def _working_seconds() -> float:

@@ -7,7 +7,8 @@ import pytest
 from line_cases import CATTANEO, FRICTION, HERTZ, MATERIAL, PUNCH
 from scipy.integrate import quad
 
-from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, line_stick_ratio, pressed_stick_ratio
+from fretsolve.model.increment_grading import LINE
+from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 
 
 def at(function, x):
@@ -23,7 +24,7 @@ def test_cylinder():
 
 def test_partial_slip_of_a_cylinder():
     assert CATTANEO.stick_half_width == pytest.approx(0.0680778, abs=5e-8)
-    assert CATTANEO.stick_half_width / HERTZ.half_width == pytest.approx(float(line_stick_ratio(np.array(0.6))))
+    assert CATTANEO.stick_half_width / HERTZ.half_width == pytest.approx(float(LINE.stick_ratio(np.array(0.6))))
     assert at(CATTANEO.shear, 0.0) == pytest.approx(65.2132, abs=5e-5)
     assert at(CATTANEO.slip, HERTZ.half_width) == pytest.approx(6.28988e-5, rel=1e-6)
     assert CATTANEO.work_per_cycle == pytest.approx(5.57719e-4, rel=1e-6)
