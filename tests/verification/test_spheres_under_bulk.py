@@ -181,8 +181,8 @@ class TestAlone:
             assert getattr(coarse, name) == pytest.approx(getattr(fine, name), abs=0.1 * 0.74 / 48)
 
     @pytest.mark.parametrize("xx", [700.0, -700.0, 5000.0])
-    def test_it_never_slides_all_of_the_contact(self, xx):
-        """The stick zone shrinks until it fits between the cells."""
+    def test_the_stick_zone_shrinks_until_it_fits_between_the_cells(self, xx):
+        """At 700 MPa cells stick; at 5000 MPa none is left, though bulk stress alone moves the contact nowhere."""
         summary = tractions({"bulk_2": {"xx": xx}, "increments": 1}).summary
         assert summary.worst_residual < 1e-6
         assert abs(summary.delta_x) < 1e-9
