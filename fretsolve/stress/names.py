@@ -22,9 +22,9 @@ def stress_path(result: Path) -> Path:
 
 
 def is_stress_file(path: Path) -> bool:
-    """Return whether `path` is a file of stresses; False for what is not HDF5 at all."""
+    """Return whether `path` is a file of stresses; False for what is not HDF5 at all, or damaged."""
     try:
         with open_hdf5(path) as file:
             return "stress" in file and "history" not in file
-    except (OSError, FileError):
+    except (OSError, KeyError, RuntimeError, FileError):
         return False

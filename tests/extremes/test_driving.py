@@ -49,6 +49,7 @@ def test_problems_are_named(probe: Probe, problem: str, tmp_path: Path) -> None:
     [
         ({}, {}, ""),
         ({"delta_z": float("inf")}, {}, "a scalar is not finite"),
+        ({"contact_center_x": float("nan")}, {}, "a scalar is not finite"),
         ({"residual_slip": 2e-6}, {}, "a residual is 2e-06, beyond the tolerance"),
         ({"residual_gap": float("nan")}, {}, "beyond the tolerance"),
         ({"work": -1e-9}, {}, "the work is negative"),

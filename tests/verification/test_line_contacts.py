@@ -521,7 +521,7 @@ def pressed(matrix, separation, total):
 
 
 def sheared(matrix, free, limit, total):
-    """The shear of this sum: K q = free + D where abs(q) < limit, by projected relaxation at each D, which is sought."""
+    """The shear of this sum, K q = free + D where abs(q) < limit, by projected relaxation at each D."""
 
     def at(motion, shear):
         for _ in range(4000):
