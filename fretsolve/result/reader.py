@@ -20,16 +20,8 @@ from fretsolve.result.checks import changed_content, content_of
 from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import (
-    CONTENT,
-    HEADER_NAME,
-    Part,
-    Piece,
-    contiguous_parts,
-    damage_reported,
-    parts_folder,
-    read_rows,
-)
+from fretsolve.result.parts import CONTENT, HEADER_NAME, contiguous_parts, parts_folder, read_rows
+from fretsolve.result.piece import Part, Piece, damage_reported
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, read_small_text, require_regular, try_attributes

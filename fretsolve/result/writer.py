@@ -20,8 +20,6 @@ from fretsolve.result.header import RunHeader, require_same_run
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import (
     HEADER_NAME,
-    Part,
-    Piece,
     all_parts,
     contiguous_parts,
     part_name,
@@ -31,6 +29,7 @@ from fretsolve.result.parts import (
     write_part,
     write_result,
 )
+from fretsolve.result.piece import Part, Piece
 from fretsolve.result.reader import open_result, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files

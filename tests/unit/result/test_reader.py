@@ -17,7 +17,8 @@ from fretsolve import __version__, open_result
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, reader
 from fretsolve.result.layout import ERRORS, FIELDS, FORMAT_VERSION, FORMER_NAMES, HISTORY, QUANTITIES
-from fretsolve.result.parts import Part, component, parts_folder
+from fretsolve.result.parts import component, parts_folder
+from fretsolve.result.piece import Part
 
 COUNT = 4
 SAMPLES = sorted((Path(__file__).parents[2] / "data").glob("result_v*.h5"))
