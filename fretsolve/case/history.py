@@ -32,7 +32,7 @@ BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for bo
 """The bulk stresses of each body."""
 
 SHEARING = TANGENTIAL.union(*BULK.values())
-"""What a stage can move that makes the surfaces slip, or try to."""
+"""Loads, displacements and stresses of a stage that shear the contact."""
 
 
 def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[str, Any]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import get_args
@@ -28,7 +27,7 @@ from fretsolve.stress.stress_file import bodies_of, write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
 from fretsolve.system.foreign_files import open_hdf5
-from fretsolve.system.progress import print_warnings, progress_bar
+from fretsolve.system.progress import counting_bar, print_warnings
 
 LINE_DEPTHS = 9
 """Depths that are computed for an average, evenly over its range."""
@@ -140,7 +139,7 @@ def _write(
         texts |= {"material": next(iter(materials.values())).model_dump_json(exclude_none=True)}
         texts |= {name: str(attributes[name]) for name in ("title", "result") if name in attributes}
         layers = sum(len(cycle.depths) for cycle in cycles.values())
-        with _bar(layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
+        with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
             worst, widest = write_fatigue(cycles, materials, names, target, texts, show)
     if (warning := not_closed(widest)) is not None:
         print_warnings(out, warning)
@@ -199,14 +198,3 @@ def _average(text: str | None) -> Average | None:
     if value <= 0.0:
         raise CaseError(f"{length!r} is out of range; a length > 0 mm is needed", (), "--average")
     return Average(known, value)
-
-
-@contextmanager
-def _bar(total: int, *, shown: bool) -> Iterator[Callable[[], object]]:
-    """Show a bar of layers within the block, which gets the function that advances it."""
-    if not shown:
-        yield lambda: None
-        return
-    with progress_bar("layers", counted=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda: bar.advance(task)

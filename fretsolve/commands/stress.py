@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
@@ -20,7 +19,7 @@ from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_pr
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import require_ending, require_free, require_other, writing
-from fretsolve.system.progress import print_warnings, progress_bar
+from fretsolve.system.progress import counting_bar, print_warnings
 
 TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
 
@@ -74,7 +73,7 @@ def write_with_messages(
     if not quiet and request.file_bytes > LARGE_FILE:
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
-    with _bar(layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
+    with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
         peaks = write_stress(tractions, request, target, threads, show)
     if not quiet:
         for line in peak_lines(request, peaks):
@@ -134,14 +133,3 @@ def _increments(result: Result, stages: Sequence[int], steps: Sequence[int], cyc
     except ValueError as error:
         raise CaseError(str(error), (), result.path) from error
     return sorted(chosen)
-
-
-@contextmanager
-def _bar(total: int, *, shown: bool) -> Iterator[Callable[[], object]]:
-    """Show a bar of layers within the block, which gets the function that advances it."""
-    if not shown:
-        yield lambda: None
-        return
-    with progress_bar("layers", counted=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda: bar.advance(task)

@@ -50,7 +50,7 @@ class FatigueField:
 
 @dataclass(frozen=True)
 class _Criterion:
-    """How a criterion is computed. The functions take the material; those of a ball take the stresses as well."""
+    """The functions that compute a criterion. They take the material; that of a ball takes the stresses as well."""
 
     units: str
     plane: Callable[[Material], PlaneCriterion] | None = None

@@ -33,7 +33,7 @@ MOST_SOLUTIONS = 20
 
 @dataclass(frozen=True)
 class SunkenPoint:
-    """How far the points at `depth` (mm) below the grid's middle sink into both bodies together (L2)."""
+    """The points at `depth` (mm) below the grid's middle, which sink into both bodies together (L2)."""
 
     grid: LineGrid
     bodies: tuple[Body, Body]

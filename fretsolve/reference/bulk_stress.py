@@ -182,6 +182,7 @@ def _reverse_slip(f: float, b: float) -> tuple[float, float] | None:
     from scipy.optimize import root
 
     def missed(unknown: DoubleArray) -> list[float]:
+        """Return by how much ends of the stick zone miss the two integrals."""
         left, right, stick = _widths(unknown)
         middle, half = 0.5 * (left - right), 0.5 * stick
         sums = []

@@ -57,7 +57,7 @@ class RunHeader:
 
     @cached_property
     def bulk(self) -> bool:
-        """Whether the history has bulk stresses."""
+        """True if the history has bulk stresses."""
         return has_bulk_stress(json.loads(self.effective_case))
 
     @cached_property

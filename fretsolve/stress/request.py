@@ -29,7 +29,7 @@ WindowKind = Literal["auto", "all"]
 
 @dataclass(frozen=True)
 class StressRequest:
-    """What to compute.
+    """Stresses to compute.
 
     bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: those that the file
     keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
@@ -29,6 +31,17 @@ def progress_bar(*texts: str, counted: bool = False) -> Progress:
     columns = (before, BarColumn(), *count, *behind, TimeRemainingColumn())
     console = Console(file=unescaped_output())
     return Progress(*columns, console=console, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+
+
+@contextmanager
+def counting_bar(text: str, total: int, *, shown: bool) -> Iterator[Callable[[], object]]:
+    """Show a bar of `total` things within the block, which gets the function that advances it by one."""
+    if not shown:
+        yield lambda: None
+        return
+    with progress_bar(text, counted=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda: bar.advance(task)
 
 
 def unescaped_output() -> TextIO:
