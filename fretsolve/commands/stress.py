@@ -9,8 +9,9 @@ from pathlib import Path
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.errors import CaseError
-from fretsolve.export.selection import stage_ends, stored_step
+from fretsolve.export.selection import stored_step
 from fretsolve.result import Result, open_result
+from fretsolve.result.state import stage_ends
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import INVARIANTS, stress_path

@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.case.history import BULK, EXTENTS
 from fretsolve.result import Result
-from fretsolve.system.arrays import DoubleArray, IndexArray
+from fretsolve.system.arrays import DoubleArray
 
 _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
@@ -59,11 +59,6 @@ def stored_step(result: Result, step: int) -> int:
             f"the fields of increment {found} are not stored (output.every); the nearest ones are those of {nearest}"
         )
     return found
-
-
-def stage_ends(stage: IndexArray) -> IndexArray:
-    """Return the last increment of each stage, from the stage of each increment."""
-    return np.flatnonzero(np.append(np.diff(stage) != 0, True))[: len(stage)]
 
 
 def relevant_columns(result: Result) -> list[str]:

@@ -13,9 +13,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from fretsolve.errors import printable
-from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, stage_ends, total_cost
+from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
 from fretsolve.result import Result
-from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
-from fretsolve.export.selection import RESIDUALS, stage_ends
+from fretsolve.export.selection import RESIDUALS
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
@@ -31,6 +31,7 @@ from fretsolve.plots.load_history import LoadCycle, MovedPair, cycles, moved_pai
 from fretsolve.plots.reference import hertz_curve, stick_form
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
+from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import DoubleArray
 
 COUNTS = {

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.history import PAIRS
-from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.export.selection import relevant_columns
 from fretsolve.plots.labels import short_number, unit_of
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
+from fretsolve.result.state import stage_ends
 
 FIRST_ENDS, LAST_ENDS = 2, 4
 """Number of stage ends that are drawn of a long path: pressed, first loaded, and the last cycle."""

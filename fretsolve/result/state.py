@@ -15,13 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.history import Summary as Summary  # a part of the state
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
 
 @cache
 def nothing(shape: tuple[int, ...]) -> FloatArray:
     """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)
+
+
+def stage_ends(stage: DoubleArray | IndexArray) -> IndexArray:
+    """Return the last increment of each stage, from the stage of each increment."""
+    return np.flatnonzero(np.append(np.diff(stage) != 0, True))[: len(stage)]
 
 
 class Zone:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS
-from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 LEAST_MOTION_SCALE = 1e-3
@@ -97,7 +97,7 @@ def verdict(
     accuracy = solver.get("accuracy")
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
-    ends = np.flatnonzero(np.append(np.diff(history["stage"]) != 0, True))
+    ends = stage_ends(history["stage"])
     known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
     columns = {name: best_column(name, history) for name in known}
     bars = {name: _bars(name, columns[name], history)[ends] / scale for name, scale in known.items()}

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from fretsolve.case.stress_spec import StressSpec
 from fretsolve.result import Result
+from fretsolve.result.state import stage_ends
 from fretsolve.stress.halfspace.influence import TRACTIONS
 from fretsolve.stress.names import stress_path
 from fretsolve.stress.request import GRADED, StressRequest, memory_problem, stress_request
@@ -33,9 +32,8 @@ def increments_of(result: Result, every: int | None) -> tuple[int, ...]:
     """Return every n-th of the increments with fields and the last one, or, for None, those at the ends of stages."""
     if every is not None:
         return tuple(step for step in result.steps if (step + 1) % every == 0 or step == result.steps[-1])
-    stage = result.history["stage"]
-    last = np.append(np.diff(stage) != 0, True)
-    return tuple(step for step in result.steps if last[step] or step == result.steps[-1])
+    ends = set(stage_ends(result.history["stage"]).tolist())
+    return tuple(step for step in result.steps if step in ends or step == result.steps[-1])
 
 
 def write_case_stress(

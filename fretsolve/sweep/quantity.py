@@ -14,10 +14,10 @@ from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError, SlidingError
-from fretsolve.export.selection import relevant_columns, stage_ends, total_cost
+from fretsolve.export.selection import relevant_columns, total_cost
 from fretsolve.result import Result, open_result
 from fretsolve.result.layout import ERRORS, HISTORY
-from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import best_column
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES, stress_path

@@ -10,9 +10,10 @@ import numpy as np
 from fake_states import fake_header, fake_states, write_fake
 from rich.console import Console
 
-from fretsolve.export.selection import relevant_columns, stage_ends
+from fretsolve.export.selection import relevant_columns
 from fretsolve.export.text_report import history_tables, print_report
 from fretsolve.result import HistoryWriter, Result, open_result
+from fretsolve.result.state import stage_ends
 
 
 def made_up(tmp_path: Path, count: int = 7, end: str = "complete", **changes: float) -> Result:
