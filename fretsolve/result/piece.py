@@ -58,6 +58,7 @@ class Part:
 
 
 def part_of(path: Path) -> Part | None:
+    """Return the committed part at `path`, or None if the name is not one of a part."""
     match = _PART_NAME.fullmatch(path.name)
     return Part(path, int(match[1]), int(match[2])) if match else None
 
