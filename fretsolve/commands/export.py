@@ -44,7 +44,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         if file_format in ("vtk", "xdmf") and not result.fields:
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
         with writing(target):
-            warnings = _write(result, file_format, exported, target)
+            warnings = _write(result, file_format, exported, target, exclusive=not overwrite)
     print_warnings(result.path, *warnings)
     print(target, flush=True)
     return 0
@@ -59,31 +59,33 @@ def _export_stress(
     if steps:
         raise CaseError("all increments of a file of stresses are exported; leave --step out", (), stresses)
     from fretsolve.export.stress_vtk import write_stress_vtk
+    from fretsolve.export.vtk import require_own_grids
 
     target = target or stresses.with_suffix(FORMATS[file_format])
     require_ending(target, "a vtk file", FORMATS[file_format])
     require_free(target, overwrite=overwrite)
     with writing(target):
-        write_stress_vtk(stresses, target)
+        require_own_grids(target, overwrite=overwrite)
+        write_stress_vtk(stresses, target, exclusive=not overwrite)
     print(target, flush=True)
     return 0
 
 
-def _write(result: Result, file_format: str, steps: Sequence[int], out: Path) -> Sequence[str]:
-    """Write the file with the libraries of its format alone, and return warnings."""
+def _write(result: Result, file_format: str, steps: Sequence[int], out: Path, *, exclusive: bool) -> Sequence[str]:
+    """Write the file with the libraries of its format alone, and return warnings; exclusive: replace nothing."""
     if file_format == "vtk":
         from fretsolve.export.vtk import write_vtk
 
-        return write_vtk(result, steps, out)
+        return write_vtk(result, steps, out, exclusive=exclusive)
     if file_format == "xdmf":
         from fretsolve.export.xdmf import write_xdmf
 
-        write_xdmf(result, steps, out)
+        write_xdmf(result, steps, out, exclusive=exclusive)
     else:
         from fretsolve.export.tables import write_history_csv, write_npz
 
         if file_format == "csv":
-            write_history_csv(result, out)
+            write_history_csv(result, out, exclusive=exclusive)
         else:
-            write_npz(result, steps, out)
+            write_npz(result, steps, out, exclusive=exclusive)
     return ()

@@ -58,13 +58,13 @@ def fatigue_of_result(
     require_free(target, overwrite=overwrite)
     chosen = [int(body) for body in bodies]
     if is_stress_file(out):
-        _write(out, out, constants, names, mean, chosen, target, quiet=quiet)
+        _write(out, out, constants, names, mean, chosen, target, quiet=quiet, exclusive=not overwrite)
         return 0
     make_folder(target.parent)
     with writing(target), TemporaryDirectory(dir=target.parent, prefix=".fretsolve-") as folder:
         stresses = Path(folder) / "stress.h5"
         _compute_stresses(out, constants, names, mean, chosen, stresses, threads)
-        _write(out, stresses, constants, names, mean, chosen, target, quiet=quiet)
+        _write(out, stresses, constants, names, mean, chosen, target, quiet=quiet, exclusive=not overwrite)
     return 0
 
 
@@ -118,8 +118,12 @@ def _write(
     target: Path,
     *,
     quiet: bool,
+    exclusive: bool,
 ) -> None:
-    """Compute the parameters from a file of stresses, write them to `target`, and print the worst places."""
+    """Compute the parameters from a file of stresses, write them to `target`, and print the worst places.
+
+    exclusive: replace no file.
+    """
     with open_hdf5(stresses) as file:
         found = bodies_of(file, stresses)
         attributes = dict(file.attrs)
@@ -140,7 +144,7 @@ def _write(
         texts |= {name: str(attributes[name]) for name in ("title", "result") if name in attributes}
         layers = sum(len(cycle.depths) for cycle in cycles.values())
         with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-            worst, widest = write_fatigue(cycles, materials, names, target, texts, show)
+            worst, widest = write_fatigue(cycles, materials, names, target, texts, show, exclusive=exclusive)
     if (warning := not_closed(widest)) is not None:
         print_warnings(out, warning)
     if not quiet:

@@ -61,6 +61,6 @@ def print_schema(path: Path | None, *, overwrite: bool) -> int:
     text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
     if path is not None:
         with writing(path):
-            atomic_files.write_text(path, text + "\n")
+            atomic_files.write_text(path, text + "\n", exclusive=not overwrite)
     print(text if path is None else path)
     return 0

@@ -15,7 +15,7 @@ from fretsolve.result import HistoryWriter, open_result
 from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system.files import require_ending, require_other
+from fretsolve.system.files import require_ending, require_free, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PAUSE = 0.1
@@ -56,6 +56,7 @@ def run_case(
         raise problem
     if loaded.output.stress is not None:
         _require_room(loaded.output.stress, setup, out)
+        _require_own_stress(out, resume=resume, overwrite=overwrite)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
@@ -83,7 +84,9 @@ def run_case(
     if complete:
         messages.end()
         if loaded.output.stress is not None:
-            _write_stress(loaded.output.stress, out, threads, quiet=quiet or log_json)
+            _write_stress(
+                loaded.output.stress, out, threads, quiet=quiet or log_json, exclusive=not (resume or overwrite)
+            )
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
@@ -99,8 +102,22 @@ def _require_room(spec: StressSpec, setup: ProblemSetup, out: Path) -> None:
         raise setup.case.source.problem(problem, ("output", "stress"))
 
 
-def _write_stress(spec: StressSpec, out: Path, threads: int, *, quiet: bool, missing: bool = False) -> None:
-    """Write and print the stresses that the case asks for; missing: unless they are there."""
+def _require_own_stress(out: Path, *, resume: bool, overwrite: bool) -> None:
+    """Raise CaseError, before the run, if its stresses would replace a file that is not the run's own."""
+    from fretsolve.stress.names import is_stress_file, stress_path
+
+    path = stress_path(out)
+    advice = "the run would replace it by its stresses: move it away, or give --overwrite"
+    require_free(path, overwrite=overwrite or (resume and is_stress_file(path)), advice=advice)
+
+
+def _write_stress(
+    spec: StressSpec, out: Path, threads: int, *, quiet: bool, exclusive: bool = True, missing: bool = False
+) -> None:
+    """Write and print the stresses that the case asks for.
+
+    exclusive: replace no file; missing: do nothing if there is one.
+    """
     from fretsolve.commands.stress import write_with_messages
     from fretsolve.stress.names import stress_path
     from fretsolve.stress.of_case import case_request
@@ -110,4 +127,5 @@ def _write_stress(spec: StressSpec, out: Path, threads: int, *, quiet: bool, mis
         return
     with open_result(out) as result:
         tractions = TractionHistory(result)
-        write_with_messages(tractions, case_request(tractions, spec), stress_path(out), threads, quiet=quiet)
+        request = case_request(tractions, spec)
+        write_with_messages(tractions, request, stress_path(out), threads, quiet=quiet, exclusive=exclusive)

@@ -56,16 +56,22 @@ def stress_of_result(
         tractions = TractionHistory(result)
         increments = _increments(result, stages, steps, cycle)
         request = stress_request(tractions, increments, chosen, wanted, plane, window)
-        write_with_messages(tractions, request, target, threads, quiet=quiet)
+        write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=not overwrite)
     return 0
 
 
 def write_with_messages(
-    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool = False
+    tractions: TractionHistory,
+    request: StressRequest,
+    target: Path,
+    threads: int,
+    *,
+    quiet: bool = False,
+    exclusive: bool = False,
 ) -> None:
     """Write the stresses that a request asks for, with warnings, a bar on a terminal, and the largest ones.
 
-    Raises CaseError where the machine is too small, FileError.
+    exclusive: replace no file. Raises CaseError where the machine is too small, FileError.
     """
     path = tractions.result.path
     if (problem := memory_problem(request, threads, free_bytes(target))) is not None:
@@ -75,7 +81,7 @@ def write_with_messages(
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
     with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-        peaks = write_stress(tractions, request, target, threads, show)
+        peaks = write_stress(tractions, request, target, threads, show, exclusive=exclusive)
     if not quiet:
         for line in peak_lines(request, peaks):
             print(line)

@@ -157,7 +157,9 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are the sweep's own."""
     manifest = read_manifest(folder)
     own = {folder / "table.csv": False, folder / "table.h5": fields}
-    writers = {path: writer_of(path, fields=linked) for path, linked in ({out: fields} if out else own).items()}
+    exclusive = out is not None and not overwrite
+    chosen = {out: fields} if out else own
+    writers = {path: writer_of(path, fields=linked, exclusive=exclusive) for path, linked in chosen.items()}
     if out is not None:
         require_free(out, overwrite=overwrite)
     else:

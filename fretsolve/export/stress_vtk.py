@@ -13,19 +13,19 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.vtk import BYTE_ORDER, data_array
+from fretsolve.export.vtk import BYTE_ORDER, data_array, grids_folder
 from fretsolve.stress.invariants import principal, von_mises
 from fretsolve.stress.stress_file import BodyStress, bodies_of
 from fretsolve.system import atomic_files
 from fretsolve.system.foreign_files import open_hdf5
 
 
-def write_stress_vtk(stresses: Path, path: Path) -> None:
+def write_stress_vtk(stresses: Path, path: Path, *, exclusive: bool) -> None:
     """Write ``path`` (.pvd), which ParaView opens, and the grids of a file of stresses in a folder beside it.
 
     Raises OSError, FileError.
     """
-    folder = path.with_name(f"{path.stem}.vtk")
+    folder = grids_folder(path)
     folder.mkdir(exist_ok=True)
     index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{BYTE_ORDER}">']
     index.append("<Collection>")
@@ -36,7 +36,7 @@ def write_stress_vtk(stresses: Path, path: Path) -> None:
                 _write_grid(grid, body, place, up=number == 1)
                 name, file_name = quoteattr(f"body {number}"), quoteattr(f"{folder.name}/{grid.name}")
                 index.append(f'<DataSet timestep="{step}" part="{part}" name={name} file={file_name}/>')
-    with atomic_files.new_file(path, durable=False) as written:
+    with atomic_files.new_file(path, durable=False, exclusive=exclusive) as written:
         written.write("\n".join([*index, "</Collection>", "</VTKFile>", ""]).encode())
 
 

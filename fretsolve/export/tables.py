@@ -17,17 +17,17 @@ from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
 
-def write_history_csv(result: Result, path: Path) -> None:
+def write_history_csv(result: Result, path: Path, *, exclusive: bool) -> None:
     """Write the history: a row per increment, units in the header, every digit of every number. Raises OSError."""
     units = {name: result.units(name) for name in result.history}
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow([name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()])
     writer.writerows(zip(*(column.tolist() for column in result.history.values()), strict=True))
-    atomic_files.write_text(path, text.getvalue())
+    atomic_files.write_text(path, text.getvalue(), exclusive=exclusive)
 
 
-def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
+def write_npz(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:
     """Write the columns of the history and the fields of `steps`, ``(steps, nx, ny)``, by their names.
 
     Further arrays are `x`, `y` (mm), `field_steps`, and as text `units` (JSON: that of each name), `effective_case`
@@ -44,7 +44,7 @@ def write_npz(result: Result, steps: Sequence[int], path: Path) -> None:
         "case_yaml": np.array(result.case_yaml),
     }
     with (
-        atomic_files.new_file(path, durable=False) as file,
+        atomic_files.new_file(path, durable=False, exclusive=exclusive) as file,
         # most of a field is zeros outside the contact, which the fastest level shrinks as well
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
     ):

@@ -26,7 +26,7 @@ from fretsolve.system import atomic_files
 BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
-_GRID_NAME = re.compile(r".+\.[0-9]{6,}\.vts(\.[0-9a-f]{16}\.tmp)?")
+_GRID_NAME = re.compile(r".+\.[0-9]{6,}\.vt[sr](\.[0-9a-f]{16}\.tmp)?")
 
 
 def grids_folder(path: Path) -> Path:
@@ -49,7 +49,7 @@ def require_own_grids(path: Path, *, overwrite: bool) -> None:
         raise CaseError("holds grids: --overwrite replaces them, or give another name with -o", (), folder)
 
 
-def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
+def write_vtk(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> list[str]:
     """Write ``path`` (.pvd), which ParaView opens, and the grids of `steps` in a folder beside it.
 
     Returns warnings: why the surfaces are left flat. Raises OSError, FileError.
@@ -69,7 +69,7 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path) -> list[str]:
             _write_grid(grid, body, fields, step)
             name, file = quoteattr(body.name), quoteattr(f"{folder.name}/{grid.name}")
             index.append(f'<DataSet timestep="{step}" part="{part}" name={name} file={file}/>')
-    with atomic_files.new_file(path, durable=False) as written:
+    with atomic_files.new_file(path, durable=False, exclusive=exclusive) as written:
         written.write("\n".join([*index, "</Collection>", "</VTKFile>", ""]).encode())
     return warnings
 

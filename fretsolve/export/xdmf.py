@@ -25,11 +25,11 @@ def points_file(path: Path) -> Path:
     return path.with_name(path.name + ".h5")
 
 
-def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
+def write_xdmf(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
     finished = result.status in ("complete", "failed")
-    with atomic_files.new_hdf5(beside) as file:
+    with atomic_files.new_hdf5(beside, exclusive=exclusive) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
         file.create_dataset("points", data=points, compression="gzip", shuffle=True)
@@ -41,7 +41,7 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path) -> None:
     source, stored = beside.name, tuple(steps)
     if finished:
         source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
-    with atomic_files.new_file(path, durable=False) as text:
+    with atomic_files.new_file(path, durable=False, exclusive=exclusive) as text:
         text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
 
 

@@ -60,14 +60,17 @@ def write_fatigue(
     target: Path,
     attributes: Mapping[str, str],
     show: Callable[[], object] = lambda: None,
+    *,
+    exclusive: bool = False,
 ) -> tuple[dict[int, dict[str, Worst]], float]:
     """Compute the parameters of each body, write them, and return the worst places and how far the cycle is open.
 
-    attributes: those of the file besides format and version; show: called after each layer. Raises OSError.
+    attributes: those of the file besides format and version; show: called after each layer;
+    exclusive: replace no file. Raises OSError.
     """
     worst: dict[int, dict[str, Worst]] = {}
     widest = 0.0
-    with atomic_files.new_hdf5(target) as file:
+    with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
         file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, **attributes})
         for number, cycle in cycles.items():
             group, scales = _create_body(file, number, cycle)

@@ -49,13 +49,15 @@ def write_stress(
     target: Path,
     threads: int = 1,
     show: Callable[[], object] = lambda: None,
+    *,
+    exclusive: bool = False,
 ) -> dict[Key, list[Peak]]:
     """Compute the stresses, write them to `target`, and return the largest ones of each increment.
 
-    show: called after each layer of each increment. Raises OSError, FileError.
+    show: called after each layer of each increment; exclusive: replace no file. Raises OSError, FileError.
     """
     search = PeakSearch(tractions, request)
-    with atomic_files.new_hdf5(target) as file:
+    with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
         result = tractions.result
         names = "title", "case_yaml", "effective_case"
         file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name})

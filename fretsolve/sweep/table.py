@@ -71,9 +71,13 @@ def column(name: str, values: ArrayLike, units: str = "", meaning: str = "", **a
     return Column(name, units, array.astype(object) if array.dtype.kind == "U" else array, meaning, attributes)
 
 
-def write_table_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] = ()) -> None:
-    """Write a row per case, units in the heading; what is not known is empty, a bar
-    without a bound is inf. first: one more row. Raises FileError."""
+def write_table_csv(
+    path: Path, columns: Iterable[Column], first: Sequence[Any] = (), *, exclusive: bool = False
+) -> None:
+    """Write a row per case, units in the heading; what is not known is empty, a bar without a bound is inf.
+
+    first: one more row; exclusive: replace no file. Raises FileError.
+    """
 
     def cell(value: Any) -> str:
         if isinstance(value, float):
@@ -89,17 +93,22 @@ def write_table_csv(path: Path, columns: Iterable[Column], first: Sequence[Any] 
     writer.writerow([cell(column.heading) for column in columns])
     writer.writerows(map(cell, row) for row in ([first, *rows] if first else rows))
     with writing(path):
-        atomic_files.write_text(path, text.getvalue())
+        atomic_files.write_text(path, text.getvalue(), exclusive=exclusive)
 
 
 def write_table_hdf5(
-    path: Path, columns: Mapping[str, Iterable[Column]], attributes: Mapping[str, Any], links: Mapping[str, Any] = {}
+    path: Path,
+    columns: Mapping[str, Iterable[Column]],
+    attributes: Mapping[str, Any],
+    links: Mapping[str, Any] = {},
+    *,
+    exclusive: bool = False,
 ) -> None:
     """Write each column as a dataset in its group, with units and meaning. Raises FileError.
 
-    columns: by group, empty for none; links: by their names in the file.
+    columns: by group, empty for none; links: by their names in the file; exclusive: replace no file.
     """
-    with writing(path), atomic_files.new_hdf5(path) as file:
+    with writing(path), atomic_files.new_hdf5(path, exclusive=exclusive) as file:
         file.attrs.update({"fretsolve_version": __version__, **attributes})
         for group, members in columns.items():
             for one in members:
@@ -111,7 +120,7 @@ def write_table_hdf5(
             file[name] = link
 
 
-def write_table_parquet(path: Path, columns: Iterable[Column]) -> None:
+def write_table_parquet(path: Path, columns: Iterable[Column], *, exclusive: bool = False) -> None:
     """Write the same as the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
         import pyarrow
@@ -121,7 +130,7 @@ def write_table_parquet(path: Path, columns: Iterable[Column]) -> None:
     content = io.BytesIO()
     arrays = {column.heading: pyarrow.array(column.values.tolist()) for column in columns}
     pyarrow.parquet.write_table(pyarrow.table(arrays), content)
-    with writing(path), atomic_files.new_file(path) as file:
+    with writing(path), atomic_files.new_file(path, exclusive=exclusive) as file:
         file.write(content.getvalue())
 
 
@@ -183,20 +192,21 @@ def setting_column(key: str, rows: Sequence[ManifestRow]) -> Column:
     return column(key, texts)
 
 
-def writer_of(path: Path, *, fields: bool) -> Callable[[Table], None]:
+def writer_of(path: Path, *, fields: bool, exclusive: bool) -> Callable[[Table], None]:
     """Return what writes a table as the file `path`: a function that may raise CaseError or FileError.
 
-    fields: link each result in HDF5 as ``results/ID``. Raises CaseError if the ending of the name is not known.
+    fields: link each result in HDF5 as ``results/ID``; exclusive: replace no file. Raises CaseError if the ending of
+    the name is not known.
     """
     ending = path.suffix.lower()
     if ending in (".h5", ".hdf5"):
-        return lambda table: _write_sweep_hdf5(path, table, fields=fields)
+        return lambda table: _write_sweep_hdf5(path, table, fields=fields, exclusive=exclusive)
     if fields:
         raise CaseError("--fields links results, which only HDF5 can; a name ending in .h5 is needed", (), path)
     if ending == ".csv":
-        return lambda table: write_table_csv(path, _columns(table))
+        return lambda table: write_table_csv(path, _columns(table), exclusive=exclusive)
     if ending == ".parquet":
-        return lambda table: write_table_parquet(path, _columns(table))
+        return lambda table: write_table_parquet(path, _columns(table), exclusive=exclusive)
     raise CaseError("the format is not known; a name ending in .csv, .h5 or .parquet is needed", (), path)
 
 
@@ -219,14 +229,14 @@ def _is_table(path: Path) -> bool:
     return False
 
 
-def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool) -> None:
+def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool) -> None:
     manifest, links = table.manifest, {"case/regime": h5py.SoftLink("/case/running_condition")}  # its name before
     for row in manifest.unique if fields else ():
         if manifest.result(row).exists():
             target = os.path.relpath(manifest.result(row), path.absolute().parent)
             links[f"results/{row.id}"] = h5py.ExternalLink(target, "/")
     groups = {"case": _about(table), "settings": table.settings, "values": table.found, "errors": table.errors}
-    write_table_hdf5(path, groups, {"title": manifest.title, "case": str(manifest.case)}, links)
+    write_table_hdf5(path, groups, {"title": manifest.title, "case": str(manifest.case)}, links, exclusive=exclusive)
 
 
 def _about(table: Table) -> Iterator[Column]:

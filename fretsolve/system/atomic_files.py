@@ -17,6 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from fretsolve.system.files import TakenError
+
 _TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
 """Names of files that are being written; earlier versions drew 8 digits at random."""
 
@@ -79,7 +81,7 @@ def new_file(
 
     Until then it has a name of its own, so that several processes may write `target` at once. folder: where it lies, on
     the same file system; by default beside `target`, where it also removes what kills have left. durable: wait until
-    file and name are on the disk. exclusive: raise FileExistsError instead if `target` exists. Raises OSError.
+    file and name are on the disk. exclusive: raise TakenError instead if `target` exists by then. Raises OSError.
     """
     if exclusive:
         _require_absent(target)
@@ -93,8 +95,9 @@ def new_file(
             if durable:
                 os.fsync(file.fileno())
         if exclusive:
-            _require_absent(target)
-        os.replace(temporary, target)
+            _name_new(temporary, target)
+        else:
+            os.replace(temporary, target)
     except BaseException:
         with suppress(OSError):
             os.unlink(temporary)
@@ -105,7 +108,20 @@ def new_file(
 
 def _require_absent(target: Path) -> None:
     if os.path.lexists(target):
-        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
+        raise TakenError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
+
+
+def _name_new(temporary: Path, target: Path) -> None:
+    """Rename a file, and replace nothing: a rename would replace what has appeared since a check."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError as error:
+        raise TakenError(*error.args) from error
+    except OSError:  # a file system without hard links, where the moment after the check remains
+        _require_absent(target)
+        os.replace(temporary, target)
+    else:
+        os.unlink(temporary)
 
 
 @contextmanager
@@ -123,9 +139,9 @@ def new_hdf5(target: Path, folder: Path | None = None, *, exclusive: bool = Fals
             raise
 
 
-def write_text(target: Path, text: str) -> None:
-    """Write a small file. Raises OSError."""
-    with new_file(target) as file:
+def write_text(target: Path, text: str, *, exclusive: bool = False) -> None:
+    """Write a small file as `new_file` does. Raises OSError."""
+    with new_file(target, exclusive=exclusive) as file:
         file.write(text.encode())
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 from fretsolve.errors import CaseError, FileError
+
+
+class TakenError(FileExistsError):
+    """Another file has taken the name of a file while that was being written."""
 
 
 def reason_of(error: OSError) -> str:
@@ -25,8 +28,15 @@ def reported(problem: str, file: Path | str, advice: str = "") -> Iterator[None]
         raise FileError(f"{problem}: {reason_of(error)}{advice}", file) from error
 
 
-writing = partial(reported, "cannot be written")
-"""Turn an OSError in the block, which writes the file that is given, into a FileError."""
+@contextmanager
+def writing(file: Path | str, advice: str = "") -> Iterator[None]:
+    """Turn an OSError in the block, which writes `file`, into a FileError."""
+    with reported("cannot be written", file, advice):
+        try:
+            yield
+        except TakenError as error:
+            message = "another file has taken this name meanwhile: move it away, or give another name"
+            raise FileError(message, file) from error
 
 
 def make_folder(folder: Path) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-CHANGES = ("open", "ftruncate", "write", "fsync", "replace", "unlink", "mkdir", "rmdir")
+CHANGES = ("open", "ftruncate", "write", "fsync", "replace", "link", "unlink", "mkdir", "rmdir")
 
 
 class SimulatedKillError(OSError):
@@ -67,6 +67,8 @@ class FaultyOs:
             source, target = map(Path, arguments)
             before = target.read_bytes() if target.exists() else None
             return target.parent, lambda: _restore(target, before, source)
+        if name == "link":
+            return Path(arguments[1]).parent, lambda: Path(arguments[1]).unlink(missing_ok=True)
         if name in ("unlink", "mkdir", "rmdir"):
             path = Path(arguments[0])
             if name == "unlink" and path.exists():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import pytest
@@ -18,6 +20,7 @@ from sweeping import manifest_of, rows_of, write_sweep
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
+from fretsolve.stress.names import is_stress_file
 from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
 from fretsolve.system import atomic_files
 
@@ -230,6 +233,101 @@ def test_a_folder_that_is_removed_under_way(tmp_path: Path) -> None:
         with pytest.raises(FileError, match="cannot save the increment: No such file or directory; saved") as caught:
             writer.append(next(states))
     assert str(caught.value).endswith("; saved increments were removed under way")
+
+
+class LateOs:
+    """An `os` in which another file takes the name `target` just before a file gets it."""
+
+    def __init__(self, target: Path):
+        self.target = target
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(os, name)
+
+    def link(self, source: Path, target: Path) -> None:
+        self._appear(target)
+        os.link(source, target)
+
+    def replace(self, source: Path, target: Path) -> None:
+        self._appear(target)
+        source.replace(target)
+
+    def _appear(self, target: Path) -> None:
+        if target == self.target:
+            target.write_text(TEXT)
+
+
+class OsWithoutHardLinks(LateOs):
+    """As on a file system that has none; the other file appears before that is found out."""
+
+    def link(self, source: Path, target: Path) -> None:
+        self._appear(target)
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    def replace(self, source: Path, target: Path) -> None:
+        source.replace(target)
+
+
+@pytest.mark.parametrize("kind", [LateOs, OsWithoutHardLinks])
+@pytest.mark.parametrize("words", ["run", "csv", "npz", "pvd", "xdmf", "xdmf.h5", "schema", "stress", "collect"])
+def test_a_file_that_appears_at_the_last_moment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, kind: type[LateOs]
+) -> None:
+    case, target = write_case(tmp_path), tmp_path / f"t.{words}"
+    if words == "run":
+        target = tmp_path / "t.h5"
+        command = ["run", case, "-o", target]
+    elif words == "schema":
+        target = tmp_path / "t.json"
+        command = ["schema", "-o", target]
+    elif words == "collect":
+        target = tmp_path / "t.csv"
+        command = ["sweep", "collect", manifest_of(tmp_path).folder, "-o", target]
+    elif words == "stress":
+        target = tmp_path / "t.h5"
+        out = case.with_suffix(".h5")
+        assert invoke("run", case, "-q").exit_code == 0
+        command = ["stress", out, "-o", target]
+    else:
+        out, named = write_fake(tmp_path / "out.h5"), tmp_path / f"t.{words.removesuffix('.h5')}"
+        command = ["export", out, "--to", {"pvd": "vtk", "xdmf.h5": "xdmf"}.get(words, words), "-o", named]
+    before = sorted(tmp_path.rglob("*.tmp"))
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic_files, "os", kind(target))
+        result = invoke(*command)
+    assert result.exit_code == 4, result.output
+    assert "another file has taken this name" in result.stderr
+    assert target.read_text() == TEXT
+    assert sorted(tmp_path.rglob("*.tmp")) == before
+    if words == "run":
+        target.unlink()
+        assert invoke(*command, "--resume").exit_code == 0
+    else:
+        assert "exists" in refused(2, *command)
+        assert invoke(*command, "--overwrite").exit_code == 0
+    assert target.read_bytes() != TEXT.encode()
+
+
+def test_a_file_system_without_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = write_case(tmp_path)
+    monkeypatch.setattr(atomic_files, "os", OsWithoutHardLinks(tmp_path / "none"))
+    assert invoke("run", case, "-q").exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.h5", "case.yaml"]
+
+
+def test_stresses_of_a_run_replace_no_other_file(tmp_path: Path) -> None:
+    case, own = write_case(tmp_path, f"{CASE}output: {{stress: {{}}}}\n"), tmp_path / "case.stress.h5"
+    own.write_text(TEXT)
+    for option in ("-q", "--resume"):
+        line = refused(2, "run", case, option)
+        assert line.startswith(f"{own}: exists: the run would replace it by its stresses: move it away, or")
+    assert own.read_text() == TEXT
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.stress.h5", "case.yaml"]
+    assert invoke("run", case, "-q", "--overwrite").exit_code == 0
+    assert is_stress_file(own)
+    case.with_suffix(".h5").unlink()
+    assert "exists: the run would replace" in refused(2, "run", case)
+    assert invoke("run", case, "-q", "--resume").exit_code == 0  # its own may be replaced
 
 
 HEIGHTS = "{heights: {file: map.txt, unit: um, spacing: 1 um}}"
