@@ -17,12 +17,13 @@ from fretsolve.cli.options import (
     output_option,
     overrides_option,
     overwrite_option,
+    picture_options,
     quiet_option,
     repeatable_option,
 )
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
-from fretsolve.plots import KINDS
+from fretsolve.plots import KINDS, Sheet
 from fretsolve.system.environment import available, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
 from fretsolve.templates import TEMPLATES
@@ -219,13 +220,19 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
 @click.option("--at", callback=_point, metavar="X,Y", help="The point in mm that the profiles go through.")
 @repeatable_option("--field", "fields", "NAME", "A field that map and animate show.")
 @click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
-def plot(kinds: tuple[str, ...], every_kind: bool, **options: Any) -> int:
+@picture_options
+def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: bool, dpi: int, **options: Any) -> int:
     """Draw a result. The help is given above, since it lists the kinds of pictures."""
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import plot_result
 
-    return plot_result(kinds=tuple(KINDS) if every_kind else kinds or ("loop",), every_kind=every_kind, **options)
+    return plot_result(
+        kinds=tuple(KINDS) if every_kind else kinds or ("loop",),
+        every_kind=every_kind,
+        sheet=Sheet(width, title, dpi),
+        **options,
+    )
 
 
 @main.command()

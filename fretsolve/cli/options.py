@@ -93,6 +93,17 @@ def _usage_message(error: click.UsageError) -> str:
     return f"{place}: {error.message}"
 
 
+class Number(click.FloatRange):
+    """A number between bounds; `FloatRange` with a message in plain words."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or refuse the value."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{value!r} is not a number from {self.min:g} to {self.max:g}", param, ctx)
+
+
 class WholeNumber(click.IntRange):
     """A whole number between bounds; `IntRange` with a message in plain words."""
 
@@ -103,6 +114,26 @@ class WholeNumber(click.IntRange):
         except click.BadParameter:
             bounds = f"from {self.min} on" if self.max is None else f"from {self.min} to {self.max}"
             self.fail(f"{value!r} is not a whole number {bounds}", param, ctx)
+
+
+def picture_options(command: Command) -> Command:
+    """Add the options of the look of pictures, which are the fields of `fretsolve.plots.Sheet`."""
+    width = click.option(
+        "--width",
+        type=Number(80.0, 1000.0),
+        metavar="MM",
+        help="Width of the picture in mm; by default 90 or 190, a column of a journal or two, as the picture needs.",
+    )
+    title = click.option("--title/--no-title", default=True, help="With a title, or without one for a caption.")
+    dpi = click.option(
+        "--dpi",
+        type=WholeNumber(20, 1200),
+        metavar="N",
+        default=300,
+        show_default=True,
+        help="Dots per inch of PNG; films have a third of them.",
+    )
+    return width(title(dpi(command)))
 
 
 def output_option(help_text: str, metavar: str = "OUT", name: str = "out") -> Callable[[Command], Command]:

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import click
 
-from fretsolve.cli.options import WholeNumber, output_option, overwrite_option, quiet_option, repeatable_option
+from fretsolve.cli.options import (
+    WholeNumber,
+    output_option,
+    overwrite_option,
+    picture_options,
+    quiet_option,
+    repeatable_option,
+)
+from fretsolve.plots import Sheet
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
@@ -136,7 +145,8 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
     "A varied key or a quantity along an axis; two of them give a map. By default the first keys of the sweep.",
 )
 @output_option("The picture (.png, .pdf, .svg); by default DIR/QUANTITY.png or DIR/running-condition.png.", "FILE")
-def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
+@picture_options
+def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None, **look: Any) -> int:
     """Draw the sweep in DIR as far as it is.
 
     KIND is quantity (the default): a quantity over one or two keys; or running-condition: where there is partial slip
@@ -144,4 +154,4 @@ def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], o
     """
     from fretsolve.commands.sweep import plot_sweep
 
-    return plot_sweep(folder, kind, quantity, over, out)
+    return plot_sweep(folder, kind, quantity, over, out, Sheet(**look))

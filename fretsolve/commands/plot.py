@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fretsolve.errors import CaseError, FileError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
+from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
@@ -25,6 +26,7 @@ def plot_result(
     at: tuple[float, float] | None,
     fields: tuple[str, ...],
     every_kind: bool,
+    sheet: Sheet,
 ) -> int:
     """Draw the result `out`, print the names of the pictures, and return the exit code. Raises CaseError, FileError.
 
@@ -44,7 +46,7 @@ def plot_result(
         pictures, left_out = {}, {}
         for kind, path in zip(chosen, files, strict=True):
             try:
-                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields)
+                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields, sheet)
             except PictureError as error:
                 if not every_kind:
                     raise CaseError(f"{kind.name}: {error}", (), result.path) from error

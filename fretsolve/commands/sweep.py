@@ -8,6 +8,7 @@ from pathlib import Path
 from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
+from fretsolve.plots.sheet import Sheet
 from fretsolve.study.result_files import HDF5_NAME
 from fretsolve.sweep.beginnings import remove_beginnings
 from fretsolve.sweep.case_run import Report
@@ -172,7 +173,9 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     return 0
 
 
-def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None) -> int:
+def plot_sweep(
+    folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None, sheet: Sheet
+) -> int:
     """Draw a quantity over one or two columns of the collected sweep, or the running condition over two."""
     require_matplotlib()
     from fretsolve.plots.canvas import rendered  # matplotlib is optional
@@ -198,10 +201,14 @@ def plot_sweep(folder: Path, kind: str, quantity: str | None, over: tuple[str, .
         raise CaseError(f"--over: {kind} is drawn over {count}, such as {' and '.join(manifest.keys[:2])}")
     try:
         if len(chosen) == 1:
-            figure = plot.curve(table, name, *chosen)
+            figure = plot.curve(table, name, *chosen, sheet)
         else:
-            figure = plot.running_condition_map(table, chosen) if of_condition else plot.surface(table, name, chosen)
+            figure = (
+                plot.running_condition_map(table, chosen, sheet)
+                if of_condition
+                else plot.surface(table, name, chosen, sheet)
+            )
     except PictureError as error:
         raise CaseError(f"{kind}: {error}", (), folder) from error
-    write_picture(target, rendered(figure, file_format))
+    write_picture(target, rendered(figure, file_format, sheet.dpi))
     return 0

@@ -2,7 +2,8 @@
 
 One call is ``fretsolve.plots.loop(fretsolve.open_result("case.h5"))``. Each function returns the matplotlib `Figure`;
 `animation` returns a `FuncAnimation`. With `ax`, one Axes or several, a function draws one panel on each of them, in
-their own style, until there are no more Axes. Neither pyplot nor its settings are touched. If the result cannot give
+their own style, until there are no more Axes; with `ax=Sheet(width=90, title=False)` the new figure is as wide, in mm,
+and has no title. Neither pyplot nor its settings are touched. If the result cannot give
 the picture, a `PictureError` says why. The kind `map` of the command line is `contact_map` here.
 """
 
@@ -12,9 +13,10 @@ from typing import Any
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.kinds import KINDS
+from fretsolve.plots.sheet import Sheet
 
 _KIND_OF = {kind.drawn_by.partition(":")[2]: kind for kind in KINDS.values()}
-__all__ = ["KINDS", "PictureError", *_KIND_OF]
+__all__ = ["KINDS", "PictureError", "Sheet", *_KIND_OF]
 
 
 def __getattr__(name: str) -> Any:

@@ -17,31 +17,44 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 
 from fretsolve.errors import PictureError
+from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result
 
-Target = Axes | Sequence[Axes] | None
-"""Place to draw: the user's own axes, or (None) a new figure."""
+INCH = 25.4
+
+ONE_COLUMN, TWO_COLUMNS = 90.0 / INCH, 190.0 / INCH
+"""Widths of a figure in a journal of two columns (inches)."""
+
+Target = Axes | Sequence[Axes] | Sheet | None
+"""Place to draw: the user's own axes, or a new figure."""
 
 STYLE: dict[Any, Any] = {
-    "font.size": 9.0,
-    "axes.titlesize": 10.0,
-    "figure.titlesize": 11.0,
-    "legend.fontsize": 8.0,
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "figure.titlesize": 9.0,
+    "legend.fontsize": 7.5,
     "axes.grid": True,
     "grid.color": "0.9",
     "grid.linewidth": 0.6,
     "axes.axisbelow": True,
-    "lines.linewidth": 1.4,
-    "lines.markersize": 4.0,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 3.5,
     "image.interpolation": "nearest",
     "pdf.fonttype": 42,
     "svg.hashsalt": "fretsolve",
-    "figure.constrained_layout.h_pad": 0.06,
-    "figure.constrained_layout.w_pad": 0.06,
+    "figure.constrained_layout.h_pad": 0.05,
+    "figure.constrained_layout.w_pad": 0.05,
 }
 
-DPI = 150
-MOST_COLUMNS = 3
+MOST_COLUMNS = 2
+"""Panels side by side."""
+
+LEGEND_WIDTH = 1.7
+"""Inches of an entry in a legend."""
+
+NARROWEST = 0.72
+"""Least width of a panel, in parts of the width it is made for; a narrower sheet has fewer side by side."""
+
 WITHOUT_DATE = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 """Metadata per format with which the same result gives the same file."""
 
@@ -50,23 +63,27 @@ class Picture(Figure):
     """A figure that notebooks show without pyplot."""
 
     def _repr_png_(self) -> bytes:
-        return rendered(self, "png")
+        return rendered(self, "png", 150)
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """A figure and the axes of its panels. own: made here, and not given by the user."""
+    """A figure and the axes of its panels. own: made here, and not given by the user; titled: it
+    has a heading.
+    """
 
     figure: Figure
     axes: Sequence[Axes]
     own: bool
+    titled: bool
 
     def heading(self, title: str, detail: str = "") -> None:
-        """Write a title and a line below it on a new figure."""
-        if self.own:
-            width = int(11.5 * self.figure.get_figwidth())  # letters
+        """Write a title and a line below it on a new figure. Only the line may have symbols between $."""
+        if self.titled:
+            width = int(14.0 * self.figure.get_figwidth())  # letters
             lines = textwrap.wrap(title, width, max_lines=2, placeholder=" ...")
-            self.figure.suptitle("\n".join([*lines, *textwrap.wrap(detail, width)]), parse_math=False)
+            plain = [line.replace("$", r"\$") for line in lines]
+            self.figure.suptitle("\n".join([*plain, *textwrap.wrap(detail, width)]))
 
     def colorbar(self, axes: Axes, colors: ScalarMappable, label: str, extend: str = "neither") -> Colorbar:
         """Add a colour bar of 0.14 inches beside a panel whose limits are set, as high as the panel is in the end."""
@@ -77,7 +94,8 @@ class Canvas:
     def legend(self, handles: Sequence[Any], columns: int) -> None:
         """Add a legend below all panels of a new figure, or on the first of the user's axes."""
         if handles and self.own:
-            self.figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+            most = max(1, int(self.figure.get_figwidth() / LEGEND_WIDTH))
+            self.figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, most), frameon=False)
         elif handles:
             self.axes[0].legend(handles=handles)
 
@@ -97,28 +115,37 @@ def own_style() -> Iterator[None]:
 
 @contextmanager
 def canvas(
-    target: Target, count: int, size: tuple[float, float], columns: int = MOST_COLUMNS, *, sharex: bool = False
+    target: Target, count: int, size: tuple[float, float], columns: int = MOST_COLUMNS, *, share: str = ""
 ) -> Iterator[Canvas]:
-    """Make a canvas of `count` panels of `size` (inches each) in at most `columns`, or one of the axes given.
+    """Make a canvas of `count` panels of about `size` (inches each) in at most `columns`, or one of the axes given.
 
-    Raises PictureError for axes that belong to no figure.
+    A new figure is as wide as its sheet says, else one column of a journal, or two if its panels need more. share: "x",
+    all panels have one x axis, or "row", those of a row one y axis. Raises PictureError for axes that belong to no
+    figure.
     """
-    if target is not None:
+    if target is not None and not isinstance(target, Sheet):
         axes = [target] if isinstance(target, Axes) else list(target)
         if not axes:
             raise PictureError("no axes given to draw on")
-        yield Canvas(_figure_of(axes[0]), axes, own=False)
+        yield Canvas(_figure_of(axes[0]), axes, own=False, titled=False)
         return
+    sheet = target or Sheet()
     columns = min(columns, count)
+    width = (
+        sheet.width / INCH if sheet.width else (ONE_COLUMN if columns * size[0] <= 1.2 * ONE_COLUMN else TWO_COLUMNS)
+    )
+    columns = min(columns, max(1, int(width / (NARROWEST * size[0]))))
     rows = -(-count // columns)
+    height = size[1] * min(width / (columns * size[0]), 1.25)
     with own_style():
-        # a legend of outlines and a title need a width of 5.2 inches, and a height of half an inch
-        figsize = max(columns * size[0], 5.2), rows * size[1] + 0.5
-        picture = Picture(figsize=figsize, layout="constrained")
-        panels = picture.subplots(rows, columns, squeeze=False, sharex=sharex).ravel()
+        # a legend below the panels and a title need some more height
+        picture = Picture(figsize=(width, rows * height + 0.4), layout="constrained")
+        panels = picture.subplots(
+            rows, columns, squeeze=False, sharex=share == "x", sharey="row" if share == "row" else False
+        ).ravel()
         for unused in panels[count:]:
             unused.remove()
-        yield Canvas(picture, list(panels[:count]), own=True)
+        yield Canvas(picture, list(panels[:count]), own=True, titled=sheet.title)
 
 
 def panel_width(axes: Axes) -> float:
@@ -145,9 +172,9 @@ def title_of(result: Result) -> str:
     return status + one_line(str(result.effective_case.get("title") or result.path.name))
 
 
-def rendered(figure: Figure, file_format: str) -> bytes:
-    """Return the picture as the content of a PNG, PDF or SVG file."""
+def rendered(figure: Figure, file_format: str, dpi: int = Sheet.dpi) -> bytes:
+    """Return the picture as the content of a PNG, PDF or SVG file. dpi: dots per inch of pixels."""
     buffer = io.BytesIO()
     with own_style():
-        figure.savefig(buffer, format=file_format, dpi=DPI, metadata=WITHOUT_DATE[file_format], facecolor="white")
+        figure.savefig(buffer, format=file_format, dpi=dpi, metadata=WITHOUT_DATE[file_format], facecolor="white")
     return buffer.getvalue()

@@ -78,7 +78,7 @@ def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) ->
     # the worst hundredth of the cells may lie beyond the colours; if all angles are round-off, they reach a degree
     limit = max(float(sizes[int(0.99 * (len(sizes) - 1))]), 1.0)
     box, contact = view_box(result, snapshot.contact), snapshot.contact
-    with maps.map_canvas(ax, snapshot, 1, box, larger=(1.35, 1.25)) as drawn:
+    with maps.map_canvas(ax, snapshot, 1, box, larger=(1.0, 1.0)) as drawn:
         axes = drawn.axes[0]
         maps.draw_cells(axes, result, contact, ~contact, Normalize(0.0, 1.0), ListedColormap(["0.85"]))
         colors = matplotlib.colormaps["RdBu_r"]

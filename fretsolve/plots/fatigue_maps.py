@@ -42,7 +42,7 @@ def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | No
                 for kind, there in (("section", len(body.depths) > 1), ("layer", len(body.y) > 1))
                 if there
             ]
-            with canvas(ax, len(panels), (4.6, 3.0), columns=2) as drawn:
+            with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
                 for axes, (name, kind) in zip(drawn.axes, panels, strict=False):
                     _draw(drawn, axes, body, name, kind, upwards=number == 1)
                 average = str(file.attrs.get("average", ""))

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import RESIDUALS
-from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
     MOST_INCREMENTS,
@@ -28,11 +28,14 @@ from fretsolve.plots.labels import (
     unit_of,
 )
 from fretsolve.plots.load_history import LoadCycle, MovedPair, cycles, moved_pairs
-from fretsolve.plots.reference import hertz_curve, stick_form
+from fretsolve.plots.reference import along_path, hertz_curve, stick_form
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import DoubleArray
+
+CURVE_POINTS = 200
+"""Least points of the curve of a closed form."""
 
 COUNTS = {
     "iterations_normal": "normal iterations",
@@ -56,7 +59,7 @@ def loop(result: Result, ax: Target = None) -> Figure:
     if not moved:
         raise PictureError("displacements of a line contact have an unknown constant; profiles draws its slip")
     pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2] or moved[:1]
-    with canvas(ax, len(pairs), (4.6, 3.9)) as drawn:
+    with canvas(ax, len(pairs), (3.7, 3.2)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
@@ -77,7 +80,7 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
     moved = moved_pairs(result)
     pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
     pairs = pairs or [pair for pair in moved if pair.force == "P"]
-    with canvas(ax, len(pairs), (4.9, 3.6)) as drawn:
+    with canvas(ax, len(pairs), (3.7, 3.0)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_stick_ratio(drawn, axes, result, pair)
         drawn.heading(title_of(result))
@@ -90,7 +93,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    with canvas(ax, 2, (8.0, 2.7), columns=1, sharex=True) as drawn:
+    with canvas(ax, 2, (7.4, 2.3), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
@@ -142,10 +145,12 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
     found = cycles(result, pair)
     _draw_cycles(axes, found, load, ratio)
-    form = stick_form(result, pair.force)
+    # a curve also between few increments; over a displacement the forces between them are not known
+    parts = -(-CURVE_POINTS // result.increments) if name == pair.force else 1
+    form = stick_form(result, pair.force, parts)
     if form is not None:
-        axes.plot(load, form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
-    axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a (1)")
+        axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
+    axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a")
     _tell_apart(drawn, axes, found)
 
 
@@ -167,7 +172,8 @@ def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
         bar.set_ticks(MaxNLocator(integer=True))
         handles = [handle for handle in handles if not str(handle.get_label()).startswith("cycle")]
     if len(handles) > 1:
-        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
+        columns = 2 if panel_width(axes) > 2.4 else 1
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)
 
 
 def _energy(result: Result, energy: float, error: float = 0.0) -> str:
@@ -182,7 +188,7 @@ def _energy(result: Result, energy: float, error: float = 0.0) -> str:
 
 def _draw_counts(axes: Axes, result: Result) -> None:
     _draw_columns(axes, result, COUNTS)
-    axes.set(ylim=(0, None), ylabel="count per increment (1)")
+    axes.set(ylim=(0, None), ylabel="count per increment")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
 
 
@@ -193,7 +199,7 @@ def _draw_residuals(axes: Axes, result: Result) -> None:
     _draw_columns(axes, result, RESIDUALS, least)
     if np.isfinite(tolerance):
         axes.axhline(tolerance, color="black", linestyle="--", linewidth=1.2, label=f"tolerance {tolerance:g}")
-    axes.set(yscale="log", ylabel=f"residual (1; slip: rad),\nbelow {least:.0e}: drawn there")
+    axes.set(yscale="log", ylabel=f"residual (slip: rad),\nbelow {least:.0e}: drawn there")
 
 
 def _draw_columns(axes: Axes, result: Result, labels: Mapping[str, str], least: float = 0.0) -> None:

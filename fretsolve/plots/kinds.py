@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fretsolve.errors import PictureError
+from fretsolve.plots.sheet import Sheet
 
 if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alone
     from fretsolve.result import Result
@@ -45,6 +46,7 @@ class PictureKind(NamedTuple):
         steps: tuple[int, ...] = (),
         at: tuple[float, float] | None = None,
         fields: tuple[str, ...] = (),
+        sheet: Sheet | None = None,
     ) -> bytes:
         """Return the content of a file of the picture. Raises PictureError.
 
@@ -60,8 +62,11 @@ class PictureKind(NamedTuple):
         if "step" in self.options and len(steps) > 1:
             raise PictureError(f"shows one increment, not {len(steps)}: give --step once")
         given = {"step": steps[0] if steps else None, "steps": steps, "at": at, "fields": fields}
-        picture = self.draw(result, **{name: given[name] for name in self.options})
-        return saved_film(picture, file_format) if file_format in MOVING else rendered(picture, file_format)
+        sheet = sheet or Sheet()
+        picture = self.draw(result, sheet, **{name: given[name] for name in self.options})
+        if file_format in MOVING:
+            return saved_film(picture, file_format, sheet.dpi // 3)
+        return rendered(picture, file_format, sheet.dpi)
 
 
 _ALL = (

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.colors import Colormap, ListedColormap
 from numpy.typing import ArrayLike
 
+from fretsolve.case.history import PAIRS
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
@@ -43,7 +44,18 @@ LEAST = 0.1
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}
+_COMPONENTS = {name for pair in PAIRS for name in pair}
 _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
+_SHORT_NAMES = {
+    "Mx": "moment about x",
+    "My": "moment about y",
+    "contact_radius": "contact radius",
+    "stick_radius": "stick radius",
+    "work_total": "dissipated energy",
+    "friction": "coefficient of friction",
+}
+"""Names that fit on an axis, of columns whose meaning is told at length."""
+
 _SMALLER_UNITS = {
     "mm": ("mm", "µm", "nm"),
     "mJ": ("mJ", "µJ", "nJ"),
@@ -121,9 +133,19 @@ def unit_of(result: Result, name: str, largest: float | None = None) -> Unit:
 
 def axis_label(name: str, unit: Unit) -> str:
     """Return meaning, symbol and unit of a load component, such as ``normal approach $\\delta_z$ (µm)``."""
+    return f"{physical_name(name)} ({unit.text})"
+
+
+def physical_name(name: str) -> str:
+    """Return a column of the history or a key in words, with its symbol if it is a load component."""
+    meaning = _SHORT_NAMES.get(name) or _LONG_NAMES.get(name) or name.replace("_", " ")
+    return f"{meaning} {symbol(name)}" if name in _COMPONENTS else meaning
+
+
+def symbol(name: str) -> str:
+    """Return the symbol of a load component, such as ``$\\delta_z$``."""
     stem, axis = name.rstrip("xyz").rstrip("_"), name[1:][-1:]
-    symbol = _GREEK.get(stem, stem) + (f"_{axis}" if axis else "")
-    return f"{_LONG_NAMES[name]} ${symbol}$ ({unit.text})"
+    return f"${_GREEK.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
 
 
 def short_number(value: float, scale: float) -> str:

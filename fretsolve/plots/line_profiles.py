@@ -76,7 +76,7 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = chosen_fields(snapshots, PROFILE_FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
-    with canvas(ax, len(lines) * len(names), (4.6, 2.5), columns=len(lines)) as drawn:
+    with canvas(ax, len(lines) * len(names), (3.7, 2.1), columns=len(lines), share="row") as drawn:
         panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
         components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
         drawn.heading(title_of(result))
@@ -115,6 +115,7 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
         # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
+        outside = line.cut(snapshot.contact.astype(float)) == 0.0  # nothing touches there, which is not a value of 0
         shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= 0.02 * largest]
         components |= set(shown)
         label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
@@ -122,15 +123,19 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
             options = mark.options(int(inside.sum())) | list(COMPONENTS.values())[k]
             if k:
                 options["markerfacecolor"] = mark.color
-            axes.plot(line.along[inside], rows[k][inside] * unit.factor, label=label, **options)
+            values = np.where(outside, np.nan, rows[k])
+            axes.plot(line.along[inside], values[inside] * unit.factor, label=label, **options)
         # closed form, once if those of several increments are the same
         curve = CLOSED_FORMS[name](result, snapshot.step) if name in CLOSED_FORMS and shown else None
         if curve is not None:
             exact = np.atleast_2d(curve.at(*((points, across) if line.axis == 0 else (across, points)))) * unit.factor
+            exact[:, (exact == 0.0).all(axis=0)] = np.nan  # beyond its edge
             for k in shown:
-                if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4) for form in forms):
+                if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4, equal_nan=True) for form in forms):
                     forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
     ylabel = " ".join([FIELD_NAMES[name], *of_vector, f"({unit.text})"])
     axes.set(xlim=(low, high), xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
+    if name == "pressure":
+        axes.set_ylim(bottom=0.0)
     return len(components)

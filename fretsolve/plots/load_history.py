@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.export.selection import relevant_columns
-from fretsolve.plots.labels import short_number, unit_of
+from fretsolve.plots.labels import short_number, symbol, unit_of
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
@@ -92,7 +92,7 @@ def chosen_stage_ends(result: Result) -> list[int]:
 
 
 def load_text(result: Result, step: int) -> str:
-    """Return the loads at an increment, such as ``P = 400 N, Qx = 36 N``."""
+    """Return the loads at an increment, such as ``$P$ = 400 N, $Q_x$ = 36 N``."""
     stage = int(result.history["stage"][step])
     texts = []
     for pair in sorted(moved_pairs(result), key=lambda moved: (moved.force, moved.motion) not in PAIRS[:3]):
@@ -101,7 +101,7 @@ def load_text(result: Result, step: int) -> str:
             name = pair.driven[max(before)]
             unit = unit_of(result, name)
             column = result.history[name] * unit.factor
-            texts.append(f"{name} = {short_number(column[step], np.abs(column).max())} {unit.text}")
+            texts.append(f"{symbol(name)} = {short_number(column[step], np.abs(column).max())} {unit.text}")
     return ", ".join(texts)
 
 

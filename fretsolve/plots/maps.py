@@ -23,9 +23,10 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from fretsolve.plots.canvas import Canvas, Target, canvas, own_style, panel_width, title_of
+from fretsolve.plots.canvas import TWO_COLUMNS, Canvas, Target, canvas, own_style, panel_width, title_of
 from fretsolve.plots.labels import FIELD_NAMES, unit_of
 from fretsolve.plots.load_history import step_text
+from fretsolve.plots.sheet import Sheet
 from fretsolve.plots.snapshot import (
     VECTORS,
     Snapshot,
@@ -42,6 +43,9 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
+
+AREA = 4.8
+"""Square inches of a map."""
 
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 """Open, stick, slip: they differ in luminance as well."""
@@ -77,11 +81,11 @@ def contact_map(
     return drawn.figure
 
 
-def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAnimation:
+def animation(result: Result, ax: Sheet | None = None, *, fields: Sequence[str] | None = None) -> FuncAnimation:
     """Draw fields over the increments with fields, in at most 60 frames; ``.save`` or ``.to_jshtml`` shows them.
 
-    fields: names of the case file; by default pressure and shear. All frames have the same colours and limits. Raises
-    PictureError.
+    ax: what the frames look like. fields: names of the case file; by default pressure and shear. All frames have the
+    same colours and limits. Raises PictureError.
     """
     require_area(result)
     chosen_step(result, None)
@@ -98,7 +102,7 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     scales = [scale_of(result, name, size) for name, size in zip(names, largest, strict=True)]
     last, box = Snapshot(result, steps[-1]), view_box(result, contact)
     with own_style():
-        with map_canvas(None, last, len(names), box) as drawn:
+        with map_canvas(ax, last, len(names), box) as drawn:
             for axes, scale in zip(drawn.axes, scales, strict=False):
                 draw_panel(drawn, axes, last, scale, box)
         # Lay the figure out once, so that the panels do not move from frame to frame.
@@ -121,11 +125,11 @@ def animation(result: Result, *, fields: Sequence[str] | None = None) -> FuncAni
     )
 
 
-def saved_film(film: FuncAnimation, file_format: str) -> bytes:
+def saved_film(film: FuncAnimation, file_format: str, dpi: int) -> bytes:
     """Return an animation as the content of a gif or mp4 file."""
     with tempfile.TemporaryDirectory() as folder, own_style():
         target = Path(folder) / f"film.{file_format}"
-        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=100)
+        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=dpi)
         return target.read_bytes()
 
 
@@ -135,10 +139,10 @@ def map_canvas(
 ) -> Iterator[Canvas]:
     """Return a canvas of `count` maps with a heading and the key of the outlines; larger: factors on width, height."""
     aspect = box.height / box.width
-    # nine square inches for the cells, within limits, and space for colour bar, labels and title
-    width = max(min(math.sqrt(9.0 / aspect), 5.5, 4.6 / aspect), 0.7)
-    width, height = width + 1.5, min(width * aspect, 4.6) + 0.7
-    columns = max(1, min(count, int(14.0 / width)))
+    # some five square inches for the cells, within limits, and space for colour bar, labels and title
+    width = max(min(math.sqrt(AREA / aspect), 6.0, 4.0 / aspect), 0.5)
+    width, height = width + 1.4, min(width * aspect, 4.0) + 0.6
+    columns = max(1, min(count, int(1.05 * TWO_COLUMNS / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
     with canvas(target, count, (larger[0] * width, larger[1] * height), columns) as drawn:
         yield drawn

@@ -48,23 +48,24 @@ def shear_form(result: Result, step: int) -> Curve | None:
     return None if form is None else Curve(form.source, form.shear)
 
 
-def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
+def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleArray] | None:
     """Return authors and c/a of each increment, NaN where it does not apply.
 
-    By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin; None if none of them applies.
+    By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin; None if none of them applies. parts: see
+    `along_path`, by which the forces go from one increment to the next.
     """
-    forms = _closed_forms(result)
+    forms = _closed_forms(result, parts)
     if forms is None or not forms.model.friction:
         return None
     if forms.model.line:
-        return line_stick(forms, result.increments, force)
+        return line_stick(forms, len(forms.loads), force)
     if force == "P":
         nothing = SAME * float(result.history["P"].max())
         loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
         if loaded or result.coupling != "full" or forms.largest is None or not forms.largest.is_circle:
             return None
-        return "Spence", np.full(result.increments, spence_ratio(forms.model))
-    found = [_shear(result, step, forms) for step in range(result.increments)]
+        return "Spence", np.full(len(forms.loads), spence_ratio(forms.model))
+    found = [_shear(result, step, forms, parts) for step in range(len(forms.loads))]
     names = {form.source for form in found if form is not None and form.component == force}
     if not names:
         return None
@@ -72,20 +73,25 @@ def stick_form(result: Result, force: str) -> tuple[str, DoubleArray] | None:
     return names.pop(), np.array(ratios)
 
 
-def _closed_forms(result: Result) -> ClosedForms | None:
-    """Return the closed forms for the forces of each increment; a tilt only moves them aside."""
+def along_path(values: DoubleArray, parts: int) -> DoubleArray:
+    """Return values (n,) with `parts` - 1 more of them, on a straight line, between each two."""
+    return np.interp(np.arange((len(values) - 1) * parts + 1), parts * np.arange(len(values)), values)
+
+
+def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
+    """Return the closed forms for the forces of each increment, and between them; a tilt only moves them aside."""
     case = result.case
     if case is None:
         return None
     names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
-    columns = {name: result.history[name].tolist() for name in names if name in result.history}
+    columns = {name: along_path(result.history[name], parts).tolist() for name in names if name in result.history}
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
     return closed_forms_of(case, derive_model(case), loads)
 
 
-def _shear(result: Result, step: int, forms: ClosedForms) -> CyclicLoading | None:
+def _shear(result: Result, step: int, forms: ClosedForms, parts: int = 1) -> CyclicLoading | None:
     form = forms.hertz[step]
-    return None if form is None else forms.tangential(step, _center(result, step, forms, form))
+    return None if form is None else forms.tangential(step, _center(result, step // parts, forms, form))
 
 
 def _center(result: Result, step: int, forms: ClosedForms, form: HertzContact) -> tuple[float, float]:

@@ -54,7 +54,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None) ->
         panels += [("surface", name) for name in SHOWN]
         surface = next(layers(tractions, replace(request, depths=(0.0,)))).stress
     x, y = result.x[request.target[0]], result.y[request.target[1]]
-    with canvas(ax, len(panels), (4.6, 3.0), columns=2) as drawn:
+    with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
                 _draw_section(drawn, axes, x, depths, invariant(name, below), name)
@@ -89,7 +89,7 @@ def stress_cycle(result: Result, ax: Target = None, *, at: tuple[float, float] |
     for index, step in enumerate(steps):
         stress[:, index] = influence.stress(tractions.read(step, whole))
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
-    with canvas(ax, 2, (4.6, 3.2), columns=2) as drawn:
+    with canvas(ax, 2, (3.7, 2.8), columns=2) as drawn:
         curves: list[list[tuple[str, DoubleArray]]] = [
             list(zip(COMPONENTS, stress, strict=True)),
             [(text, invariant(name, stress)) for name, text in SHOWN.items()],

@@ -15,7 +15,7 @@ from matplotlib.transforms import Bbox
 from fretsolve.case.dimensions import percent
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import MOST_COLUMNS, Target, canvas, one_line
-from fretsolve.plots.labels import line_colors
+from fretsolve.plots.labels import line_colors, physical_name
 from fretsolve.study.assessment import AssessedRun, Assessment, front
 from fretsolve.study.report import TARGETS, key_names
 from fretsolve.study.variation import short
@@ -43,7 +43,7 @@ def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
     panels = [("worst of the quantities", [row.worst for row in rows])] * (len(study.names) > 1)
     for name in study.names:
         stages = study.stages_of(name)
-        heading = f"{name}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
+        heading = f"{physical_name(name)}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
         panels.append((heading, [study.error_of(row, name) for row in rows]))
     with canvas(ax, len(panels), (3.7, 2.9)) as drawn:
         for axes, (heading, errors) in zip(drawn.axes, panels, strict=False):
@@ -142,7 +142,7 @@ def _legend(study: Assessment) -> list[list[Line2D]]:
         for name, look in zip(key_names(study.plan.variations), _looks(study), strict=False)
     ]
     lines = [
-        Line2D([], [], label="none is cheaper and as accurate", marker="o", markerfacecolor="white", **FRONT),
+        Line2D([], [], label="Pareto front", marker="o", markerfacecolor="white", **FRONT),
         Line2D([], [], label="time of the finest run", **FINEST),
         Line2D([], [], label=" and ".join(percent(target) for target in TARGETS), **TARGET),
     ]

@@ -36,7 +36,7 @@ def test_map_shows_the_fields_zoomed_to_the_contact(results: dict[str, Result]) 
     left, right = axes[0].get_xlim()
     radius = result.history["contact_radius"][-1]
     assert -1.4 * radius < left < -radius and radius < right < 1.4 * radius
-    assert "increment 16 (stage 6): P = 400 N, Qx = 36 N" in heading(figure)
+    assert "increment 16 (stage 6): $P$ = 400 N, $Q_x$ = 36 N" in heading(figure)
     assert figure_texts(figure) == ["edge of the contact", "edge of the stick zone"]
 
 

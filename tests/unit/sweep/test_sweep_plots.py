@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
+from pictures import figure_texts
 
 from fretsolve.errors import PictureError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
@@ -52,9 +54,9 @@ def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> N
     np.testing.assert_array_equal(line.get_xdata(), [100.0, 200.0, 400.0])
     np.testing.assert_allclose(line.get_ydata(), [0.2, 0.4, 0.8])  # in µJ
     np.testing.assert_allclose([np.ptp(segment[:, 1]) for segment in bars.get_segments()], [0.04, 0.08, 0.16])
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["delta_x 1 um", "delta_x 2 um"]
+    assert figure_texts(axes.figure) == [r"$\delta_x$ 1 um", r"$\delta_x$ 2 um"]
     assert axes.get_xscale() == "log"
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load_path.0.P (N)", "work_total (µJ)")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("normal force $P$ (N)", "dissipated energy (µJ)")
 
 
 def test_map_puts_each_case_at_its_place() -> None:
@@ -74,7 +76,7 @@ def test_running_condition_marks_each_case() -> None:
     assert sorted(partial.get_ydata().tolist()) == [200.0, 400.0]
     assert gross.get_xdata().tolist() == [2.0] * 3
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["partial slip", "gross slip"]
-    assert figure.get_suptitle() == "a $title$"
+    assert figure.get_suptitle() == r"a \$title\$"
 
 
 def test_what_cannot_be_drawn() -> None:
@@ -93,3 +95,26 @@ def test_settings_in_different_units_are_texts() -> None:
     rows = [ManifestRow(index, "", {"P": text}, 1.0) for index, text in enumerate(["1 N", "1 kN"])]
     assert setting_column("P", rows).values.tolist() == ["1 N", "1 kN"]
     assert setting_column("P", rows[:1]).heading == "P (N)"
+
+
+def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
+    rows = tuple(
+        ManifestRow(index, f"{index:x}", {"load_path.1.delta_x": f"{d} um", "load_path.2.delta_x": f"-{d} um"}, 1.0)
+        for index, d in enumerate((1, 2, 3))
+    )
+    table = replace(
+        table_of(),
+        manifest=replace(table_of().manifest, rows=rows),
+        states=tuple(CaseState(row, "complete") for row in rows),
+        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
+        found=(Column("work_total", "mJ", np.array([1.0, 2.0, 4.0])),),
+        errors=(),
+    )
+    (bars,) = curve(table, "work_total", "load_path.1.delta_x").axes[0].containers
+    np.testing.assert_allclose(bars[0].get_ydata(), [1.0, 2.0, 4.0])
+    axes = running_condition_map(table_of(), ("load_path.1.delta_x", "load_path.0.P")).axes[0]
+    assert axes.get_xlabel() == r"rigid displacement along x $\delta_x$ (µm)"
+    borders = [path for artist in axes.collections if not artist.get_fill() for path in artist.get_paths()]
+    (border,) = [path.vertices for path in borders if len(path.vertices)]
+    np.testing.assert_allclose(border[:, 0], 1.5)  # half-way between 1 and 2 um, at all loads
+    assert (border[:, 1].min(), border[:, 1].max()) == (100.0, 400.0)
