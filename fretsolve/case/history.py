@@ -90,7 +90,9 @@ class Summary:
         metadata=_of(NUMBER, "largest gap in contact or penetration outside, over the largest normal displacement")
     )
     residual_stick: float = field(
-        metadata=_of(NUMBER, "largest slip increment in the stick zone, over the largest rigid displacement increment")
+        metadata=_of(
+            NUMBER, "largest slip increment below the friction limit, over the largest rigid displacement increment"
+        )
     )
     residual_slip: float = field(
         metadata=_of(NUMBER, "largest angle between shear traction and slip increment, weighted by slip", "rad")

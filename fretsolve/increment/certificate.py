@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip, named_rounding
-from fretsolve.increment.stick_and_slip import zones
+from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
+from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.result.state import Certificate, Zone, nothing
+from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
@@ -86,18 +86,14 @@ class Examiner:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
         friction_limit = self.friction * solution.pressure
-        # C2: gap (T1) and slip increment (T2)
+        # C2: gap (T1)
         gap = np.empty_like(self.separation)
         errors = self.gap_errors(solution, gap)
-        slip = self._slip(solution, contact) if self.may_slip else nothing(solution.shear.shape)
-        # C3: zones
-        zone = zones(contact, solution.shear, slip, friction_limit, self.friction, self.precision)
-        # C4: gap and tension
+        # C3, C4: zones; tension
+        slip, zone, stick, across = self._stick_and_slip(solution, contact, friction_limit)
         tension = -float(min(solution.pressure.min(), 0.0)) / max(float(solution.pressure.max()), TINY)
-        stick = across = excess = 0.0
+        excess = 0.0
         if self.may_slip:
-            # C5: slip of sticking cells, direction of the others'
-            stick, across = self._slip_residuals(solution, slip, zone == Zone.STICK)
             # C6: shear beyond the friction limit, and loads (T3)
             excess = float(np.maximum(self._kernels.friction.excess(solution.shear, friction_limit), 0.0))
             excess /= max(float(friction_limit.max()), TINY)
@@ -165,19 +161,30 @@ class Examiner:
         slip *= contact
         return slip
 
-    def _slip_residuals(self, solution: Solution, slip: FloatArray, sticking: BoolArray) -> tuple[float, float]:
-        """Return the residuals `stick` and `slip`."""
+    def _stick_and_slip(
+        self, solution: Solution, contact: BoolArray, friction_limit: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.uint8], float, float]:
+        """Return slip increment, zones, and the residuals `stick` and `slip`."""
+        if not self.may_slip:
+            return nothing(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
+        # C2: slip increment (T2)
+        slip = self._slip(solution, contact)
         distance = np.hypot(slip[0], slip[1])
-        if not np.isfinite(distance).all():
-            return np.inf, np.inf
         motion, largest = self.slip_scales(solution, float(distance.max()))
-        stick = float(distance[sticking].max(initial=0.0)) / motion
-        slipped = (distance > 0.0) & ~sticking
+        # C3: a cell at the friction limit slips if it moves
+        reached = contact & slips(solution.shear, friction_limit, circle_width(self.precision))
+        moved = distance > least_slip_of_zones(self.tolerance, motion)
+        zone = zones(contact, reached & moved if self.friction else contact)
+        # C5: slip of cells below the limit, direction of the others'
+        if not np.isfinite(distance).all():
+            return slip, zone, np.inf, np.inf
+        stick = float(distance[contact & ~reached].max(initial=0.0)) / motion
+        slipped = (distance > 0.0) & reached
         if not self.friction or not slipped.any():
-            return stick, 0.0
+            return slip, zone, stick, 0.0
         (q_x, q_y), (s_x, s_y) = solution.shear[:, slipped], slip[:, slipped]
         weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[slipped]
-        return stick, float(np.max(weighted)) / largest
+        return slip, zone, stick, float(np.max(weighted)) / largest
 
     def _load_residual(
         self, rigid: Vector, resultants: Vector, carried: float, normal: LoadControl, tangential: LoadControl

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -58,7 +59,8 @@ class CyclicLoading:
     @property
     def stick_radius(self) -> float:
         """Radius c, decided by the branch after the last turning point."""
-        return self._branches[-1][1].stick_radius if self._branches else self.hertz.contact_radius
+        last = last_branch(self.path, self._least)
+        return self.on_loading(last).stick_radius if last else self.hertz.contact_radius
 
     def displacements(self) -> dict[str, float]:
         """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
@@ -86,11 +88,16 @@ class CyclicLoading:
     @cached_property
     def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact]]:
         """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
-        arm = 1.0 if self.direction is not None else self.hertz.contact_radius
-        points, _ = turning_points(self.path, SAME * self.friction * self.hertz.load * arm)
+        points, _ = turning_points(self.path, self._least)
         lengths = [after - before for before, after in pairwise(points)]
         first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
         return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
+
+    @property
+    def _least(self) -> float:
+        """Load up to which a change does not count."""
+        arm = 1.0 if self.direction is not None else self.hertz.contact_radius
+        return SAME * self.friction * self.hertz.load * arm
 
     def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
         """Return the solution on first loading by `load`, or by the limit beyond it."""
@@ -164,3 +171,20 @@ def turning_points(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[fl
             closed.append((0.5, before) if on_first_loading else (1.0, 0.5 * before))
             del points[-2 if on_first_loading else -3 : -1]
     return tuple(points), closed
+
+
+def last_branch(loads: Sequence[float], least: float = 0.0) -> float:
+    """Return the first loading whose stick zone is that of the last branch of a path from 0; 0 without a branch.
+
+    At a load that closes a loop this is still the branch of the loop: the cells inside of its slip zones have come to
+    the friction limit, but have not moved.
+    """
+    path = [0.0, *loads]
+    last = next((index for index in range(len(loads), 0, -1) if abs(path[index] - path[index - 1]) > least), 0)
+    if not last:
+        return 0.0
+    end = path[last]
+    short = end - math.copysign(4.0 * SAME * max(map(abs, path)), end - path[last - 1])  # the loop is not closed yet
+    points, _ = turning_points((*path[1:last], short), least)
+    length = end - points[-2]
+    return length if len(points) == 2 else 0.5 * length

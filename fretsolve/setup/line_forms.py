@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from fretsolve.reference.bulk_stress import LineUnderBulk
-from fretsolve.reference.cyclic_loading import SAME, dissipated, turning_points
+from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, turning_points
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.setup.closed_forms import ClosedForm, ClosedForms, Load
 from fretsolve.system.arrays import DoubleArray
@@ -36,7 +36,7 @@ class LineShear:
     @cached_property
     def branches(self) -> list[tuple[float, LinePartialSlip | LineUnderBulk]]:
         """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
-        points, _ = turning_points(self.path, SAME * max(map(abs, self.path)))
+        points, _ = turning_points(self.path, self._least)
         lengths = [after - before for before, after in pairwise(points)]
         first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
         return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
@@ -55,13 +55,23 @@ class LineShear:
     @property
     def stick_half_width(self) -> float:
         """Half-width of the stick zone (mm) at the end of the path."""
-        return self.branches[-1][1].stick_half_width if self.branches else self.contact.half_width
+        return self.contact.half_width if self._last is None else self._last.stick_half_width
 
     @property
     def stick_center(self) -> float:
         """Middle of the stick zone (mm) from that of the contact, at the end of the path."""
-        last = self.branches[-1][1] if self.branches else None
-        return last.stick_center if isinstance(last, LineUnderBulk) else 0.0
+        return self._last.stick_center if isinstance(self._last, LineUnderBulk) else 0.0
+
+    @cached_property
+    def _last(self) -> LinePartialSlip | LineUnderBulk | None:
+        """The solution on first loading whose stick zone is that at the end of the path."""
+        load = last_branch(self.path, self._least)
+        return self.on_loading(load) if load else None
+
+    @property
+    def _least(self) -> float:
+        """Load up to which a change does not count."""
+        return SAME * max(map(abs, self.path))
 
     def shear(self, x: DoubleArray) -> DoubleArray | None:
         """Return the shear traction along its axis at `x` from the middle (MPa); None where slip reverses."""

@@ -18,6 +18,7 @@ from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zone_edges import (
+    AT_THE_LIMIT,
     GAINED,
     GAINED_BEYOND,
     INSET,
@@ -29,6 +30,7 @@ from fretsolve.simulation.zone_edges import (
     STEEP,
     STEEPEST,
     TRUST,
+    share_by_slip,
 )
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
@@ -69,13 +71,18 @@ def line_zones(
     sticking, slipping = states == Zone.STICK, states == Zone.SLIP
     if not sticking.any() or not slipping.any():
         return LineZones(contact, contact if sticking.any() else ())
-    reserve = np.maximum(friction * load - np.hypot(shear[0, :, 0], shear[1, :, 0]), 0.0)
+    limit = friction * load
+    reserve = np.maximum(limit - np.hypot(shear[0, :, 0], shear[1, :, 0]), 0.0)
     moved = np.hypot(materials.contact_modulus * slip[0, :, 0], 2.0 / materials.torsional * slip[1, :, 0])
     of_stick = _Edges(reserve, moved, sticking, grid)
 
     def share(inner: int, outer: int) -> float:
         if not 0 <= outer < grid.nx or not slipping[outer]:
             return of_contact.share(inner, outer)
+        if reserve[inner] <= AT_THE_LIMIT * limit[inner]:
+            past = np.clip(outer + np.arange(3) * (outer - inner), 0, grid.nx - 1)
+            found = float(share_by_slip(*moved[past, None])[0])
+            return 0.5 if math.isnan(found) else found
         return of_stick.moving_share(inner, outer)
 
     return LineZones(contact, of_stick.intervals(share))

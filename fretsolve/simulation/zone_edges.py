@@ -65,6 +65,11 @@ farther out. For spheres pressed on a dissimilar body, for which Spence's theory
 average, and within 0.03 of that from place to place. In increments smaller than a cell, the slip shows only which cell
 the front has reached."""
 
+AT_THE_LIMIT, UNLIKE = 1e-5, 0.1
+"""Reserve over the friction limit up to which a sticking cell is at the limit. Then the slip past the front, which goes
+like s^(3/2) where the front has moved by some cells, gives its place: on a front along the cells to 0.08 of h. The
+cells are counted where the slip of the third cell is farther from that law than the latter part of it."""
+
 MARGIN_CELLS = 4
 """Cells kept around a zone, to which a link's share may refer."""
 
@@ -141,7 +146,11 @@ def stick_edge(
         return ZoneEdge.placed(part, front, at_edge)
     friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
     reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
-    at_slip = _slip_share(part, front.links.some(to_slip), reserve, slip_x, slip_y, materials)
+    links = front.links.some(to_slip)
+    at_slip = _slip_share(part, links, reserve, slip_x, slip_y, materials)
+    at_limit = np.flatnonzero(reserve[links.inner] <= AT_THE_LIMIT * friction_limit[links.inner])
+    if at_limit.size:
+        at_slip = _with_law_of_slip(at_slip, at_limit, links.some(at_limit), np.hypot(slip_x, slip_y))
 
     def share(lever: FloatArray) -> FloatArray:
         found = at_edge(lever)
@@ -298,6 +307,32 @@ def _slip_share(
         return np.where(growing, gained, np.where(receding, trusted, found))
 
     return share
+
+
+def _with_law_of_slip(share: Share, places: IndexArray, links: Links, distance: FloatArray) -> Share:
+    """Return `share` with its values at `places` replaced by those of these `links` by the slip `distance` alone."""
+    step = links.outer - links.inner
+    inside = share_by_slip(*(distance[links.outer + k * step] for k in range(3)))
+
+    def replaced(lever: FloatArray) -> FloatArray:
+        found = share(lever)
+        found[places] = inside + INSET + np.log(LEVER / lever[places]) / 6.0
+        return found
+
+    return replaced
+
+
+def share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
+    """Return the shares inside, without an inset, from the slips of the three cells past a front, (k,).
+
+    NaN where they do not go like s^(3/2), as past a front that has moved by a cell or less.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (first / second) ** (2.0 / 3.0)
+        beyond = ratio / (1.0 - ratio)
+        expected = second * ((beyond + 2.0) / (beyond + 1.0)) ** 1.5
+    fits = (ratio < 1.0) & (beyond <= 1.25) & (np.abs(third - expected) <= UNLIKE * expected)
+    return np.where(fits, 1.0 - beyond, np.nan)
 
 
 def _balance(part: CellPart, links: Links, load: FloatArray, opening: FloatArray) -> Share:

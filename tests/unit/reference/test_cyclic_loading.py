@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solving import FRICTION, HERTZ, MATERIAL
 
-from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading, dissipated, turning_points
+from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading, dissipated, last_branch, turning_points
 
 COMPLIANCES = (MATERIAL.tangential, MATERIAL.torsional)
 
@@ -24,6 +24,19 @@ def test_turning_points_that_are_remembered() -> None:
     assert turning_points([3.0, -2.0, 3.0, 3.0])[0] == (0.0, 3.0)
     assert turning_points([3.0, 3.0 - 1e-12, 3.0], least=1e-9)[0] == (0.0, 3.0)
     assert turning_points([])[0] == (0.0,)
+
+
+def test_the_last_branch_of_a_closed_loop_is_still_that_of_the_loop() -> None:
+    """Where it has closed exactly; cells between it and the first loading's slip zone have not moved."""
+    assert last_branch([6.0]) == 6.0
+    assert last_branch([6.0, -6.0, 6.0]) == 6.0
+    assert last_branch([6.0, 2.0]) == -2.0
+    assert last_branch([6.0, 2.0, 6.0]) == 2.0
+    assert last_branch([6.0, 2.0, 5.999, 6.0, 6.0]) == 2.0
+    assert last_branch([6.0, 2.0, 6.001]) == 6.001
+    assert last_branch([6.0, 2.0, 4.0, 3.0]) == -0.5
+    assert last_branch([6.0, 6.0 + 1e-9], least=1e-6) == 6.0
+    assert last_branch([]) == last_branch([0.0]) == 0.0
 
 
 def test_dissipation_of_loops_within_loops() -> None:
