@@ -1,0 +1,62 @@
+"""Cyclic loads with a mean value: cells come to the friction limit in each cycle and do not move, so they stick."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import solving
+from line_cases import FRICTION, HERTZ, LOAD, A, cells_per_half_width, solve_line
+
+from fretsolve.result.state import Zone
+
+LIMIT = FRICTION * LOAD
+
+
+@pytest.mark.parametrize("least", [0.06, 0.2, 0.35])
+@pytest.mark.parametrize("increments", [1, 20])
+def test_cylinder(least, increments):
+    """Between 0.6 and `least` of mu P the stick zone is that of half their difference: c = a sqrt(1 - f)."""
+    to_most = {"Qx": 0.6 * LIMIT, "increments": increments}
+    path = [{"P": LOAD}, to_most, *[{"Qx": least * LIMIT, "increments": increments}, to_most] * 2]
+    states = solve_line(grid=cells_per_half_width(80), load_path=path)
+    exact, cell = A * math.sqrt(1.0 - 0.5 * (0.6 - least)), A / 80
+    for end in range(2, 6):
+        state = states[end * increments]
+        assert state.summary.stick_radius == pytest.approx(exact, abs=(0.1 if increments == 1 else 0.75) * cell)
+        assert state.summary.stick_cells * 0.5 * cell == pytest.approx(exact, abs=0.75 * cell)
+    # at the largest load more cells are at the friction limit than slip
+    q, p, zone = states[-1].fields.shear[0], states[-1].fields.pressure, states[-1].fields.zone
+    at_limit = (p > 0.0) & (q >= (1.0 - 1e-5) * FRICTION * p)
+    first = A - A * math.sqrt(0.4)
+    assert np.count_nonzero(at_limit) == pytest.approx(2.0 * first / cell, abs=4)
+    assert np.count_nonzero(at_limit & (zone == Zone.STICK)) == pytest.approx(
+        2.0 * (exact - A * math.sqrt(0.4)) / cell, abs=4
+    )
+
+
+def test_bulk_stress_at_a_load_ratio_of_a_tenth():
+    """After shakedown the stick zone is at both ends of the cycle that of half the ranges of force and stress."""
+    unit = 4.0 * FRICTION * HERTZ.max_pressure
+    most = {"Qx": 0.6 * LIMIT, "bulk_2": {"xx": 0.52 * unit}, "increments": 20, "spacing": "graded"}
+    least = {**most, "Qx": -0.6 * LIMIT, "bulk_2": {"xx": 0.052 * unit}}
+    mean = {"bulk_2": {"xx": 0.286 * unit}, "increments": 10}
+    states = solve_line(grid=cells_per_half_width(160), load_path=[{"P": LOAD}, mean, *[most, least] * 3])
+    shift = 0.5 * (0.52 - 0.052)
+    for number in (4, 5, 6):
+        summary = states[10 + 20 * number].summary
+        assert summary.stick_half_width_x == pytest.approx(A * math.sqrt(0.4), abs=0.75 * A / 160)
+        assert summary.stick_center_x == pytest.approx(A * shift, abs=0.75 * A / 160)
+
+
+@pytest.mark.parametrize("least", [0.06, 0.3])
+def test_sphere(least):
+    """c = a (1 - f)^(1/3) with f half the difference, 10 % above that of the largest load."""
+    limit = solving.FRICTION * solving.LOAD
+    to_most = {"Qx": 0.6 * limit, "increments": 3}
+    path = [{"P": solving.LOAD}, to_most, *[{"Qx": least * limit, "increments": 3}, to_most] * 2]
+    states = solving.solve(grid={"points": 64, "size": 0.74}, coupling="none", load_path=path)
+    exact = solving.A * math.cbrt(1.0 - 0.5 * (0.6 - least))
+    for end in range(2, 6):
+        assert states[3 * end].summary.stick_radius == pytest.approx(exact, abs=0.25 * 0.74 / 64)
