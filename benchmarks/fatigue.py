@@ -17,9 +17,10 @@ from functools import partial
 import numpy as np
 from marked import parser_of, report
 
+from fretsolve.case.material_spec import Material
 from fretsolve.fatigue import critical_plane, plane_criteria
-from fretsolve.fatigue.criteria import CRITERIA, fatigue_field
-from fretsolve.fatigue.material import Material
+from fretsolve.fatigue.criteria import fatigue_field
+from fretsolve.fatigue.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
 MATERIAL = Material(

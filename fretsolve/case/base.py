@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
@@ -12,6 +12,8 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.errors import KeyPath
+
+Entries = TypeVar("Entries", bound=tuple[Any, ...])
 
 
 class CaseModel(BaseModel):
@@ -87,6 +89,13 @@ def refused_at(problems: Iterable[tuple[KeyPath, str]]) -> None:
     lines = [{"type": refused(message), "loc": key, "input": None} for key, message in problems]
     if lines:
         raise ValidationError.from_exception_data("case", lines)  # type: ignore[arg-type]
+
+
+def each_once(values: Entries) -> Entries:
+    """Return a tuple as it is. Refuses values that stand in it twice."""
+    repeated = [(index, value) for index, value in enumerate(values) if value in values[:index]]
+    refused_at(((index,), f"{value!r} is named twice; once is enough") for index, value in repeated)
+    return values
 
 
 Count = Annotated[int, Field(strict=True, ge=1, le=10**9)]

@@ -15,12 +15,15 @@ from fretsolve.case.problems import CaseErrors, nearest, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, parse, read_text
-from fretsolve.errors import CaseError, KeyPath
+from fretsolve.errors import CaseError, FileError, KeyPath
 
 File = TypeVar("File", bound=BaseModel)
 
 RENAMED: dict[KeyPath, str] = {("solver", "error_estimate"): "error_bars"}
 """Keys of earlier versions, which are still read, and their present names."""
+
+MATERIAL = ("output", "fatigue", "material")
+"""The key that may name a file of constants."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,8 @@ class CaseText:
         """Return the text with `overrides` (see `load_case`) if it holds a mapping; their faults join its problems."""
         if not isinstance(self.data, dict):
             return self
-        problems, source, data = list(self.problems), self.source, self.data
+        # One constant of a file of a material may be overridden, too.
+        problems, source, data = list(self.problems), self.source, self._with_material()
         for override in overrides:
             try:
                 data, source = _overridden(data, source, override)
@@ -64,9 +68,30 @@ class CaseText:
         if isinstance(self.data, dict) and {"case", "axes"} <= self.data.keys():
             raise self.source.problem("this is a sweep file; `fretsolve sweep run` takes it")
         text = self.overridden(overrides)
-        case = validated(case_model(text.data), text.data, text.source, text.problems)
+        case = validated(case_model(text.data), text._with_material(), text.source, text.problems)
         case._source = text.source
         return case
+
+    def _with_material(self) -> Any:
+        """Return the data with the constants of the file that `output.fatigue.material` names in place of its name.
+
+        Raises CaseError, also for what is wrong in that file.
+        """
+        fatigue = self.data
+        for part in MATERIAL[:-1]:
+            fatigue = fatigue.get(part) if isinstance(fatigue, dict) else None
+        name = fatigue.get(MATERIAL[-1]) if isinstance(fatigue, dict) else None
+        if not isinstance(name, str):
+            return self.data
+        from fretsolve.case.material_spec import Material  # other cases need not load it
+
+        try:
+            found = read_case(self.source.path.parent / name)
+        except FileError as error:
+            raise self.source.problem(str(error), MATERIAL) from None
+        found.require_mapping(list(Material.model_fields))
+        validated(Material, found.data, found.source, found.problems)
+        return replaced(self.data, MATERIAL, found.data)
 
 
 def read_case(path: str | Path) -> CaseText:

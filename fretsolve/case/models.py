@@ -32,12 +32,14 @@ from fretsolve.case.base import (
     PositiveLength,
     Repeated,
     auto,
+    each_once,
     refused_at,
     require_either,
 )
 from fretsolve.case.dimensions import NUMBER, PRESSURE, Dimension
+from fretsolve.case.fatigue_spec import FatigueSpec
 from fretsolve.case.history import HISTORY_DIMENSIONS
-from fretsolve.case.load_path_spec import LoadStep, Stage, bulk_keys, check_load_path, stage_count, unrolled
+from fretsolve.case.load_path_spec import CycleSpec, LoadStep, Stage, bulk_keys, check_load_path, stage_count, unrolled
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 from fretsolve.case.source import CaseSource, Place
@@ -166,13 +168,12 @@ class OutputSpec(CaseModel):
     stress: StressSpec | None = Field(
         default=None, description="stresses below the surface at the end of the run", examples=[{"bodies": [2]}]
     )
+    fatigue: FatigueSpec | None = Field(default=None, description="fatigue parameters at the end of the run")
 
     @field_validator("fields")
     @classmethod
     def _each_once(cls, names: tuple[FieldName, ...]) -> tuple[FieldName, ...]:
-        repeated = [(i, name) for i, name in enumerate(names) if name in names[:i]]
-        refused_at(((i,), f"{name!r} is named twice; once is enough") for i, name in repeated)
-        return names
+        return each_once(names)
 
 
 def _known_quantity(name: str) -> str:
@@ -338,17 +339,19 @@ class Case(CaseModel):
 
     @model_validator(mode="after")
     def _stress_is_known(self) -> Self:
-        spec = self.output.stress
-        if spec is None:
-            return self
-        rigid = [(index, body) for index, body in enumerate(spec.bodies) if self.bodies[body - 1] == "rigid"]
-        refused_at(
-            (("output", "stress", "bodies", index), f"body {body} is rigid, so that it has no stress; leave it out")
-            for index, body in rigid
-        )
-        if missing := [name for name in ("pressure", "shear") if name not in self.output.fields]:
-            message = f"stresses follow from pressure and shear; {' and '.join(missing)} in output.fields is needed"
-            refused_at([(("output", "stress"), message)])
+        for name, spec in (("stress", self.output.stress), ("fatigue", self.output.fatigue)):
+            if spec is None:
+                continue
+            rigid = [(index, body) for index, body in enumerate(spec.bodies) if self.bodies[body - 1] == "rigid"]
+            refused_at(
+                (("output", name, "bodies", index), f"body {body} is rigid, so that it has no stress; leave it out")
+                for index, body in rigid
+            )
+            if missing := [field for field in ("pressure", "shear") if field not in self.output.fields]:
+                message = f"stresses follow from pressure and shear; {' and '.join(missing)} in output.fields is needed"
+                refused_at([(("output", name), message)])
+        if self.output.fatigue is not None and not any(isinstance(step, CycleSpec) for step in self.load_path):
+            refused_at([(("output", "fatigue"), "fatigue parameters are those of a cycle; load_path needs one")])
         return self
 
     @field_validator("expect")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from fretsolve.case.base import CaseModel, Count, auto, refused_at
+from fretsolve.case.base import CaseModel, Count, auto, each_once
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import InUnits
 
@@ -43,6 +43,4 @@ class StressSpec(CaseModel):
     @field_validator("bodies", "depths", "components")
     @classmethod
     def _each_once(cls, values: tuple[object, ...]) -> tuple[object, ...]:
-        repeated = [(index, value) for index, value in enumerate(values) if value in values[:index]]
-        refused_at(((index,), f"{value!r} is named twice; once is enough") for index, value in repeated)
-        return values
+        return each_once(values)

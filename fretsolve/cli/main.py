@@ -244,7 +244,8 @@ def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: b
 def export(**options: Any) -> int:
     """Write the result OUT for ParaView, spreadsheets or NumPy.
 
-    OUT may still be growing. A file of stresses (OUT.stress.h5) is written to vtk as volumes.
+    OUT may still be growing. Files of stresses (OUT.stress.h5) and of fatigue
+    parameters (OUT.fatigue.h5) are written to vtk as volumes.
 
     \b
     vtk   for ParaView: the deformed surfaces of both bodies and all fields, over the increments. Open FILE.pvd; the

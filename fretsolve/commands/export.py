@@ -10,7 +10,7 @@ from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
 from fretsolve.export.xdmf import points_file
 from fretsolve.result import Result, open_result
-from fretsolve.stress.names import is_stress_file
+from fretsolve.stress.names import ComputedFile, opened_computed
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import print_warnings
 
@@ -22,8 +22,9 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
     """
     if steps and file_format == "csv":
         raise CaseError("csv holds the history of all increments, so --step has no effect; leave it out", (), out)
-    if is_stress_file(out):
-        return _export_stress(out, file_format, target, steps, overwrite=overwrite)
+    with opened_computed(out) as computed:
+        if computed is not None:
+            return _export_volumes(computed, out, file_format, target, steps, overwrite=overwrite)
     with open_result(out) as result:
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
@@ -50,23 +51,27 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
     return 0
 
 
-def _export_stress(
-    stresses: Path, file_format: str, target: Path | None, steps: Sequence[int], *, overwrite: bool
+def _export_volumes(
+    computed: ComputedFile, out: Path, file_format: str, target: Path | None, steps: Sequence[int], *, overwrite: bool
 ) -> int:
-    """Write a file of stresses as volumes, print the name, and return the exit code. Raises CaseError, FileError."""
+    """Write an open file of stresses or fatigue parameters as volumes, and print the name. Return the exit code.
+
+    Raises CaseError, FileError.
+    """
+    what = "stresses" if computed.kind == "stress" else "fatigue parameters"
     if file_format != "vtk":
-        raise CaseError(f"stresses can be exported to vtk, not to {file_format}; the file itself is HDF5", (), stresses)
+        raise CaseError(f"{what} can be exported to vtk, not to {file_format}; the file itself is HDF5", (), out)
     if steps:
-        raise CaseError("all increments of a file of stresses are exported; leave --step out", (), stresses)
-    from fretsolve.export.stress_vtk import write_stress_vtk
+        raise CaseError(f"all of a file of {what} is exported; leave --step out", (), out)
+    from fretsolve.export.volumes_vtk import VOLUME_NAME, write_volumes
     from fretsolve.export.vtk import require_own_grids
 
-    target = target or stresses.with_suffix(FORMATS[file_format])
+    target = target or out.with_suffix(FORMATS[file_format])
     require_ending(target, "a vtk file", FORMATS[file_format])
     require_free(target, overwrite=overwrite)
     with writing(target):
-        require_own_grids(target, overwrite=overwrite)
-        write_stress_vtk(stresses, target, exclusive=not overwrite)
+        require_own_grids(target, VOLUME_NAME, overwrite=overwrite)
+        write_volumes(computed, out, target, exclusive=not overwrite)
     print(target, flush=True)
     return 0
 

@@ -6,31 +6,27 @@ import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import get_args
 
 from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.fatigue_spec import KINDS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.commands.stress import compute_with_messages
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.averaging import Average, AverageKind
-from fretsolve.fatigue.criteria import CRITERIA
-from fretsolve.fatigue.cycle import not_closed, require_states
-from fretsolve.fatigue.fatigue_file import Worst, fatigue_path, write_fatigue
-from fretsolve.fatigue.material_file import MaterialSource, read_material
-from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
+from fretsolve.fatigue.averaging import Average
+from fretsolve.fatigue.cycle import not_closed
+from fretsolve.fatigue.fatigue_file import Worst
+from fretsolve.fatigue.material_file import read_material
+from fretsolve.fatigue.names import CRITERIA, fatigue_path
+from fretsolve.fatigue.of_result import Cycles, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.stress_cycle import StressCycle
 from fretsolve.result import open_result
-from fretsolve.setup.cost_estimate import free_bytes
-from fretsolve.stress.names import is_stress_file
-from fretsolve.stress.request import memory_problem, stress_request, warnings_of
-from fretsolve.stress.stress_file import bodies_of, write_stress
-from fretsolve.stress.tractions import TractionHistory, last_cycle
+from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.names import opened_computed
+from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
 from fretsolve.system.foreign_files import open_hdf5
 from fretsolve.system.progress import counting_bar, print_warnings
-
-LINE_DEPTHS = 9
-"""Depths that are computed for an average, evenly over its range."""
 
 
 def fatigue_of_result(
@@ -49,106 +45,46 @@ def fatigue_of_result(
     out: a result, whose stresses are computed first, or a file of stresses. criteria: names, several of them joined by
     commas; average: such as point:20um. Raises CaseError, FileError.
     """
-    names = _criteria(criteria)
-    constants = read_material(material)
-    mean = _average(average)
+    chosen: tuple[Body, ...] = tuple(1 if body == "1" else 2 for body in bodies)
+    request = FatigueRequest(read_material(material), _criteria(criteria), _average(average), chosen)
     target = target or fatigue_path(out)
     require_ending(target, "a file of fatigue parameters", ".h5", ".hdf5")
     require_other(target, out, "the stresses or the result")
     require_free(target, overwrite=overwrite)
-    chosen = [int(body) for body in bodies]
-    if is_stress_file(out):
-        _write(out, out, constants, names, mean, chosen, target, quiet=quiet, exclusive=not overwrite)
-        return 0
+    with opened_computed(out) as found:
+        if found is not None and found.kind == "stress":
+            _write(cycles_of(found.file, out, out, request), out, target, quiet=quiet, exclusive=not overwrite)
+            return 0
     make_folder(target.parent)
-    with writing(target), TemporaryDirectory(dir=target.parent, prefix=".fretsolve-") as folder:
-        stresses = Path(folder) / "stress.h5"
-        _compute_stresses(out, constants, names, mean, chosen, stresses, threads)
-        _write(out, stresses, constants, names, mean, chosen, target, quiet=quiet, exclusive=not overwrite)
+    with open_result(out) as result:
+        tractions = TractionHistory(result)
+        write_fatigue_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=not overwrite)
     return 0
 
 
-def _compute_stresses(
-    out: Path,
-    constants: MaterialSource,
-    names: tuple[str, ...],
-    average: Average | None,
-    bodies: Sequence[int],
-    target: Path,
-    threads: int,
+def write_fatigue_with_messages(
+    tractions: TractionHistory, request: FatigueRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
 ) -> None:
-    """Write the stresses of the last cycle of the result `out`, once all that can be wrong is known to be right."""
-    with open_result(out) as result:
-        tractions = TractionHistory(result)
-        try:
-            steps = last_cycle(result)
-            require_states(len(steps))
-        except CaseError as error:
-            message = error.message.partition(";")[0]
-            advice = "`fretsolve stress --step` writes stresses of chosen increments, which this command takes too"
-            raise CaseError(f"{message}; {advice}", (), out) from None
-        bodies_there = result.effective_case.get("bodies", ())
-        for body in bodies or (2,):
-            if len(bodies_there) >= body and isinstance(bodies_there[body - 1], dict):
-                constants.with_elastic_constants(bodies_there[body - 1]).require(names)
-        cell = (tractions.grid.dx, tractions.grid.dy)
-        depths: tuple[float, ...] = ()
-        if average is not None:
-            first, last = average.depth_range
-            spread = LINE_DEPTHS if last > first else 1
-            depths = tuple(first + (last - first) * k / max(spread - 1, 1) for k in range(spread))
-            try:
-                average.require_length(cell)
-            except CaseError as error:
-                raise CaseError(error.message, (), "--average") from None
-        request = stress_request(tractions, steps, [1 if body == 1 else 2 for body in bodies], depths)
-        if (problem := memory_problem(request, threads, free_bytes(target))) is not None:
-            raise CaseError(problem, (), out)
-        print_warnings(out, *warnings_of(request, tractions))
-        write_stress(tractions, request, target, threads)
+    """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places.
 
-
-def _write(
-    out: Path,
-    stresses: Path,
-    constants: MaterialSource,
-    names: tuple[str, ...],
-    average: Average | None,
-    chosen: Sequence[int],
-    target: Path,
-    *,
-    quiet: bool,
-    exclusive: bool,
-) -> None:
-    """Compute the parameters from a file of stresses, write them to `target`, and print the worst places.
-
-    exclusive: replace no file.
+    exclusive: replace no file. Raises CaseError, FileError.
     """
-    with open_hdf5(stresses) as file:
-        found = bodies_of(file, stresses)
-        attributes = dict(file.attrs)
-        for number in chosen:
-            if number not in found:
-                there = " and ".join(f"body {one}" for one in found)
-                raise CaseError(f"there are no stresses of body {number}, only of {there}", (), out)
-        cycles, materials = {}, {}
-        for number, body in found.items():
-            if chosen and number not in chosen:
-                continue
-            own = constants.with_elastic_constants(elastic_body(attributes, number))
-            own.require(names)
-            cycles[int(number)] = StressCycle(out, body, cycle_of(body, attributes), average)
-            materials[int(number)] = own.material
-        texts = {"average": "" if average is None else f"{average.kind} over {average.length:g} mm"}
-        texts |= {"material": next(iter(materials.values())).model_dump_json(exclude_none=True)}
-        texts |= {name: str(attributes[name]) for name in ("title", "result") if name in attributes}
-        layers = sum(len(cycle.depths) for cycle in cycles.values())
-        with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-            worst, widest = write_fatigue(cycles, materials, names, target, texts, show, exclusive=exclusive)
+    with writing(target), stresses_beside(target) as stresses:
+        needed = stresses_of_cycle(tractions, request)
+        compute_with_messages(tractions, needed, stresses, threads, quiet=quiet, exclusive=True)
+        with open_hdf5(stresses) as file:
+            out = tractions.result.path
+            _write(cycles_of(file, stresses, out, request), out, target, quiet=quiet, exclusive=exclusive)
+
+
+def _write(cycles: Cycles, out: Path, target: Path, *, quiet: bool, exclusive: bool) -> None:
+    """Write the parameters of cycles to `target`, and print the worst places; out: the file that warnings name."""
+    with counting_bar("layers", cycles.layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
+        worst, widest = cycles.write(target, show, exclusive=exclusive)
     if (warning := not_closed(widest)) is not None:
         print_warnings(out, warning)
     if not quiet:
-        for line in worst_lines(cycles, worst, average):
+        for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
         print(target, flush=True)
 
@@ -189,11 +125,10 @@ def _average(text: str | None) -> Average | None:
     if text is None:
         return None
     kind, _, length = text.partition(":")
-    kinds: tuple[AverageKind, ...] = get_args(AverageKind)
-    known = next((one for one in kinds if one == kind.strip()), None)
+    known = next((one for one in KINDS if one == kind.strip()), None)
     if known is None:
         raise CaseError(
-            f"{text!r} is not an average; one such as {', '.join(f'{one}:20um' for one in kinds)}", (), "--average"
+            f"{text!r} is not an average; one such as {', '.join(f'{one}:20um' for one in KINDS)}", (), "--average"
         )
     try:
         value = to_internal(length, LENGTH)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fretsolve.case.loading import load_case
-from fretsolve.case.stress_spec import StressSpec
+from fretsolve.case.models import Case
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import NoSolutionError
 from fretsolve.kernels import load
@@ -54,9 +54,8 @@ def run_case(
         setup.separation()  # reads the maps, before anything is written
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
-    if loaded.output.stress is not None:
-        _require_room(loaded.output.stress, setup, out)
-        _require_own_stress(out, resume=resume, overwrite=overwrite)
+    _require_room(setup, out)
+    _require_own_beside(setup, out, resume=resume, overwrite=overwrite)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
@@ -67,8 +66,7 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
-            if loaded.output.stress is not None:
-                _write_stress(loaded.output.stress, out, threads, quiet=quiet or log_json, missing=True)
+            _write_beside(loaded, out, threads, quiet=quiet or log_json, exclusive=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -83,49 +81,71 @@ def run_case(
             raise
     if complete:
         messages.end()
-        if loaded.output.stress is not None:
-            _write_stress(
-                loaded.output.stress, out, threads, quiet=quiet or log_json, exclusive=not (resume or overwrite)
-            )
+        _write_beside(loaded, out, threads, quiet=quiet or log_json, exclusive=not (resume or overwrite))
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
 
 
-def _require_room(spec: StressSpec, setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError, before the run, if the stresses that the case asks for are too large for this machine."""
-    from fretsolve.stress.of_case import room_problem
+def _require_room(setup: ProblemSetup, out: Path) -> None:
+    """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
+    output = setup.case.output
+    if (spec := output.stress) is not None:
+        from fretsolve.stress.of_case import increments_before, room_problem
 
-    stages = len(setup.load_path.last_steps)
-    increments = -(-setup.load_path.increments // setup.case.output.every)
-    if (problem := room_problem(spec, setup.grid.shape, increments, stages, free_bytes(out))) is not None:
-        raise setup.case.source.problem(problem, ("output", "stress"))
+        stages = len(setup.load_path.last_steps)
+        count = increments_before(spec, -(-setup.load_path.increments // output.every), stages)
+        room = setup.grid.shape, free_bytes(out), spec.window, spec.components
+        if (problem := room_problem(spec.bodies, spec.depths, count, *room)) is not None:
+            raise setup.case.source.problem(problem, ("output", "stress"))
+    if output.fatigue is not None:
+        from fretsolve.fatigue.of_case import require_fatigue
 
-
-def _require_own_stress(out: Path, *, resume: bool, overwrite: bool) -> None:
-    """Raise CaseError, before the run, if its stresses would replace a file that is not the run's own."""
-    from fretsolve.stress.names import is_stress_file, stress_path
-
-    path = stress_path(out)
-    advice = "the run would replace it by its stresses: move it away, or give --overwrite"
-    require_free(path, overwrite=overwrite or (resume and is_stress_file(path)), advice=advice)
+        require_fatigue(setup, free_bytes(out))
 
 
-def _write_stress(
-    spec: StressSpec, out: Path, threads: int, *, quiet: bool, exclusive: bool = True, missing: bool = False
-) -> None:
-    """Write and print the stresses that the case asks for.
+def _require_own_beside(setup: ProblemSetup, out: Path, *, resume: bool, overwrite: bool) -> None:
+    """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own."""
+    output = setup.case.output
+    if output.stress is None and output.fatigue is None:
+        return
+    from fretsolve.fatigue.names import fatigue_path
+    from fretsolve.stress.names import opened_computed, stress_path
 
-    exclusive: replace no file; missing: do nothing if there is one.
+    for spec, kind, path in (
+        (output.stress, "stress", stress_path(out)),
+        (output.fatigue, "fatigue", fatigue_path(out)),
+    ):
+        if spec is None:
+            continue
+        with opened_computed(path) as found:
+            own = resume and found is not None and found.kind == kind
+        advice = "the run would replace it by what output asks for: move it away, or give --overwrite"
+        require_free(path, overwrite=overwrite or own, advice=advice)
+
+
+def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, exclusive: bool, missing: bool = False) -> None:
+    """Write and print the stresses and fatigue parameters that the case asks for.
+
+    exclusive: replace no file; missing: unless they are there.
     """
+    stress, fatigue = case.output.stress, case.output.fatigue
+    if stress is None and fatigue is None:
+        return
+    from fretsolve.commands.fatigue import write_fatigue_with_messages
     from fretsolve.commands.stress import write_with_messages
-    from fretsolve.stress.names import stress_path
+    from fretsolve.fatigue import of_case as fatigue_of_case
+    from fretsolve.fatigue.names import fatigue_path
+    from fretsolve.stress.names import is_made_from, stress_path
     from fretsolve.stress.of_case import case_request
     from fretsolve.stress.tractions import TractionHistory
 
-    if missing and stress_path(out).exists():
-        return
     with open_result(out) as result:
-        tractions = TractionHistory(result)
-        request = case_request(tractions, spec)
-        write_with_messages(tractions, request, stress_path(out), threads, quiet=quiet, exclusive=exclusive)
+        tractions, target = TractionHistory(result), stress_path(out)
+        if stress is not None and not (missing and is_made_from(result, target)):
+            request = case_request(tractions, stress)
+            write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive)
+        target = fatigue_path(out)
+        if fatigue is not None and not (missing and is_made_from(result, target)):
+            asked = fatigue_of_case.case_request(case)
+            write_fatigue_with_messages(tractions, asked, target, threads, quiet=quiet, exclusive=exclusive)

@@ -61,15 +61,23 @@ def stress_of_result(
 
 
 def write_with_messages(
-    tractions: TractionHistory,
-    request: StressRequest,
-    target: Path,
-    threads: int,
-    *,
-    quiet: bool = False,
-    exclusive: bool = False,
+    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
 ) -> None:
-    """Write the stresses that a request asks for, with warnings, a bar on a terminal, and the largest ones.
+    """Write the stresses that a request asks for, and print the largest ones; exclusive: replace no file.
+
+    Raises CaseError, FileError.
+    """
+    peaks = compute_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive)
+    if not quiet:
+        for line in peak_lines(request, peaks):
+            print(line)
+        print(target, flush=True)
+
+
+def compute_with_messages(
+    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
+) -> dict[Key, list[Peak]]:
+    """Write the stresses that a request asks for, with warnings and a bar on a terminal, and return the largest ones.
 
     exclusive: replace no file. Raises CaseError where the machine is too small, FileError.
     """
@@ -81,11 +89,7 @@ def write_with_messages(
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
     with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-        peaks = write_stress(tractions, request, target, threads, show, exclusive=exclusive)
-    if not quiet:
-        for line in peak_lines(request, peaks):
-            print(line)
-        print(target, flush=True)
+        return write_stress(tractions, request, target, threads, show, exclusive=exclusive)
 
 
 def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
@@ -130,7 +134,10 @@ def _increments(result: Result, stages: Sequence[int], steps: Sequence[int], cyc
     ends = stage_ends(result.history["stage"]).tolist()
     if not (stages or steps or cycle):
         return [step for step in ends if step in result.steps] or list(result.steps[-1:])
-    chosen = set(last_cycle(result)) if cycle else set()
+    try:
+        chosen = set(last_cycle(result)) if cycle else set()
+    except CaseError as error:
+        raise CaseError(f"{error.message}; --stage or --step chooses increments", (), result.path) from None
     try:
         for stage in stages:
             if not 1 <= stage <= len(ends):

@@ -141,7 +141,7 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
     manifest = messages.manifest
     found = list(states(manifest, reports))
     for one in found:
-        if one.status == "error" and manifest.result(one.row).exists():
+        if one.status == "error" and manifest.is_finished(one.row):
             print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
     messages.end(found)
     if not missing(manifest):

@@ -25,6 +25,10 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     for path in cases:
         try:
             setup = set_up(load_case(path, overrides))
+            if setup.case.output.fatigue is not None:
+                from fretsolve.fatigue.of_case import require_fatigue
+
+                require_fatigue(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
             print(*report(setup), "", sep="\n", flush=True)

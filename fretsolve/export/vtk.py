@@ -26,7 +26,7 @@ from fretsolve.system import atomic_files
 BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
-_GRID_NAME = re.compile(r".+\.[0-9]{6,}\.vt[sr](\.[0-9a-f]{16}\.tmp)?")
+GRID_NAME = re.compile(r".+\.[0-9]{6,}\.vts(\.[0-9a-f]{16}\.tmp)?")
 
 
 def grids_folder(path: Path) -> Path:
@@ -34,18 +34,18 @@ def grids_folder(path: Path) -> Path:
     return path.with_name(f"{path.stem}.vtk")
 
 
-def require_own_grids(path: Path, *, overwrite: bool) -> None:
-    """Raise CaseError or FileError if the folder of the grids of `path` is a link, or holds other files.
+def require_own_grids(path: Path, names: re.Pattern[str] = GRID_NAME, *, overwrite: bool) -> None:
+    """Raise CaseError or FileError if the folder of the grids of `path` is a link, or holds other files than `names`.
 
     overwrite: whether grids in it may be replaced. Raises OSError.
     """
     folder = grids_folder(path)
     if folder.is_symlink():
         raise FileError("is a link, which is not followed; give another name with -o", folder)
-    names = [one.name for one in folder.iterdir()] if folder.exists() else []
-    if not all(map(_GRID_NAME.fullmatch, names)):
+    there = [one.name for one in folder.iterdir()] if folder.exists() else []
+    if not all(map(names.fullmatch, there)):
         raise FileError("holds other files than grids; give another name with -o", folder)
-    if names and not overwrite:
+    if there and not overwrite:
         raise CaseError("holds grids: --overwrite replaces them, or give another name with -o", (), folder)
 
 

@@ -10,14 +10,12 @@ Between stored depths stress is linear. A cell's value holds over the cell.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
+from fretsolve.case.fatigue_spec import AverageKind
 from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
-
-AverageKind = Literal["point", "line", "volume"]
 
 
 @dataclass(frozen=True)

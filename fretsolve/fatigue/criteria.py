@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.material_spec import Material
 from fretsolve.fatigue import ball_criteria, plane_criteria
 from fretsolve.fatigue.critical_plane import search
 from fretsolve.fatigue.life import shear_strain_lives, swt_lives
-from fretsolve.fatigue.material import Material
 from fretsolve.fatigue.plane_criteria import PlaneCriterion
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -59,7 +59,7 @@ class _Criterion:
     lives: Callable[[Material, DoubleArray], DoubleArray | None] | None = None
 
 
-_CRITERIA = {
+_CRITERIA: dict[str, _Criterion] = {
     "crossland": _Criterion("MPa", ball=ball_criteria.crossland),
     "dang-van": _Criterion("MPa", ball=ball_criteria.dang_van),
     "findley": _Criterion("MPa", plane_criteria.findley, limit=lambda material: material.findley_limit),
@@ -67,12 +67,10 @@ _CRITERIA = {
     "fatemi-socie": _Criterion("1", plane_criteria.fatemi_socie, lives=shear_strain_lives),
     "swt": _Criterion("MPa", plane_criteria.swt, lives=swt_lives),
 }
-CRITERIA = tuple(_CRITERIA)
-"""Names of the criteria."""
 
 
 def fatigue_field(name: str, material: Material, stress: DoubleArray, **search_options: Any) -> FatigueField:
-    """Return the parameter of a criterion of `CRITERIA`; stress: (steps, 6, points) in MPa over one closed cycle.
+    """Return the parameter of a criterion; stress: (steps, 6, points) in MPa over one closed cycle.
 
     search_options: those of `fretsolve.fatigue.critical_plane.search`. Raises CaseError for a constant that is missing
     or out of range; its key is that of the material.

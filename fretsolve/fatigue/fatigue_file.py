@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
+from fretsolve.case.material_spec import Material
 from fretsolve.errors import FileError
 from fretsolve.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.fatigue.critical_plane import SCAN_STEP
-from fretsolve.fatigue.material import Material
+from fretsolve.fatigue.names import WORST_NAMES, dataset_name
 from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
 from fretsolve.result.layout import FIELD_FILTERS, Quantity, X, Y, create_column
 from fretsolve.stress.stress_file import DEPTH
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.files import reported
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
 
 FORMAT = "fretsolve fatigue 1"
@@ -46,11 +49,6 @@ class Worst:
     limit: float | None = None
     normal: tuple[float, float, float] | None = None
     life: float | None = None
-
-
-def fatigue_path(source: Path) -> Path:
-    """Return the name of the file of fatigue parameters beside a result or a file of stresses."""
-    return source.with_name(source.name.removesuffix(source.suffix).removesuffix(".stress") + ".fatigue.h5")
 
 
 def write_fatigue(
@@ -86,11 +84,6 @@ def write_fatigue(
             for name, found in worst[number].items():
                 group[dataset_name(name)].attrs.update(_attributes_of(found))
     return worst, widest
-
-
-def dataset_name(criterion: str) -> str:
-    """Return the name of a criterion in files, such as dang_van."""
-    return criterion.replace("-", "_")
 
 
 def _fields(
@@ -185,15 +178,6 @@ class BodyFatigue:
         return own_dataset(self.group, name).attrs.get(of)
 
 
-def is_fatigue_file(path: Path) -> bool:
-    """Return whether `path` is a file of fatigue parameters; False for what is not HDF5 at all."""
-    try:
-        with open_hdf5(path) as file:
-            return "fatigue" in file
-    except (OSError, FileError):
-        return False
-
-
 def fatigue_bodies(file: Any, path: Path) -> dict[int, BodyFatigue]:
     """Return the bodies of an open file of fatigue parameters. Raises FileError if it is not one, or is damaged."""
     try:
@@ -203,6 +187,23 @@ def fatigue_bodies(file: Any, path: Path) -> dict[int, BodyFatigue]:
         raise FileError(f"is damaged, or not a file of fatigue parameters: {error}", path) from error
     if not found:
         raise FileError("is not a file of fatigue parameters, which `fretsolve fatigue` writes", path)
+    return found
+
+
+def read_worst(path: Path) -> dict[str, float]:
+    """Return the largest value of each parameter in a file, of all bodies, by `WORST_NAMES`; NaN for what is not there.
+
+    Raises FileError if it is damaged.
+    """
+    found = dict.fromkeys(WORST_NAMES, math.nan)
+    if not path.exists():
+        return found
+    with reported("cannot be read", path), open_hdf5(path) as file:
+        for body in fatigue_bodies(file, path).values():
+            for name, criterion in WORST_NAMES.items():
+                if dataset_name(criterion) in body.criteria:
+                    value = float(body.attribute(dataset_name(criterion), "worst"))
+                    found[name] = value if math.isnan(found[name]) else max(found[name], value)
     return found
 
 

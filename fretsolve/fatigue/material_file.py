@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fretsolve.case.loading import CaseText, read_case, validated
+from fretsolve.case.material_spec import Material
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.fatigue.criteria import require_constants
-from fretsolve.fatigue.material import Material
 
 ON_COMMAND_LINE = Path("--material")
 
@@ -25,23 +25,24 @@ class KeysSource(CaseSource):
 
 @dataclass(frozen=True)
 class MaterialSource:
-    """A material, and where each of its constants was given."""
+    """A material, and where each of its constants was given; key: of the material in its source."""
 
     material: Material
     source: CaseSource
+    key: KeyPath = ()
 
     def with_elastic_constants(self, body: dict[str, Any]) -> MaterialSource:
         """Return the material with the elastic constants of a body of an effective case, unless it has its own."""
         names = "young_modulus", "poisson_ratio"
         lacking = {name: float(body[name]) for name in names if getattr(self.material, name) is None and name in body}
-        return MaterialSource(self.material.model_copy(update=lacking), self.source)
+        return replace(self, material=self.material.model_copy(update=lacking))
 
     def require(self, criteria: tuple[str, ...]) -> None:
         """Raise CaseError, with its place, for a constant that a criterion lacks or cannot use."""
         try:
             require_constants(criteria, self.material)
         except CaseError as error:
-            raise self.source.problem(error.message, error.key) from None
+            raise self.source.problem(error.message, (*self.key, *error.key)) from None
 
 
 def read_material(text: str) -> MaterialSource:

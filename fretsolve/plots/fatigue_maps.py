@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from fretsolve.errors import FileError, PictureError
-from fretsolve.fatigue.fatigue_file import BodyFatigue, dataset_name, fatigue_bodies, fatigue_path
+from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
+from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
 from fretsolve.plots.snapshot import outer_edges
 from fretsolve.result import Result

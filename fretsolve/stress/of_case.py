@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fretsolve.case.stress_spec import StressSpec
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
-from fretsolve.stress.halfspace.influence import TRACTIONS
+from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component
 from fretsolve.stress.names import stress_path
-from fretsolve.stress.request import GRADED, StressRequest, memory_problem, stress_request
+from fretsolve.stress.request import GRADED, StressRequest, WindowKind, memory_problem, stress_request
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import writing
@@ -51,24 +51,34 @@ def write_case_stress(
 
 
 def room_problem(
-    spec: StressSpec, shape: tuple[int, int], increments: int, stages: int, free_disk: int | None
+    bodies: Sequence[Body],
+    depths: Sequence[float],
+    increments: int,
+    shape: tuple[int, int],
+    free_disk: int | None,
+    window: WindowKind = "auto",
+    stored: Sequence[Component] = COMPONENTS,
 ) -> str | None:
     """Return why the stresses of a case that is not solved yet are too large for this machine, None if they are not.
 
-    increments: those with fields. Of the window around the contact only that is certain which a contact of a quarter
-    of the grid's width has.
+    bodies, depths: none for those by default. Of the window around the contact only that is certain which a contact of
+    a quarter of the grid's width has.
     """
-    count = min(stages, increments) if spec.every is None else -(-increments // spec.every)
-    side = 1.0 if spec.window == "all" else 0.4
+    side = 1.0 if window == "all" else 0.4
     nx, ny = (max(1, round(side * points)) for points in shape)
-    window = slice(0, nx), slice(0, ny)
+    cells = slice(0, nx), slice(0, ny)
     request = StressRequest(
-        bodies=spec.bodies or (2,),
-        depths=spec.depths or tuple(map(float, range(len(GRADED)))),
-        steps=tuple(range(count)),
-        source=window,
-        target=window,
+        bodies=tuple(bodies) or (2,),
+        depths=tuple(depths) or tuple(map(float, range(len(GRADED)))),
+        steps=tuple(range(increments)),
+        source=cells,
+        target=cells,
         tractions=TRACTIONS,
-        stored=spec.components,
+        stored=tuple(stored),
     )
     return memory_problem(request, 1, free_disk)
+
+
+def increments_before(spec: StressSpec, increments: int, stages: int) -> int:
+    """Return at how many increments a case asks for stresses; increments: those with fields."""
+    return min(stages, increments) if spec.every is None else -(-increments // spec.every)

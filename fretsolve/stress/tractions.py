@@ -142,8 +142,7 @@ def last_cycle(result: Result) -> tuple[int, ...]:
         reached -= 1  # the last stage may not have ended
     found = cycle_stages(result.case, reached)
     if found is None:
-        message = "the load path has no cycle that the result holds; --stage or --step chooses increments"
-        raise CaseError(message, (), result.path)
+        raise CaseError("the load path has no cycle that the result holds", (), result.path)
     stage = result.history["stage"]
     inside = (stage > found[0]) & (stage <= found[1])
     first = int(inside.argmax())

@@ -11,16 +11,16 @@ from fretsolve.case.loading import CaseText, read_case
 from fretsolve.errors import CaseError
 from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.stress.names import PEAK_NAMES
 from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
-from fretsolve.sweep.base_case import BaseCase, PreparedCase
-from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase
+from fretsolve.sweep.manifest import Manifest
 from fretsolve.sweep.points import crossed
 from fretsolve.sweep.quantity import (
     CORRECTED_NAMES,
     StageQuantity,
     expected_values,
     in_order,
+    key_beside,
     read_quantity,
     usual_quantities,
 )
@@ -94,14 +94,17 @@ def make_study_plan(
     # runs with error bars have corrected values.
     error_bars = f"solver.error_bars={str(corrected).lower()}"
     text, fields = read_case(case), "output.fields=[]"
-    if stressed := any(one.partition("@")[0].strip() in PEAK_NAMES for one in quantities):
+    needed = {key for one in quantities if (key := key_beside(one.partition("@")[0].strip()))}
+    if needed:
         fields = "output.fields=[pressure, shear]"
-    else:
-        text, overrides = _without_stress(text, overrides)
+    for name in FILES_BESIDE:
+        if f"output.{name}" not in needed:
+            text, overrides = _without(name, text, overrides)
     base = BaseCase.of(text, overrides, last=(fields, error_bars))
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
-    if stressed and any(one.setup.case.output.stress is None for one in cases):
-        raise CaseError("largest stresses are known from runs with stresses; output.stress is needed", (), case)
+    for key in sorted(needed):
+        if any(key.removeprefix("output.") not in one.beside for one in cases):
+            raise CaseError(f"what --quantity names is known from such runs alone; {key} is needed", (), case)
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
     known = known_values(kind, setup)
@@ -122,19 +125,19 @@ def make_study_plan(
         tuple(map(str, compared)),
         base.threads,
         max(one.expected.memory for one in cases),
-        tuple(ManifestRow(i, one.id, one.settings, one.expected.seconds) for i, one in enumerate(cases)),
+        tuple(one.row(index) for index, one in enumerate(cases)),
         results_name="",
     )
     return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, corrected)
 
 
-def _without_stress(text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:
-    """Return a case and overrides that ask for no stresses, which take fields."""
+def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:
+    """Return a case and overrides that do not ask for stress or fatigue, which take fields."""
     output = text.data.get("output") if isinstance(text.data, dict) else None
-    if isinstance(output, dict) and "stress" in output:
-        kept = {key: value for key, value in output.items() if key != "stress"}
+    if isinstance(output, dict) and name in output:
+        kept = {key: value for key, value in output.items() if key != name}
         text = replace(text, data={**text.data, "output": kept})
-    return text, [one for one in overrides if not one.strip().startswith("output.stress")]
+    return text, [one for one in overrides if not one.strip().startswith(f"output.{name}")]
 
 
 def finest(cases: Sequence[PreparedCase]) -> PreparedCase:

@@ -19,7 +19,11 @@ from fretsolve.result.header import present_case
 from fretsolve.setup.cost_estimate import Estimate, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
+from fretsolve.sweep.manifest import ManifestRow
 from fretsolve.sweep.points import EVERY_STAGE, Point, Value, all_of, overrides_of
+
+FILES_BESIDE = ("stress", "fatigue")
+"""What a case may ask for beside its result, the file of which is called NAME.stress.h5 or NAME.fatigue.h5."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,16 @@ class PreparedCase:
     id: str
     out: Path
     expected: Estimate
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """The files beside the result that the case asks for, as `Manifest.is_finished` takes them."""
+        output = self.setup.case.output
+        return tuple(name for name in FILES_BESIDE if getattr(output, name) is not None)
+
+    def row(self, index: int) -> ManifestRow:
+        """Return the case as number `index` of a sweep or study."""
+        return ManifestRow(index, self.id, self.settings, self.expected.seconds, beside=self.beside)
 
 
 @dataclass(frozen=True)
@@ -75,6 +89,10 @@ class BaseCase:
         if self.compiled is not None:
             setup = replace(setup, compiled=self.compiled)
         expected = require_memory(setup)
+        if setup.case.output.fatigue is not None:
+            from fretsolve.fatigue.of_case import require_fatigue
+
+            require_fatigue(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps
         header = run_header(setup, self.threads, (*self.overrides, *own))

@@ -22,7 +22,7 @@ from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.base_case import BaseCase, PreparedCase
 from fretsolve.sweep.beginnings import files_of
-from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.sweep.manifest import Manifest, ManifestRow, is_finished
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import compiler_asked
 from fretsolve.system.signals import EXIT_STOPPED
@@ -80,19 +80,34 @@ def solve(
     with HistoryWriter.open(
         case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
-        if writer.complete:  # another process was faster
+        if writer.complete:  # another process was faster, or was ended before it had written the files beside it
+            write_beside(case, threads)
             return Report(index, 0)
         try:
             if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
                 code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
-        if code == 0 and (stress := case.setup.case.output.stress) is not None:
-            from fretsolve.stress.of_case import write_case_stress
-
-            with open_result(case.out) as result:
-                write_case_stress(result, stress, threads)
+        if code == 0:
+            write_beside(case, threads)
         return Report(index, code, reason, increments=len(writer.summaries), seconds=time.perf_counter() - began)
+
+
+def write_beside(case: PreparedCase, threads: int = 1) -> None:
+    """Write those files beside a result that the case asks for and that are missing. Raises CaseError, FileError."""
+    if is_finished(case.out, case.beside):
+        return
+    from fretsolve.fatigue.names import fatigue_path
+    from fretsolve.fatigue.of_case import write_case_fatigue
+    from fretsolve.stress.names import stress_path
+    from fretsolve.stress.of_case import write_case_stress
+
+    output = case.setup.case.output
+    with open_result(case.out) as result:
+        if output.stress is not None and not stress_path(case.out).exists():
+            write_case_stress(result, output.stress, threads)
+        if output.fatigue is not None and not fatigue_path(case.out).exists():
+            write_case_fatigue(result, case.setup.case, threads)
 
 
 def run_serially(
@@ -102,10 +117,10 @@ def run_serially(
 
     show: called after each saved increment. Raises FileError.
     """
-    missing = [case for case in cases if not case.out.exists()]
+    missing = [case for case in cases if not is_finished(case.out, case.beside)]
     warm: set[object] = set()
     for index, case in enumerate(cases):
-        if case.out.exists():
+        if is_finished(case.out, case.beside):
             yield Report(index, 0)
             continue
         if _kind(case) not in warm and not stop.requested:
@@ -150,7 +165,7 @@ class CaseRunner:
     def run(self, row: ManifestRow, stop: Stop) -> Report:
         """Solve what is missing of a case. Errors are in the report and, if there is no result, in the case's note."""
         began = time.perf_counter()
-        if self.manifest.result(row).exists():
+        if self.manifest.is_finished(row):
             return Report(row.index, 0)
         try:
             case = self.base.prepare(row.settings, self.manifest.results)

@@ -11,11 +11,12 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fretsolve.errors import CaseError, FileError, dotted, shortened
+from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, writing
@@ -30,7 +31,8 @@ FORMAT = 1
 class ManifestRow:
     """One case. index: its place in the sweep, from 0; id: names its result, the same for equal cases.
 
-    seconds: estimated time; shared: beginnings that other cases have as well.
+    seconds: estimated time; shared: beginnings that other cases have as well; beside: names of the files that it has
+    beside a complete result.
     """
 
     index: int
@@ -38,6 +40,7 @@ class ManifestRow:
     settings: Mapping[str, str]
     seconds: float
     shared: tuple[Beginning, ...] = ()
+    beside: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -85,9 +88,25 @@ class Manifest:
         """Return the result file of a case."""
         return self.results / f"{row.id}.h5"
 
+    def is_finished(self, row: ManifestRow) -> bool:
+        """Return whether nothing of a case is left to run: its result is there, with the files beside it."""
+        return is_finished(self.result(row), row.beside)
+
     def note(self, row: ManifestRow) -> Path:
         """Return the file that says why a case has ended without a result."""
         return self.results / f"{row.id}.note"
+
+
+def is_finished(out: Path, beside: Sequence[str]) -> bool:
+    """Return whether a result is there, with the files beside it unless there is no solution."""
+    if not out.exists():
+        return False
+    if all(out.with_suffix(f".{name}.h5").exists() for name in beside):
+        return True
+    try:
+        return bool(read_attributes(out)["status"] != "complete")
+    except FileError:
+        return True  # whoever reads it reports the damage
 
 
 class _StoredBeginning(BaseModel):
@@ -107,6 +126,7 @@ class _StoredRow(BaseModel):
     settings: dict[str, str]
     seconds: float
     shared: tuple[_StoredBeginning, ...] = ()
+    beside: tuple[Literal["stress", "fatigue"], ...] = ()
 
 
 class _Stored(BaseModel):
@@ -203,7 +223,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 def _row(case: _StoredRow) -> ManifestRow:
     shared = tuple(Beginning(one.key, one.increments) for one in case.shared)
-    return ManifestRow(case.index, case.id, case.settings, case.seconds, shared)
+    return ManifestRow(case.index, case.id, case.settings, case.seconds, shared, case.beside)
 
 
 def index_list(indices: Sequence[int]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,12 +13,11 @@ from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
-from fretsolve.stress.names import PEAK_NAMES
-from fretsolve.sweep.base_case import BaseCase, placed
+from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, placed
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
-from fretsolve.sweep.quantity import CORRECTED_NAMES, read_quantity, usual_quantities
+from fretsolve.sweep.quantity import CORRECTED_NAMES, key_beside, read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import missing
 from fretsolve.system.foreign_files import require_regular
@@ -49,20 +49,21 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     beginnings: dict[str, tuple[Beginning, ...]] = {}
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
-    stages, memory, have_bars, have_stress = sys.maxsize, 0.0, True, True
+    stages, memory, have_bars = sys.maxsize, 0.0, True
+    have = set(FILES_BESIDE)
     for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
         setup = prepared.setup
-        rows.append(ManifestRow(index, prepared.id, prepared.settings, prepared.expected.seconds))
+        rows.append(prepared.row(index))
         files[prepared.id] = prepared.expected.file
         beginnings[prepared.id] = beginnings_of(setup, prepared.header, prepared.expected.seconds)
         saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
         found |= dict.fromkeys(setup.model.warnings)
         have_bars &= setup.case.solver.error_bars
-        have_stress &= setup.case.output.stress is not None
+        have &= set(prepared.beside)
         last = len(setup.load_path.last_steps)
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
         usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
-    _require_quantities(spec, text.source, stages, have_bars=have_bars, have_stress=have_stress)
+    _require_quantities(spec, text.source, stages, have_bars=have_bars, have=have)
     found_shared = shared(beginnings)
     manifest = Manifest(
         folder.absolute(),
@@ -106,15 +107,15 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
 
 
 def _require_quantities(
-    spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool, have_stress: bool
+    spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool, have: Collection[str]
 ) -> None:
     for index, text in enumerate(spec.quantities):
         try:
             quantity = read_quantity(text, stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
-        if quantity.name in PEAK_NAMES and not have_stress:
-            problem = f"{quantity.name} is known from runs with stresses alone; output.stress in the case is needed"
+        if (key := key_beside(quantity.name)) and key.removeprefix("output.") not in have:
+            problem = f"{quantity.name} is known from runs with {key} alone; {key} in the case is needed"
             raise source.problem(problem, ("quantities", index))
         if quantity.name in CORRECTED_NAMES and not have_bars:
             problem = f"{quantity.name} is known from runs with error bars alone; error_bars: true is needed"

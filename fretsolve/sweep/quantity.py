@@ -15,6 +15,7 @@ from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError, SlidingError
 from fretsolve.export.selection import relevant_columns, total_cost
+from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
 from fretsolve.result import Result, open_result
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
@@ -33,9 +34,10 @@ NAMES = tuple(
 CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
 """Columns that can be collected too, from runs with error bars."""
 
-_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES)
+_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES)
 
-_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)} | dict.fromkeys(PEAK_NAMES, "MPa")
+_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)}
+_COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
 
 RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
 
@@ -67,7 +69,14 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
         ends = "on" if stages == LAST_STAGE else f"to {stages}"
         raise _refused(f"there is no stage {stage!r}; one from 1 {ends} is needed", text)
+    if at and name in WORST_NAMES and int(stage) != stages:
+        raise _refused(f"{name} is that of the last cycle; leave @{stage} out", text)
     return StageQuantity(name, int(stage) if at else stages)
+
+
+def key_beside(name: str) -> str:
+    """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
+    return "output.stress" if name in PEAK_NAMES else "output.fatigue" if name in WORST_NAMES else ""
 
 
 def usual_quantities(setup: ProblemSetup) -> tuple[StageQuantity, ...]:
@@ -155,8 +164,15 @@ def read_outcome(
             from fretsolve.stress.stress_file import read_peaks
 
             stresses = read_peaks(stress_path(result.path))
+        worst: dict[str, float] = {}
+        if any(one.name in WORST_NAMES for one in quantities):
+            from fretsolve.fatigue.fatigue_file import read_worst
+
+            worst = read_worst(fatigue_path(result.path))
 
         def at_end(name: str, stage: int) -> float:
+            if name in worst:
+                return worst[name]
             step = ends.get(stage, result.increments)
             if (as_run := name.removesuffix(ERROR_SUFFIX)) in stresses:
                 return stresses[as_run].get(step, (math.nan, math.nan))[name != as_run]
@@ -166,6 +182,8 @@ def read_outcome(
 
         def peak(name: str) -> float:
             as_run = name.removesuffix(CORRECTED_SUFFIX)
+            if name in worst:
+                return abs(worst[name])
             if name in stresses:
                 return max((value for value, _ in stresses[name].values()), default=0.0)
             return 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
@@ -180,7 +198,7 @@ def read_outcome(
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             len(steps) if complete else 0,
-            {one.name: "MPa" if one.name in stresses else result.units(one.name) for one in quantities},
+            {one.name: one.units if key_beside(one.name) else result.units(one.name) for one in quantities},
         )
 
 

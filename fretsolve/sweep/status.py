@@ -53,7 +53,7 @@ def states(manifest: Manifest, reports: Iterable[Report] = ()) -> Iterator[CaseS
 def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     """Return the state of a case."""
     out = manifest.result(row)
-    if out.exists():
+    if manifest.is_finished(row):
         try:
             attributes = read_attributes(out)
         except FileError as error:
@@ -79,13 +79,13 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
 
 
 def missing(manifest: Manifest, rows: Iterable[ManifestRow] | None = None) -> list[ManifestRow]:
-    """Return the cases without a result, each once; a file appears only when it is whole."""
-    return [row for row in (manifest.unique if rows is None else rows) if not manifest.result(row).exists()]
+    """Return the cases that lack a file, each once; a file appears only when it is whole."""
+    return [row for row in (manifest.unique if rows is None else rows) if not manifest.is_finished(row)]
 
 
 def has_ended(manifest: Manifest, row: ManifestRow) -> bool:
-    """Return whether a case has its result, or a note of why it has none."""
-    return manifest.result(row).exists() or manifest.note(row).exists()
+    """Return whether a case has its files, or a note of why it has none."""
+    return manifest.is_finished(row) or manifest.note(row).exists()
 
 
 def is_taken(manifest: Manifest, row: ManifestRow) -> bool:

@@ -20,7 +20,7 @@ from sweeping import manifest_of, rows_of, write_sweep
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
-from fretsolve.stress.names import is_stress_file
+from fretsolve.stress.names import opened_computed
 from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
 from fretsolve.system import atomic_files
 
@@ -320,11 +320,12 @@ def test_stresses_of_a_run_replace_no_other_file(tmp_path: Path) -> None:
     own.write_text(TEXT)
     for option in ("-q", "--resume"):
         line = refused(2, "run", case, option)
-        assert line.startswith(f"{own}: exists: the run would replace it by its stresses: move it away, or")
+        assert line.startswith(f"{own}: exists: the run would replace it by what output asks for: move it away, or")
     assert own.read_text() == TEXT
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.stress.h5", "case.yaml"]
     assert invoke("run", case, "-q", "--overwrite").exit_code == 0
-    assert is_stress_file(own)
+    with opened_computed(own) as found:
+        assert found is not None
     case.with_suffix(".h5").unlink()
     assert "exists: the run would replace" in refused(2, "run", case)
     assert invoke("run", case, "-q", "--resume").exit_code == 0  # its own may be replaced

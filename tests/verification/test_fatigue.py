@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from command_line import invoke
 
+from fretsolve.case.material_spec import Material
 from fretsolve.fatigue import critical_plane
-from fretsolve.fatigue.criteria import CRITERIA, FatigueField, fatigue_field
+from fretsolve.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.fatigue.invariants import COMPONENTS, deviator_vectors, extreme_deviators, hydrostatic
-from fretsolve.fatigue.material import Material
+from fretsolve.fatigue.names import CRITERIA
 from fretsolve.fatigue.plane_criteria import fatemi_socie, findley, swt
 from fretsolve.fatigue.smallest_ball import smallest_ball
 from fretsolve.system.arrays import DoubleArray

@@ -108,6 +108,34 @@ def test_average_of_a_result_has_the_depths_that_it_needs(solved):
     assert "depth 0.02 mm" in result.stdout
 
 
+def test_volumes_for_paraview(stresses, tmp_path):
+    """Values lie at their places, and normals point along the z axis of the grid, which is upwards."""
+    pyvista = pytest.importorskip("pyvista")
+    parameters = tmp_path / "f.h5"
+    material = tmp_path / "steel.yaml"
+    material.write_text("\n".join(KEYS.replace("=", ": ").split(",")) + f"\nstrain_life: {CURVE}\n")
+    words = ("--material", material, "--criterion", "findley,crossland,swt", "-o", parameters, "-q")
+    assert invoke("fatigue", stresses, *words).exit_code == 0
+    done = invoke("export", parameters, "--to", "vtk")
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'f.pvd'}\n"), done.stderr
+    grid = pyvista.read(tmp_path / "f.vtk" / "fatigue_body_2.000010.vtr")
+    with h5py.File(parameters) as file:
+        group = file["fatigue/body_2"]
+        np.testing.assert_allclose(grid.z, -group["depth"][::-1], atol=1e-7)
+        i, j, depth = 3, 5, 1
+        index = i + len(group["x"]) * (j + len(group["y"]) * (len(group["depth"]) - 1 - depth))
+        np.testing.assert_allclose(grid.points[index, :2], (group["x"][i], group["y"][j]), rtol=1e-6)
+        for name in ("findley", "findley_utilisation", "crossland", "swt", "swt_life"):
+            expected = min(float(group[name][depth, i, j]), 3.4e38)
+            assert grid[name][index] == pytest.approx(expected, rel=1e-5)
+        normal = group["findley_normal"][depth, i, j]
+        np.testing.assert_allclose(grid["findley_normal"][index], normal * (1, 1, -1), atol=1e-6)
+    assert "fatigue parameters can be exported to vtk, not to csv" in refused(2, "export", parameters, "--to", "csv")
+    assert "holds grids: --overwrite replaces them" in refused(
+        2, "export", parameters, "--to", "vtk", "-o", tmp_path / "f.pvd"
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

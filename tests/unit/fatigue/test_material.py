@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from fretsolve.case.material_spec import Material
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.criteria import CRITERIA, fatigue_field, require_constants
-from fretsolve.fatigue.material import Material
+from fretsolve.fatigue.criteria import fatigue_field, require_constants
+from fretsolve.fatigue.names import CRITERIA
 
 STEEL = {
     "tension_limit": "300 MPa",

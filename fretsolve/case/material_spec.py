@@ -44,7 +44,9 @@ class Material(CaseModel):
     tensile_strength: Stress | None = Field(default=None, description="tensile strength", examples=["700 MPa"])
     yield_strength: Stress | None = Field(default=None, description="yield strength", examples=["500 MPa"])
     fatemi_socie_factor: Annotated[float, InUnits(NUMBER, least=0)] = Field(
-        default=1.0, description="Fatemi and Socie's factor k of the normal stress over the yield strength"
+        default=1.0,
+        description="Fatemi and Socie's factor k of the normal stress over the yield strength",
+        examples=[1.0],
     )
     young_modulus: Stress | None = Field(default=None, description="Young's modulus; by default the body's")
     poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] | None = Field(

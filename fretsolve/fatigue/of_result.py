@@ -1,0 +1,128 @@
+"""From a result to fatigue parameters over its last cycle: what is asked, and the stresses that it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fretsolve.case.material_spec import Material
+from fretsolve.errors import CaseError
+from fretsolve.fatigue.averaging import Average
+from fretsolve.fatigue.cycle import require_states
+from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
+from fretsolve.fatigue.material_file import MaterialSource
+from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
+from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.request import StressRequest, stress_request
+from fretsolve.stress.stress_file import bodies_of
+from fretsolve.stress.tractions import TractionHistory, last_cycle
+
+AVERAGE_DEPTHS = 9
+"""Depths that are computed for an average, evenly over its range."""
+
+
+@dataclass(frozen=True)
+class FatigueRequest:
+    """Fatigue parameters to compute.
+
+    criteria: their names; average: of the stresses, None for none. bodies: none for those in a file of stresses, or for
+    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones.
+    """
+
+    material: MaterialSource
+    criteria: tuple[str, ...]
+    average: Average | None = None
+    bodies: tuple[Body, ...] = ()
+    depths: tuple[float, ...] = ()
+
+    @property
+    def stress_depths(self) -> tuple[float, ...]:
+        """Depths at which stresses are computed."""
+        if self.average is None:
+            return self.depths
+        first, last = self.average.depth_range
+        spread = AVERAGE_DEPTHS if last > first else 1
+        return tuple(first + (last - first) * k / max(spread - 1, 1) for k in range(spread))
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
+
+    request: FatigueRequest
+    of_body: Mapping[int, StressCycle]
+    materials: Mapping[int, Material]
+    attributes: Mapping[str, str]
+
+    @property
+    def layers(self) -> int:
+        """The number of layers of all bodies."""
+        return sum(len(cycle.depths) for cycle in self.of_body.values())
+
+    def write(
+        self, target: Path, show: Callable[[], object] = lambda: None, *, exclusive: bool = False
+    ) -> tuple[dict[int, dict[str, Worst]], float]:
+        """Write the parameters; see `write_fatigue`. Raises OSError."""
+        criteria = self.request.criteria
+        return write_fatigue(self.of_body, self.materials, criteria, target, self.attributes, show, exclusive=exclusive)
+
+
+@contextmanager
+def stresses_beside(target: Path) -> Iterator[Path]:
+    """Yield the name of a file of stresses that is removed at the end of the block. Raises OSError."""
+    # In the folder of the target, since the folder for temporary files may be small.
+    with TemporaryDirectory(dir=target.parent, prefix=f"{target.stem}.", suffix=".tmp") as folder:
+        yield Path(folder) / "stress.h5"
+
+
+def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> StressRequest:
+    """Return the stresses of the last cycle that a request takes.
+
+    Raises CaseError, before anything is computed, also for what is wrong with material and average.
+    """
+    result = tractions.result
+    try:
+        steps = last_cycle(result)
+        require_states(len(steps))
+    except CaseError as error:
+        advice = "`fretsolve stress --step` writes stresses of chosen increments, which `fretsolve fatigue` takes too"
+        raise CaseError(f"{error.message}; {advice}", (), result.path) from None
+    try:
+        if request.average is not None:
+            request.average.require_length((tractions.grid.dx, tractions.grid.dy))
+    except CaseError as error:
+        raise CaseError(error.message, (), result.path) from None
+    found = stress_request(tractions, steps, request.bodies, request.stress_depths)
+    for body in found.bodies:
+        elastic = result.effective_case["bodies"][body - 1]
+        request.material.with_elastic_constants(elastic).require(request.criteria)
+    return found
+
+
+def cycles_of(file: Any, stresses: Path, origin: Path, request: FatigueRequest) -> Cycles:
+    """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
+
+    Raises CaseError, FileError.
+    """
+    found, attributes = bodies_of(file, stresses), dict(file.attrs)
+    for number in request.bodies:
+        if number not in found:
+            there = " and ".join(f"body {one}" for one in found)
+            raise CaseError(f"there are no stresses of body {number}, only of {there}", (), origin)
+    cycles, materials = {}, {}
+    for number, body in found.items():
+        if request.bodies and number not in request.bodies:
+            continue
+        own = request.material.with_elastic_constants(elastic_body(attributes, number))
+        own.require(request.criteria)
+        cycles[int(number)] = StressCycle(origin, body, cycle_of(body, attributes), request.average)
+        materials[int(number)] = own.material
+    average = request.average
+    texts = {"average": "" if average is None else f"{average.kind} over {average.length:g} mm"}
+    texts |= {"material": next(iter(materials.values())).model_dump_json(exclude_none=True)}
+    texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
+    return Cycles(request, cycles, materials, texts)

@@ -1,0 +1,169 @@
+"""Fatigue parameters that a case asks for, at the end of its run and in sweeps."""
+
+import csv
+import json
+
+import h5py
+import pytest
+from command_line import invoke, refused
+
+from fretsolve import open_result
+
+CASE = """\
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 16}
+friction: 0.4
+load_path:
+  - {P: 400 N}
+  - {Qx: 100 N, increments: 2}
+  - cycle: {times: 2, stages: [{Qx: -100 N, increments: 2}, {Qx: 100 N, increments: 2}]}
+"""
+STEEL = "tension_limit: 300 MPa\ntorsion_limit: 190 MPa\n"
+FATIGUE = "output: {fatigue: {material: steel.yaml, criteria: [findley, crossland], depths: [0 mm, 40 um]}}\n"
+
+
+@pytest.fixture
+def case(tmp_path):
+    """A case with a file of a material, which asks for fatigue parameters."""
+    (tmp_path / "steel.yaml").write_text(STEEL)
+    (tmp_path / "c.yaml").write_text(CASE + FATIGUE)
+    return tmp_path / "c.yaml"
+
+
+def test_a_case_asks_for_fatigue_parameters(case, tmp_path):
+    """They are those of the command, and are made again if they are missing, or of another case."""
+    done = invoke("run", case)
+    assert done.exit_code == 0, done.stderr
+    assert "body 2, 2 depths, 5 states:" in done.stdout
+    assert done.stdout.endswith(f"{tmp_path / 'c.fatigue.h5'}\n")
+    with open_result(tmp_path / "c.h5") as result:
+        stored = json.loads(result.attributes["effective_case"])["output"]["fatigue"]
+    assert (stored["material"]["torsion_limit"], stored["criteria"]) == (190.0, ["findley", "crossland"])
+    words = ("--cycle", "last", "--depth", "0", "--depth", "40um", "-q", "-o", tmp_path / "s.h5")
+    assert invoke("stress", tmp_path / "c.h5", *words).exit_code == 0
+    words = ("--material", tmp_path / "steel.yaml", "--criterion", "findley,crossland", "-q")
+    assert invoke("fatigue", tmp_path / "s.h5", *words, "-o", tmp_path / "f.h5").exit_code == 0
+    with h5py.File(tmp_path / "c.fatigue.h5") as own, h5py.File(tmp_path / "f.h5") as of_command:
+        for name in ("findley", "crossland", "findley_normal"):
+            assert (own[f"fatigue/body_2/{name}"][()] == of_command[f"fatigue/body_2/{name}"][()]).all()
+        worst = own["fatigue/body_2/findley"].attrs["worst"]
+    before = (tmp_path / "c.fatigue.h5").stat().st_mtime_ns
+    assert invoke("run", case, "--resume", "-q").exit_code == 0
+    assert (tmp_path / "c.fatigue.h5").stat().st_mtime_ns == before
+    with h5py.File(tmp_path / "c.fatigue.h5", "r+") as file:
+        file.attrs["effective_case"] = "{}"
+    assert invoke("run", case, "--resume", "-q").exit_code == 0
+    with h5py.File(tmp_path / "c.fatigue.h5") as file:
+        assert file["fatigue/body_2/findley"].attrs["worst"] == worst
+    assert sorted(path.name for path in tmp_path.iterdir() if "tmp" in path.name) == []
+
+
+def test_constants_in_the_case_and_averages(case, tmp_path):
+    """An average has a depth of its own; one constant of a file may be overridden."""
+    words = ("--set", "output.fatigue.depths=[]", "--set", "output.fatigue.average={point: 80 um}")
+    done = invoke("run", case, *words, "--set", "output.fatigue.material.torsion_limit=200 MPa")
+    assert done.exit_code == 0, done.stderr
+    assert "point average over 0.08 mm" in done.stdout
+    assert "% of 200 MPa" in done.stdout
+    material = "output.fatigue.material={tension_limit: 300 MPa, torsion_limit: 200 MPa}"
+    again = invoke("run", case, *words, "--set", material, "--overwrite")
+    assert again.stdout.splitlines()[-3:] == done.stdout.splitlines()[-3:]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("material=none.yaml", "output.fatigue.material=none.yaml: output.fatigue.material: "),
+        ("material={tension_limit: 300 MPa}", "output.fatigue.material.torsion_limit: is missing; a pressure"),
+        ("material={tension: 300 MPa}", "unknown key 'tension'; did you mean 'tension_limit'?"),
+        ("criteria=[finley]", "'finley' is not allowed; did you mean 'findley'?"),
+        ("criteria=[]", "output.fatigue.criteria"),
+        ("criteria=[swt]", ""),
+        ("average={point: 1 um}", "an average has depths of its own"),
+        ("average={}", "one of point, line, volume is needed, such as {point: 20 um}; none is given"),
+        ("bodies=[3]", "output.fatigue.bodies.0"),
+    ],
+)
+def test_mistakes_in_the_keys(case, change, message):
+    words = ("validate", case, "--set", f"output.fatigue.{change}")
+    if message:
+        assert message in refused(2, *words)
+        assert message in refused(2, "run", *words[1:])
+    else:
+        assert invoke(*words).exit_code == 0
+
+
+def test_what_a_run_refuses_before_it_begins(case, tmp_path):
+    assert "load_path needs one" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
+    assert "shear in output.fields is needed" in refused(2, "run", case, "--set", "output.fields=[pressure]")
+    rigid = "bodies=[{young_modulus: 70 GPa, poisson_ratio: 0.5}, rigid]"
+    words = ("--set", rigid, "--set", "output.fatigue.bodies=[2]")
+    assert "body 2 is rigid, so that it has no stress" in refused(2, "run", case, *words)
+    short = ("--set", "output.fatigue.depths=[]", "--set", "output.fatigue.average={line: 1 um}")
+    assert "output.fatigue.average: the averaging length 0.001 mm is below a cell" in refused(2, "run", case, *short)
+    assert "output.every: the cycle has 2 stored states" in refused(2, "run", case, "--set", "output.every=4")
+    (tmp_path / "steel.yaml").write_text("tension_limit: 300 N\n")
+    assert "steel.yaml:1: tension_limit: '300 N' is a force" in refused(2, "run", case)
+    assert not (tmp_path / "c.h5").exists()
+
+
+def test_a_sweep_collects_the_largest_parameters(case, tmp_path):
+    sweep = tmp_path / "s.yaml"
+    sweep.write_text(
+        "case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [findley_max, crossland_max, swt_max]\n"
+    )
+    done = invoke("sweep", "run", sweep)
+    assert done.exit_code == 0, done.stderr
+    assert invoke("sweep", "collect", tmp_path / "s.sweep").exit_code == 0
+    rows = list(csv.DictReader((tmp_path / "s.sweep" / "table.csv").read_text().splitlines()))
+    for row in rows:
+        with h5py.File(tmp_path / "s.sweep" / "results" / f"{row['id']}.fatigue.h5") as file:
+            worst = file["fatigue/body_2/findley"].attrs["worst"]
+        assert float(row["findley_max (MPa)"]) == pytest.approx(worst, rel=1e-9)
+        assert row["swt_max (MPa)"] == ""
+    assert float(rows[0]["crossland_max (MPa)"]) > 0.0
+    sweep.write_text(sweep.read_text().replace("findley_max", "findley_max@2"))
+    assert "findley_max is that of the last cycle; leave @2 out" in refused(2, "sweep", "run", sweep)
+    (tmp_path / "c.yaml").write_text(CASE)
+    sweep.write_text(sweep.read_text().replace("@2", ""))
+    assert "output.fatigue in the case is needed" in refused(2, "sweep", "run", sweep, "-o", tmp_path / "other")
+
+
+@pytest.mark.parametrize("lost", ["stress", "fatigue"])
+def test_a_sweep_goes_on_after_a_kill_between_result_and_files_beside_it(case, tmp_path, lost):
+    case.write_text(CASE + FATIGUE.replace("output: {", "output: {stress: {depths: [0 mm]}, "))
+    sweep = tmp_path / "s.yaml"
+    sweep.write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [findley_max, max_tension]\n")
+    assert invoke("sweep", "run", sweep, "-q").exit_code == 0
+    table = tmp_path / "s.sweep" / "table.csv"
+    assert invoke("sweep", "collect", tmp_path / "s.sweep").exit_code == 0
+    rows = [row.partition(",complete,")[2].split(",")[:3] for row in table.read_text().splitlines()[1:]]
+    killed = sorted((tmp_path / "s.sweep" / "results").glob(f"*.{lost}.h5"))[0]
+    killed.unlink()
+    assert "1 complete, 1 waiting" in invoke("sweep", "status", tmp_path / "s.sweep").stdout
+    assert invoke("sweep", "run", sweep, "-q").exit_code == 0
+    assert killed.exists()
+    assert "2 complete" in invoke("sweep", "status", tmp_path / "s.sweep").stdout
+    assert invoke("sweep", "collect", tmp_path / "s.sweep").exit_code == 0
+    assert rows == [row.partition(",complete,")[2].split(",")[:3] for row in table.read_text().splitlines()[1:]]
+
+
+def test_a_sweep_whose_cases_have_no_solution_is_finished(case, tmp_path):
+    """Such a result has no files beside it."""
+    sweep = tmp_path / "s.yaml"
+    sweep.write_text("case: c.yaml\naxes:\n  - friction: [0.1, 0.5]\nquantities: [findley_max]\n")
+    assert invoke("sweep", "run", sweep, "-q").exit_code == 0
+    assert "1 complete, 1 no solution" in invoke("sweep", "status", tmp_path / "s.sweep").stdout
+
+
+def test_a_study_compares_the_largest_parameters(case, tmp_path):
+    words = ("study", case, "--vary", "grid.points=12,16", "-q", "-o", tmp_path / "s")
+    done = invoke(*words, "--quantity", "findley_max")
+    assert done.exit_code == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "s" / "study.csv").read_text().splitlines()))
+    assert all(float(row["findley_max@6 (MPa)"]) > 0.0 for row in rows)
+    done = invoke(*words[:-1], tmp_path / "t", "--quantity", "delta_z")
+    assert (done.exit_code, list((tmp_path / "t").glob("*.fatigue.h5"))) == (0, [])
