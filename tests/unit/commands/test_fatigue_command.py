@@ -121,7 +121,7 @@ def test_volumes_for_paraview(stresses, tmp_path):
     grid = pyvista.read(tmp_path / "f.vtk" / "fatigue_body_2.000010.vtr")
     with h5py.File(parameters) as file:
         group = file["fatigue/body_2"]
-        np.testing.assert_allclose(grid.z, -group["depth"][::-1], atol=1e-7)
+        np.testing.assert_allclose(grid.z, -group["depth"][()][::-1], atol=1e-7)
         i, j, depth = 3, 5, 1
         index = i + len(group["x"]) * (j + len(group["y"]) * (len(group["depth"]) - 1 - depth))
         np.testing.assert_allclose(grid.points[index, :2], (group["x"][i], group["y"][j]), rtol=1e-6)
