@@ -55,9 +55,10 @@ def plot_result(
             else:
                 write_picture(path, pictures[kind.name])
         if every_kind:
-            from fretsolve.plots.report_page import html_page
+            from fretsolve.plots.report_page import html_page, increment_frames
 
-            write_picture(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out).encode())
+            frames = increment_frames(result) if result.steps and result.fields else {}
+            write_picture(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out, frames).encode())
     return 0
 
 

@@ -91,8 +91,8 @@ def chosen_stage_ends(result: Result) -> list[int]:
     return ends if len(ends) <= FIRST_ENDS + LAST_ENDS else ends[:FIRST_ENDS] + ends[-LAST_ENDS:]
 
 
-def load_text(result: Result, step: int) -> str:
-    """Return the loads at an increment, such as ``$P$ = 400 N, $Q_x$ = 36 N``."""
+def load_text(result: Result, step: int, *, plain: bool = False) -> str:
+    """Return the loads at an increment, such as ``$P$ = 400 N, $Q_x$ = 36 N``; plain: with names for symbols."""
     stage = int(result.history["stage"][step])
     texts = []
     for pair in sorted(moved_pairs(result), key=lambda moved: (moved.force, moved.motion) not in PAIRS[:3]):
@@ -101,13 +101,15 @@ def load_text(result: Result, step: int) -> str:
             name = pair.driven[max(before)]
             unit = unit_of(result, name)
             column = result.history[name] * unit.factor
-            texts.append(f"{symbol(name)} = {short_number(column[step], np.abs(column).max())} {unit.text}")
+            texts.append(
+                f"{name if plain else symbol(name)} = {short_number(column[step], np.abs(column).max())} {unit.text}"
+            )
     return ", ".join(texts)
 
 
-def step_text(result: Result, step: int) -> str:
-    """Return an increment with its stage and its loads."""
-    return f"increment {step} (stage {result.history['stage'][step]}): {load_text(result, step)}"
+def step_text(result: Result, step: int, *, plain: bool = False) -> str:
+    """Return an increment with its stage and its loads; plain: see `load_text`."""
+    return f"increment {step} (stage {result.history['stage'][step]}): {load_text(result, step, plain=plain)}"
 
 
 def _turning_points(result: Result, pair: MovedPair) -> list[int]:

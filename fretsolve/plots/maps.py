@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +44,8 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
 
+MOST_FRAMES = 60
+
 AREA = 4.8
 """Square inches of a map."""
 
@@ -81,17 +83,23 @@ def contact_map(
     return drawn.figure
 
 
-def animation(result: Result, ax: Sheet | None = None, *, fields: Sequence[str] | None = None) -> FuncAnimation:
-    """Draw fields over the increments with fields, in at most 60 frames; ``.save`` or ``.to_jshtml`` shows them.
+@dataclass(frozen=True)
+class Film:
+    """Maps of increments in one figure. show: draws the frame of an increment."""
 
-    ax: what the frames look like. fields: names of the case file; by default pressure and shear. All frames have the
-    same colours and limits. Raises PictureError.
+    figure: Figure
+    steps: tuple[int, ...]
+    show: Callable[[int], tuple[()]]
+
+
+def film(result: Result, ax: Sheet | None = None, fields: Sequence[str] | None = None, most: int = MOST_FRAMES) -> Film:
+    """Return the frames of at most `most` increments with fields, all in the same colours and limits.
+
+    ax: what the frames look like. fields: names of the case file; by default pressure and shear. Raises PictureError.
     """
     require_area(result)
     chosen_step(result, None)
-    steps = result.steps
-    if len(steps) > 60:
-        steps = tuple(steps[k] for k in np.linspace(0, len(steps) - 1, 60).round().astype(int))
+    steps = few_steps(result, most)
     names = chosen_fields([Snapshot(result, step) for step in steps], MAP_FIELDS[:2], fields)
     # Find the limits. The fields of one increment are held at a time.
     largest = [0.0] * len(names)
@@ -119,17 +127,40 @@ def animation(result: Result, ax: Sheet | None = None, *, fields: Sequence[str] 
         drawn.heading(title_of(result), step_text(result, step))
         return ()
 
-    rate = min(max(round(len(steps) / 10.0), 2), 12)  # frames per second, for a film of ten seconds
+    return Film(drawn.figure, steps, show)
+
+
+def few_steps(result: Result, most: int) -> tuple[int, ...]:
+    """Return the increments with fields, or `most` of them from the first to the last."""
+    steps = result.steps
+    if len(steps) <= most:
+        return steps
+    return tuple(steps[k] for k in np.linspace(0, len(steps) - 1, most).round().astype(int))
+
+
+def animation(result: Result, ax: Sheet | None = None, *, fields: Sequence[str] | None = None) -> FuncAnimation:
+    """Draw fields over the increments with fields, in at most 60 frames; ``.save`` or ``.to_jshtml`` shows them.
+
+    ax: what the frames look like. fields: names of the case file; by default pressure and shear. All frames have the
+    same colours and limits. Raises PictureError.
+    """
+    drawn = film(result, ax, fields)
+    rate = min(max(round(len(drawn.steps) / 10.0), 2), 12)  # frames per second, for a film of ten seconds
     return FuncAnimation(
-        drawn.figure, show, frames=steps, interval=1000.0 / rate, init_func=lambda: (), cache_frame_data=False
+        drawn.figure,
+        drawn.show,
+        frames=drawn.steps,
+        interval=1000.0 / rate,
+        init_func=lambda: (),
+        cache_frame_data=False,
     )
 
 
-def saved_film(film: FuncAnimation, file_format: str, dpi: int) -> bytes:
+def saved_film(moving: FuncAnimation, file_format: str, dpi: int) -> bytes:
     """Return an animation as the content of a gif or mp4 file."""
     with tempfile.TemporaryDirectory() as folder, own_style():
         target = Path(folder) / f"film.{file_format}"
-        film.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=dpi)
+        moving.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=dpi)
         return target.read_bytes()
 
 

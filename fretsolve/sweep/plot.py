@@ -94,7 +94,9 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
         for name, look in CONDITIONS.items():
             here = found == name
             if here.any():
-                handles += axes.plot(x.values[here], y.values[here], linestyle="", markersize=7.0, label=name, **look)
+                handles += axes.plot(
+                    x.values[here], y.values[here], linestyle="", markersize=5.0, clip_on=False, label=name, **look
+                )
         sheet.legend(handles, len(handles))
     return sheet.figure
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import base64
+import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
+import pytest
 from command_line import invoke, refused
 from fake_states import fake_header, fake_states
 
@@ -34,8 +38,8 @@ def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
         writer.finish("complete")
     pictures = {"loop": b"a loop", "animate": b"a film"}
     with open_result(tmp_path / "out.h5") as result:
-        text = html_page(result, pictures, {"map": "nothing to show, as 0 < 1"})
-        without_reasons = html_page(result, pictures, {})
+        text = html_page(result, pictures, {"map": "nothing to show, as 0 < 1"}, {})
+        without_reasons = html_page(result, pictures, {}, {"the only one": b"frame"})
     page = _Pictures()
     page.feed(text)
     shown = dict(zip(("image/png", "image/gif"), pictures.values(), strict=True))
@@ -47,7 +51,7 @@ def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
     assert "complete, 2 increments" in text
     assert "<li>map: nothing to show, as 0 &lt; 1</li>" in text
     assert text.index("<h2>Case</h2>") < text.index("title: a &lt; b &amp; c")
-    assert "Left out" not in without_reasons
+    assert "Left out" not in without_reasons and "slider" not in without_reasons
 
 
 def test_all_kinds_and_a_report(result_folder: Path, tmp_path: Path) -> None:
@@ -59,7 +63,9 @@ def test_all_kinds_and_a_report(result_folder: Path, tmp_path: Path) -> None:
     text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     page = _Pictures()
     page.feed(text)
-    assert len(page.sources) == len(kinds)
+    with open_result(result_folder / "torsion.h5") as result:
+        increments = len(result.steps)
+    assert len(page.sources) == len(kinds) + increments
     assert all(source.startswith("data:image/") for source in page.sources)
     assert "mode" not in page.tags
     assert "Fretting &lt;mode&gt; $I$ &amp;" in text
@@ -78,3 +84,26 @@ def test_report_says_what_is_left_out(result_folder: Path, tmp_path: Path) -> No
     line = refused(4, "plot", result_folder / "hertz.h5", "--all", "-o", tmp_path)
     assert line.startswith(f"{tmp_path / 'index.html'}: is not a page of fretsolve, so it is not replaced")
     assert (tmp_path / "index.html").read_text(encoding="utf-8") == "<title>my site</title>"
+
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
+def test_slider_steps_through_the_increments_in_a_browser(result_folder: Path, tmp_path: Path) -> None:
+    assert CHROMIUM is not None
+    assert invoke("plot", result_folder / "torsion.h5", "--all", "-o", tmp_path).exit_code == 0
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r"https?://", text)
+    moved = """<script>
+    slider.value = 1; slider.dispatchEvent(new Event("input"));
+    const shown = [...frames].filter(frame => frame.checkVisibility());
+    document.body.innerHTML = shown.map(frame => frame.naturalWidth > 500 ? frame.alt : "not loaded").join("|");
+    </script>"""
+    page = tmp_path / "moved.html"
+    page.write_text(text.replace("</body>", f"{moved}</body>"), encoding="utf-8")
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+    options += ["--disable-component-update", "--disable-sync", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
+    done = subprocess.run([CHROMIUM, *options, page.as_uri()], capture_output=True, text=True, timeout=120, check=True)
+    body = done.stdout[done.stdout.index("<body>") :]
+    assert body.startswith("<body>increment 1 (stage 2): P = 400 N, Mz = 1.667 N·mm\n"), body[:300]
