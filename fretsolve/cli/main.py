@@ -111,7 +111,7 @@ def validate(**options: Any) -> int:
     "--junit",
     type=click.Path(readable=False, path_type=Path),
     metavar="FILE.xml",
-    help="Also write the outcome as JUnit XML; an existing FILE.xml is replaced.",
+    help="Also write the outcome as JUnit XML; an earlier FILE.xml of this command is replaced.",
 )
 @overrides_option
 def check(**options: Any) -> int:

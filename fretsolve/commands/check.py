@@ -18,12 +18,16 @@ from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, writing
+from fretsolve.system.foreign_files import require_own
 from fretsolve.system.progress import print_warnings
 
 EXIT_MISSED = 1
 
 SEVERITY = (0, EXIT_MISSED, NoSolutionError.exit_code, CaseError.exit_code, FileError.exit_code)
 """Exit codes from the best outcome to the worst."""
+
+JUNIT_MARK = b'<testsuites name="fretsolve check"'
+"""In every report as JUnit XML."""
 
 HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "ok")
 
@@ -84,6 +88,7 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
     """
     if junit is not None:
         require_ending(junit, "a JUnit file", ".xml")
+        require_own(junit, JUNIT_MARK, "a report of tests")
         if not junit.parent.is_dir():
             raise FileError(f"cannot be written: there is no folder {junit.parent}", junit)
     outcomes = []
@@ -163,5 +168,6 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
     text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
     # XML cannot hold control characters
     printable = "".join(character if character.isprintable() or character == "\n" else "?" for character in text)
+    require_own(path, JUNIT_MARK, "a report of tests")
     with writing(path):
         atomic_files.write_text(path, printable + "\n")

@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from fretsolve.errors import CaseError, FileError, PictureError
+from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
 from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.files import make_folder, reported, require_ending, writing
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.files import make_folder, require_ending, writing
+from fretsolve.system.foreign_files import PICTURE_MARK, require_own
 
 PAGE_NAME = "index.html"
 
@@ -43,6 +43,8 @@ def plot_result(
             raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
     with open_result(out) as result:
         files = _page_files(target, chosen, result) if every_kind else _files(target, chosen, result.path)
+        for path in files:
+            require_own(path, PICTURE_MARK.encode(), "a picture")
         pictures, left_out = {}, {}
         for kind, path in zip(chosen, files, strict=True):
             try:
@@ -58,7 +60,7 @@ def plot_result(
             from fretsolve.plots.report_page import html_page, increment_frames
 
             frames = increment_frames(result) if result.steps and result.fields else {}
-            write_picture(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out, frames).encode())
+            _write(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out, frames).encode())
     return 0
 
 
@@ -92,22 +94,11 @@ def _page_files(target: str | None, kinds: Sequence[PictureKind], result: Result
         raise CaseError("--all writes many files; the name of a folder is needed", (), folder)
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
-    make_folder(folder)
-    _require_own_page(folder / PAGE_NAME)
-    return [folder / f"{kind.name}.{kind.formats[0]}" for kind in kinds]
-
-
-def _require_own_page(path: Path) -> None:
-    """Raise FileError if `path` exists and is no page of fretsolve."""
     from fretsolve.plots.report_page import OWN_MARK
 
-    if os.path.lexists(path):
-        with reported("cannot be read", path):
-            require_regular(path)
-            with path.open("rb") as file:
-                is_own = OWN_MARK.encode() in file.read(1000)
-        if not is_own:
-            raise FileError("is not a page of fretsolve, so it is not replaced: give another folder with -o", path)
+    make_folder(folder)
+    require_own(folder / PAGE_NAME, OWN_MARK.encode(), "a page")
+    return [folder / f"{kind.name}.{kind.formats[0]}" for kind in kinds]
 
 
 def picture_format(path: Path) -> str:
@@ -121,7 +112,13 @@ def _format(path: Path) -> str:
 
 
 def write_picture(path: Path, content: bytes) -> None:
-    """Write a file and print its name. Raises FileError."""
-    with writing(path), atomic_files.new_file(path, durable=False) as file:
+    """Write a picture and print its name. Raises FileError, also if another file than a picture is there."""
+    require_own(path, PICTURE_MARK.encode(), "a picture")
+    _write(path, content)
+
+
+def _write(path: Path, content: bytes) -> None:
+    exclusive = not os.path.lexists(path)
+    with writing(path), atomic_files.new_file(path, durable=False, exclusive=exclusive) as file:
         file.write(content)
     print(path, flush=True)

@@ -7,23 +7,28 @@ from pathlib import Path
 
 from fretsolve.commands.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import require_matplotlib
-from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.export.text_report import report_console
 from fretsolve.study.assessment import Assessment, assess
 from fretsolve.study.plan import ReferenceKind, StudyPlan, make_study_plan
 from fretsolve.study.report import advice, failures, notes, tables
-from fretsolve.study.result_files import CSV_NAME, HDF5_NAME, write_study_csv, write_study_hdf5
+from fretsolve.study.result_files import (
+    CSV_NAME,
+    HDF5_NAME,
+    PICTURE_NAME,
+    require_own_folder,
+    write_study_csv,
+    write_study_hdf5,
+)
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.manifest import MANIFEST_NAME
 from fretsolve.sweep.quantity import Outcome, read_outcome
-from fretsolve.sweep.status import missing, states
+from fretsolve.sweep.status import missing, own_attributes, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
-
-PICTURE_NAME = "study.png"
 
 
 def study_case(
@@ -45,7 +50,14 @@ def study_case(
     folder = out or case.with_suffix(".study")
     if (folder / MANIFEST_NAME).exists():
         raise CaseError("holds a sweep; give another folder with -o", (), folder)
+    require_own_folder(folder)
     plan = make_study_plan(case, overrides, varied, quantities, reference, folder, corrected=corrected)
+    for row in plan.manifest.rows:
+        if plan.manifest.result(row).exists():
+            try:
+                own_attributes(plan.manifest, row)
+            except FileError as error:
+                raise FileError(f"{error.message}; remove it to run the case again", error.file) from error
     make_folder(folder)
     messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)
     messages.start(case, folder, _warnings(plan), _about_reference(plan))

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from fretsolve.errors import PictureError
 from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result
+from fretsolve.system.foreign_files import PICTURE_MARK
 
 INCH = 25.4
 
@@ -55,7 +56,11 @@ LEGEND_WIDTH = 1.7
 NARROWEST = 0.72
 """Least width of a panel, in parts of the width it is made for; a narrower sheet has fewer side by side."""
 
-WITHOUT_DATE = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+METADATA = {
+    "png": {"Software": PICTURE_MARK},
+    "pdf": {"Creator": PICTURE_MARK, "CreationDate": None},
+    "svg": {"Creator": PICTURE_MARK, "Date": None},
+}
 """Metadata per format with which the same result gives the same file."""
 
 
@@ -176,5 +181,5 @@ def rendered(figure: Figure, file_format: str, dpi: int = Sheet.dpi) -> bytes:
     """Return the picture as the content of a PNG, PDF or SVG file. dpi: dots per inch of pixels."""
     buffer = io.BytesIO()
     with own_style():
-        figure.savefig(buffer, format=file_format, dpi=dpi, metadata=WITHOUT_DATE[file_format], facecolor="white")
+        figure.savefig(buffer, format=file_format, dpi=dpi, metadata=METADATA[file_format], facecolor="white")
     return buffer.getvalue()

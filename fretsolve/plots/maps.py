@@ -40,6 +40,7 @@ from fretsolve.plots.snapshot import (
 from fretsolve.result import Result
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
+from fretsolve.system.foreign_files import PICTURE_MARK
 
 MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
@@ -160,8 +161,13 @@ def saved_film(moving: FuncAnimation, file_format: str, dpi: int) -> bytes:
     """Return an animation as the content of a gif or mp4 file."""
     with tempfile.TemporaryDirectory() as folder, own_style():
         target = Path(folder) / f"film.{file_format}"
-        moving.save(target, writer="ffmpeg" if file_format == "mp4" else "pillow", dpi=dpi)
-        return target.read_bytes()
+        if file_format == "mp4":
+            moving.save(target, writer="ffmpeg", dpi=dpi, metadata={"comment": PICTURE_MARK})
+            return target.read_bytes()
+        moving.save(target, writer="pillow", dpi=dpi)
+        # A comment as GIF89a has it, which Matplotlib cannot write.
+        comment = b"\x21\xfe" + bytes([len(PICTURE_MARK)]) + PICTURE_MARK.encode() + b"\x00"
+        return target.read_bytes().removesuffix(b";") + comment + b";"
 
 
 @contextmanager

@@ -2,17 +2,46 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from fretsolve.errors import FileError
 from fretsolve.study.assessment import Assessment
+from fretsolve.sweep.manifest import OF_A_CASE, require_own_names
 from fretsolve.sweep.table import Column, column, write_table_csv, write_table_hdf5
+from fretsolve.system.foreign_files import PICTURE_MARK, open_hdf5, require_own
 
-CSV_NAME, HDF5_NAME = "study.csv", "study.h5"
+CSV_NAME, HDF5_NAME, PICTURE_NAME = "study.csv", "study.h5", "study.png"
+
+_OWN_NAME = re.compile(rf"{OF_A_CASE.pattern}|study\.(csv|h5|png)(\..*tmp)?$")
+_FIRST_COLUMNS = b"result,status,role,"
+"""Beginning of the table as CSV."""
+
+
+def require_own_folder(folder: Path) -> None:
+    """Raise FileError if there are files in `folder` that a study may not replace: those that it has not written.
+
+    Once there is a study's table, others may lie beside it.
+    """
+    table = folder / HDF5_NAME
+    if os.path.lexists(table):
+        own = False
+        with suppress(OSError, FileError), open_hdf5(table) as file:
+            own = all(name in file for name in ("result", "failure", "reference", "best"))
+        if not own:
+            message = "is not the table of a study, so it is not replaced: move it away, or give another folder with -o"
+            raise FileError(message, table)
+    else:
+        require_own_names(folder, _OWN_NAME, "no study")
+    require_own(folder / CSV_NAME, _FIRST_COLUMNS, "the table of a study")
+    require_own(folder / PICTURE_NAME, PICTURE_MARK.encode(), "a picture")
 
 
 def write_study_csv(path: Path, study: Assessment) -> None:

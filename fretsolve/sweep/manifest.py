@@ -25,6 +25,13 @@ from fretsolve.system.foreign_files import read_small_text
 MANIFEST_NAME = "manifest.json"
 RESULTS_NAME = "results"
 FORMAT = 1
+OF_A_CASE = re.compile(r"[0-9a-f]{16}\.")
+"""Beginning of the names of files of a case."""
+
+_OWN_NAME = re.compile(
+    r"(results|beginnings|slurm|table\.csv|table\.h5)$|(manifest\.json|table\.csv|table\.h5)\..*tmp$"
+)
+"""Files and folders of a sweep whose manifest is missing, or is being written."""
 
 
 @dataclass(frozen=True)
@@ -154,9 +161,8 @@ def require_own(folder: Path, sweep: Path) -> None:
     if results.is_symlink():
         raise FileError("is a link, which a sweep does not follow; give another folder with -o, or remove it", results)
     if not os.path.lexists(folder / MANIFEST_NAME):
-        with reported("cannot be read", results):
-            if results.is_dir() and any(map(_is_foreign, results.iterdir())):
-                raise FileError("holds files that no sweep has written; give another folder with -o", results)
+        require_own_names(folder, _OWN_NAME, "no sweep")
+        require_own_names(results, OF_A_CASE, "no sweep")
         return
     try:
         there = read_manifest(folder).sweep
@@ -169,8 +175,17 @@ def require_own(folder: Path, sweep: Path) -> None:
         raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
 
 
-def _is_foreign(path: Path) -> bool:
-    return re.match(r"[0-9a-f]{16}\.", path.name) is None
+def require_own_names(folder: Path, own: re.Pattern[str], of_what: str) -> None:
+    """Raise FileError if a file in `folder` has a name that is not one of `own`; hidden files do not count.
+
+    of_what: such as "no sweep", which would give a file such a name.
+    """
+    with reported("cannot be read", folder):
+        names = [path.name for path in folder.iterdir()] if folder.is_dir() else []
+    for name in sorted(names):
+        if not (name.startswith(".") or own.match(name)):
+            message = f"holds {name}, which {of_what} has written"
+            raise FileError(f"{message}; give another folder with -o, one that is new or empty", folder)
 
 
 def write_manifest(manifest: Manifest) -> None:

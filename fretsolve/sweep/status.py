@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from fretsolve.errors import FileError
 from fretsolve.result.lock import is_locked
@@ -55,11 +55,9 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     out = manifest.result(row)
     if manifest.is_finished(row):
         try:
-            attributes = read_attributes(out)
+            attributes = own_attributes(manifest, row)
         except FileError as error:
             return CaseState(row, "error", error.exit_code, str(error))
-        if digest(attributes) != row.id:
-            return CaseState(row, "error", FileError.exit_code, f"{out}: is the result of another case")
         if attributes["status"] == "complete":
             return CaseState(row, "complete", 0)
         return CaseState(row, "no solution", 3, str(attributes.get("failure", "")))
@@ -76,6 +74,15 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     except OSError:
         return CaseState(row, "waiting")
     return CaseState(row, "stopped", increments=increments)
+
+
+def own_attributes(manifest: Manifest, row: ManifestRow) -> dict[str, Any]:
+    """Return the root attributes of the result of a case. Raises FileError, also if it is the result of another one."""
+    out = manifest.result(row)
+    attributes = read_attributes(out)
+    if digest(attributes) != row.id:
+        raise FileError("is the result of another case", out)
+    return attributes
 
 
 def missing(manifest: Manifest, rows: Iterable[ManifestRow] | None = None) -> list[ManifestRow]:

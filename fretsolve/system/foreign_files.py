@@ -10,6 +10,7 @@ import os
 import stat
 import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,12 @@ TRIAL_SECONDS = 10
 
 MOST_NODES, DEEPEST = 2**15, 64
 """Groups and datasets of an HDF5 file, and groups within one another."""
+
+PICTURE_MARK = "drawn by fretsolve"
+"""In the metadata of every picture, by which one is known before it is replaced."""
+
+LARGEST_MARKED = 2**28
+"""Bytes of a picture or table that is looked through before it is replaced."""
 
 _TRIAL = """
 import sys
@@ -72,6 +79,16 @@ def read_bytes(path: Path, most: int) -> bytes:
     if len(content) > most:
         require_regular(path, most)
     return content
+
+
+def require_own(path: Path, mark: bytes, what: str) -> None:
+    """Raise FileError if there is a file at `path` without `mark`, which is in every `what` that fretsolve writes."""
+    own = path.is_dir() or not os.path.lexists(path)  # no file takes the place of a folder
+    with suppress(FileError), reported("cannot be read", path):
+        own = own or mark in read_bytes(path, LARGEST_MARKED)
+    if not own:
+        message = f"is not {what} of fretsolve, so it is not replaced: move it away, or give another name with -o"
+        raise FileError(message, path)
 
 
 def read_small_text(path: Path, what: str, most: int = 2**30) -> str:

@@ -14,7 +14,8 @@ import h5py
 import pytest
 from command_line import assert_same_result, invoke, refused
 from fake_states import fake_header, fake_states, write_fake
-from small_cases import CASE, write_case
+from PIL import Image
+from small_cases import CASE, SWEPT, write_case
 from sweeping import manifest_of, rows_of, write_sweep
 
 from fretsolve.errors import FileError
@@ -23,6 +24,7 @@ from fretsolve.result.parts import parts_folder
 from fretsolve.stress.names import opened_computed
 from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
 from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import PICTURE_MARK
 
 TEXT = "the user's own\n"
 
@@ -138,11 +140,35 @@ def test_temporary_names_cannot_be_guessed_or_lead_elsewhere(tmp_path: Path, mon
 def test_what_a_link_leads_to_is_not_written(tmp_path: Path, words: tuple[str, ...]) -> None:
     out, victim = write_fake(tmp_path / "out.h5"), tmp_path / "victim"
     target = tmp_path / ("t.csv" if words[0] == "export" else "t.png")
-    victim.write_text(TEXT)
+    victim.write_text(f"{TEXT}{PICTURE_MARK}")  # as if it were a picture of fretsolve, which may be replaced
     target.symlink_to(victim)
     assert invoke(words[0], out, *words[1:], "-o", target).exit_code == 0
-    assert victim.read_text() == TEXT
+    assert victim.read_text() == f"{TEXT}{PICTURE_MARK}"
     assert not target.is_symlink()
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg", "gif"])
+def test_only_pictures_of_fretsolve_are_replaced(tmp_path: Path, ending: str) -> None:
+    out, target = write_fake(tmp_path / "out.h5", increments=3), tmp_path / f"t.{ending}"
+    words = ("plot", out, "animate" if ending == "gif" else "loop", "-o", target)
+    for _ in range(2):  # its own is replaced
+        assert invoke(*words).exit_code == 0
+    if ending == "gif":
+        with Image.open(target) as film, open_result(out) as result:
+            assert film.n_frames == len(result.steps)
+    target.write_text(TEXT)
+    line = refused(4, *words)
+    assert line.startswith(f"{target}: is not a picture of fretsolve, so it is not replaced: move it away, or give")
+    assert target.read_text() == TEXT
+
+
+def test_only_reports_of_fretsolve_are_replaced(tmp_path: Path) -> None:
+    case, report = write_case(tmp_path), tmp_path / "report.xml"
+    for _ in range(2):
+        assert invoke("check", case, "--junit", report).exit_code == 0
+    report.write_text("<testsuites/>")
+    assert "is not a report of tests of fretsolve" in refused(4, "check", case, "--junit", report)
+    assert report.read_text() == "<testsuites/>"
 
 
 def run(out: Path, stop_after: int = 9, **options: bool) -> list[str]:
@@ -388,19 +414,46 @@ def test_a_manifest_cannot_lead_elsewhere(
 def test_a_sweep_leaves_what_it_has_not_written(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "web"
     folder.mkdir()
-    for name, content in {"manifest.json": '{"name": "web"}', "results/mine.txt": "mine"}.items():
+    (folder / ".hidden").touch()
+    for name, content in {"manifest.json": '{"name": "web"}', "results/mine.txt": "mine", "mine.txt": "mine"}.items():
         own = folder / name
         own.parent.mkdir(exist_ok=True)
         own.write_text(content)
         line = refused(4, "sweep", "run", path, "-o", folder)
         assert line.startswith(f"{own if name == 'manifest.json' else own.parent}: ")
+        assert name == "manifest.json" or "holds mine.txt, which no sweep has written" in line
+        assert not (folder / "manifest.json").exists() or name == "manifest.json"
         assert "give another folder with -o" in line
         assert own.read_text() == content
         own.unlink()
     (folder / "results").rmdir()
     (folder / "results").symlink_to(tmp_path)
     assert "is a link, which a sweep does not follow" in refused(4, "sweep", "run", path, "-o", folder)
-    assert list(folder.iterdir()) == [folder / "results"]
+    assert sorted(folder.iterdir()) == [folder / ".hidden", folder / "results"]
+
+
+def test_a_study_leaves_what_it_has_not_written(tmp_path: Path) -> None:
+    case, folder = write_case(tmp_path, SWEPT), tmp_path / "mine"
+    words = ("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_x", "-q", "-o", folder)
+    folder.mkdir()
+    (folder / "notes.txt").write_text(TEXT)
+    line = refused(4, *words)
+    assert line.startswith(f"{folder}: holds notes.txt, which no study has written; give another folder with -o, one")
+    assert list(folder.iterdir()) == [folder / "notes.txt"]
+    (folder / "notes.txt").unlink()
+    assert invoke(*words).exit_code == 0
+    (folder / "notes.txt").write_text(TEXT)  # beside a study's own table
+    assert invoke(*words).exit_code == 0
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    for name in ("study.csv", "study.h5", "study.png"):
+        (folder / name).write_text(TEXT)
+        assert f"{folder / name}: is not " in refused(4, *words)
+        assert (folder / name).read_text() == TEXT
+        (folder / name).write_bytes(before[folder / name])
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    first, second = sorted(path for path in folder.glob("*.h5") if path.name != "study.h5")
+    shutil.copy(second, first)
+    assert refused(4, *words) == f"{first}: is the result of another case; remove it to run the case again\n"
 
 
 @pytest.mark.parametrize("name", ["table.csv", "table.h5"])

@@ -432,7 +432,7 @@ def test_truth_that_fails(tmp_path: Path, undrawn: None) -> None:
 def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
     case, folder = write_case(tmp_path, LOOP), tmp_path / "case.study"
     folder.mkdir()
-    (folder / "study.png").write_bytes(b"of another study")
+    (folder / "study.png").write_bytes(b"another study, drawn by fretsolve")
     result = invoke("study", case, "--vary", "load_path.1.Qx=20 N,30 N", "--vary", "grid.points=8,10", *BRIEF)
     assert result.exit_code == 0
     assert "load_path.1.Qx changes the problem itself. Differences are not errors" in result.stderr
@@ -602,7 +602,7 @@ def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     case, folder = write_case(tmp_path, LOOP), tmp_path / "case.study"
     folder.mkdir()
-    (folder / "study.png").write_bytes(b"of another study")
+    (folder / "study.png").write_bytes(b"another study, drawn by fretsolve")
     result = invoke("study", case, "--vary", "grid.points=8,10", *BRIEF)
     assert result.exit_code == 0
     assert result.stderr.splitlines()[-1].startswith(
