@@ -46,8 +46,8 @@ MODE_1 = {"I.1": "mode1_similar_uncoupled", "I.2": "mode1_similar", "I.3": "mode
 MODE_3 = {"III.1": "mode3_similar_uncoupled", "III.2": "mode3_similar", "III.3": "mode3_dissimilar"}
 MODE_2_FRICTION = (0.01, 0.05, 0.1, 0.15, 0.2, 0.25)
 
-DPI, COLORS, FEWEST_COLORS = 100, 128, 32
-MOST_BYTES = 100_000
+DPI, COLORS, FEWEST_COLORS = 200, 128, 32
+MOST_BYTES = 250_000
 
 FloatArray = NDArray[np.float64]
 
