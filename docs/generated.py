@@ -25,7 +25,7 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
-from fretsolve.result.layout import BULK_HISTORY, ERRORS, FIELDS, HISTORY, Quantity
+from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, Quantity
 
 Schema = Mapping[str, Any]
 
@@ -39,7 +39,8 @@ FUNCTIONS = {"fretsolve": ("load_case", "run", "run_with_error_bars", "open_resu
 RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(
-    f"fretsolve.reference.{name}" for name in ("hertz", "tangential", "cyclic_loading", "bulk_stress", "line")
+    f"fretsolve.reference.{name}"
+    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "bulk_stress", "line")
 )
 
 
@@ -152,7 +153,7 @@ def errors() -> Iterator[str]:
 
 def fields() -> Iterator[str]:
     """Return the datasets of ``/fields``."""
-    yield from _quantities(FIELDS)
+    yield from _quantities((*FIELDS, *DERIVED_FIELDS))
 
 
 def _quantities(quantities: Sequence[Quantity]) -> Iterator[str]:

@@ -72,6 +72,12 @@ class NotConvergedError(NoSolutionError):
     kind = "not converged"
 
 
+class WeakeningError(NoSolutionError):
+    """Friction falls so fast with slip that slip runs away."""
+
+    kind = "weakening friction"
+
+
 class ContactLostError(NoSolutionError):
     """No pressure field can balance the imposed load (lift-off, tilting over)."""
 

@@ -47,8 +47,11 @@ LINE_ENERGY = Dimension("an energy per length", "N*mm/mm", "mJ/mm", "0.014 N*mm/
 LINE_AREA = Dimension("an area per length", "mm^2/mm", "mm^2/mm", "0.2 mm^2/mm")
 """In a line contact, per mm of its length."""
 
-DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ANGLE, TIME, NUMBER)
-"""Those that the unit of a value can tell apart."""
+ENERGY_PER_AREA = Dimension("an energy per area", "mJ/mm^2", "mJ/mm^2", "1 mJ/mm^2")
+"""1 mJ/mm^2 is 1 N/mm."""
+
+DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA, ANGLE, TIME, NUMBER)
+"""Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""
 
 
 def percent(share: float, digits: int = 2) -> str:

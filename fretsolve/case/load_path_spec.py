@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
-from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, PRESSURE
+from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, PRESSURE
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.errors import KeyPath
@@ -65,6 +65,9 @@ class StageSpec(CaseModel):
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
     bulk_1: BulkStress | None = Field(default=None, description="bulk stress of body 1")
     bulk_2: BulkStress | None = Field(default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}])
+    friction: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
+        default=None, description="coefficient of friction from here on", examples=[0.05]
+    )
     increments: Annotated[Count | None, auto("10")] = Field(
         default=None, description="number of increments, or auto: as many as the case needs", examples=[10]
     )
@@ -76,11 +79,12 @@ class StageSpec(CaseModel):
 
     @property
     def targets(self) -> tuple[tuple[str, float], ...]:
-        """The components that the stage moves, each with its new total (mm, N, N*mm, rad, MPa)."""
+        """The components that the stage moves, each with its new total (mm, N, N*mm, rad, MPa), and its friction."""
         named = [(name, getattr(self, name)) for pair in PAIRS for name in pair]
         for body, stress in ((1, self.bulk_1), (2, self.bulk_2)):
             if stress is not None:
                 named += zip(BULK[body], (stress.xx, stress.yy, stress.xy), strict=True)
+        named.append(("friction", self.friction))
         return tuple((name, value) for name, value in named if value is not None)
 
     @model_validator(mode="after")
@@ -88,7 +92,7 @@ class StageSpec(CaseModel):
         named = {name for name, _ in self.targets}
         if not named:
             components = ", ".join(name for pair in PAIRS for name in pair)
-            raise refused(f"the stage moves nothing; at least one of {components}, bulk_1, bulk_2 is needed")
+            raise refused(f"the stage moves nothing; at least one of {components}, bulk_1, bulk_2, friction is needed")
         if both := [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]:
             raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
@@ -145,6 +149,26 @@ def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
         Stage(number, key, stage.targets, stage.increments, stage.spacing)
         for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
     )
+
+
+def with_cycle_friction(stages: Sequence[Stage], coefficient: Callable[[int], float]) -> Iterator[Stage]:
+    """Yield the stages with the coefficient of friction of their cycles among the targets.
+
+    Cycles are counted over the path from 1; the stages before the first one, and those after a cycle, belong to it.
+    """
+    number = 0
+    last: KeyPath = ()
+    for stage in stages:
+        key, outer = stage.key, stage.key.index("cycle") if "cycle" in stage.key else 0
+        if outer and (key[:outer] != last[:outer] or key == last or _place(key, outer) < _place(last, outer)):
+            number += 1
+        last = key if outer else ()
+        yield replace(stage, targets=(*stage.targets, ("friction", coefficient(max(number, 1)))))
+
+
+def _place(key: KeyPath, outer: int) -> int:
+    """Return which entry of the cycle at `outer` a key is in."""
+    return int(key[outer + 2])
 
 
 def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]:

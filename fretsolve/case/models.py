@@ -12,7 +12,6 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    GetJsonSchemaHandler,
     PrivateAttr,
     StrictBool,
     Tag,
@@ -22,7 +21,6 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import CoreSchema
 
 from fretsolve.case.base import (
     CaseModel,
@@ -38,8 +36,18 @@ from fretsolve.case.base import (
 )
 from fretsolve.case.dimensions import NUMBER, PRESSURE, Dimension
 from fretsolve.case.fatigue_spec import FatigueSpec
+from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.history import HISTORY_DIMENSIONS
-from fretsolve.case.load_path_spec import CycleSpec, LoadStep, Stage, bulk_keys, check_load_path, stage_count, unrolled
+from fretsolve.case.load_path_spec import (
+    CycleSpec,
+    LoadStep,
+    Stage,
+    bulk_keys,
+    check_load_path,
+    stage_count,
+    unrolled,
+    with_cycle_friction,
+)
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 from fretsolve.case.source import CaseSource, Place
@@ -55,7 +63,7 @@ SINGLE_TOLERANCE = 1e-4
 LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
-FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap"]
+FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound"]
 
 
 class ElasticBody(CaseModel):
@@ -92,22 +100,6 @@ class GridSpec(CaseModel):
         default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
     )
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre", examples=[["0.1 mm", 0]])
-
-
-class FrictionSpec(CaseModel):
-    """Coulomb friction."""
-
-    coefficient: Annotated[float, InUnits(NUMBER, least=0)] = Field(description="coefficient of friction, such as 0.1")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_number(cls, value: Any) -> Any:
-        return value if isinstance(value, dict | list | FrictionSpec) else {"coefficient": value}
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        mapping = handler(schema)
-        return {"anyOf": [handler.resolve_ref_schema(mapping)["properties"]["coefficient"], mapping]}
 
 
 LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
@@ -283,7 +275,13 @@ class Case(CaseModel):
 
     def stages(self) -> tuple[Stage, ...]:
         """Return the load path with its cycles unrolled."""
-        return unrolled(self.load_path)
+        stages = unrolled(self.load_path)
+        return stages if self.friction.cycles is None else tuple(with_cycle_friction(stages, self.friction.in_cycle))
+
+    @property
+    def friction_varies(self) -> bool:
+        """Whether the friction limit is anything but one coefficient times the pressure."""
+        return not self.friction.is_constant or any("friction" in dict(stage.targets) for stage in self.stages())
 
     def effective(self) -> dict[str, Any]:
         """Return the case with every default filled in, as a case file has it, in values that JSON can hold."""
@@ -320,6 +318,16 @@ class Case(CaseModel):
     def _depth_of_a_line(self) -> Self:
         if self.plane is None and self.reference_depth is not None:
             refused_at([(("reference_depth",), "only a line contact needs it; remove it, or add plane: strain")])
+        return self
+
+    @model_validator(mode="after")
+    def _friction_can_change(self) -> Self:
+        if not isinstance(self.friction.coefficient, float):
+            refused_at(
+                (stage.key, "a stage can change friction only where it is one coefficient; remove it here")
+                for stage in unrolled(self.load_path)
+                if "friction" in dict(stage.targets)
+            )
         return self
 
     @model_validator(mode="after")

@@ -16,6 +16,14 @@ from fretsolve.case.quantities import InUnits, refused, shown
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 
 
+def file_in_case_folder(value: object, info: ValidationInfo, example: str) -> Path:
+    """Return the file that a value names relative to the case file; refuse what is no name."""
+    if not isinstance(value, str) or not value or "\0" in value:
+        raise refused(f"{shown(value)} is not the name of a file; one such as {example!r} is needed")
+    folder = info.context if isinstance(info.context, Path) else Path()
+    return (folder / value).absolute()
+
+
 class _SurfaceModel(CaseModel):
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin", examples=[["0.1 mm", 0]])
 
@@ -117,10 +125,7 @@ class HeightsSurface(_SurfaceModel):
     @field_validator("file", mode="before")
     @classmethod
     def _from_case_folder(cls, value: object, info: ValidationInfo) -> object:
-        if not isinstance(value, str) or not value or "\0" in value:
-            raise refused(f"{shown(value)} is not the name of a file; one such as 'heights.npy' is needed")
-        folder = info.context if isinstance(info.context, Path) else Path()
-        return (folder / value).absolute()
+        return file_in_case_folder(value, info, "heights.npy")
 
     @model_validator(mode="after")
     def _dataset_named(self) -> Self:

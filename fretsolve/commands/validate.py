@@ -31,6 +31,8 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
                 require_fatigue(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
+            if setup.friction is not None:
+                setup.friction.on(setup.grid)  # as the run will have it
             print(*report(setup), "", sep="\n", flush=True)
             print_warnings(path, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:
@@ -85,11 +87,16 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
     if hertz is not None:
         yield f"{cells_across(setup):.1f} cells across the contact"
     force, torque, displacement = forms.gross_slip(contact.load, hertz)
-    if force:
+    limit, source = (
+        ("mu P", "Cattaneo-Mindlin") if not setup.case.friction_varies else ("int b dA", "slip from the rim")
+    )
+    if force and math.isfinite(force):
         or_torque = f" or at Mz = {torque:.6g} N*mm" if math.isfinite(torque) else ""
-        yield f"gross slip begins at Q = mu P = {force:.6g} N{or_torque}"
+        yield f"gross slip begins at Q = {limit} = {force:.6g} N{or_torque}"
     if displacement is not None:
-        yield f"gross slip under Q begins at a displacement of {displacement:.6g} mm (Cattaneo-Mindlin)"
+        yield f"gross slip under Q begins at a displacement of {displacement:.6g} mm ({source})"
+    if setup.case.friction_varies and displacement is None and setup.model.has_shear:
+        yield "no closed form holds for partial slip under this friction"
     if stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (
@@ -114,7 +121,7 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"{name}/E* = {p0 / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{2.0 * a / grid.dx:.1f} cells across the contact"
     force, _, _ = forms.gross_slip(contact.load)
-    if force:
+    if force and math.isfinite(force):
         yield f"gross slip begins at Q = mu P = {force:.6g} N/mm"
     if stick is not None:
         yield (

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import Grid
@@ -28,7 +29,8 @@ class Solution:
 
     pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
     motion: the same over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
-    of the surfaces by bulk stress; mismatch: the largest one in the contact (mm).
+    of the surfaces by bulk stress; mismatch: the largest one in the contact (mm); friction: in the increment, None for
+    the model's coefficient.
     """
 
     pressure: FloatArray
@@ -39,6 +41,11 @@ class Solution:
     motion: Vector
     previous_displacement: FloatArray
     mismatch: float = 0.0
+    friction: FrictionBound | None = None
+
+    def friction_limit(self, coefficient: float) -> FloatArray:
+        """Return the friction limit (nx, ny) in MPa; coefficient: the model's, largest one."""
+        return coefficient * self.pressure if self.friction is None else self.friction.limit(self.pressure)
 
 
 @dataclass(frozen=True)
@@ -60,8 +67,8 @@ class Evidence:
 class Examiner:
     """Checks solutions on one grid.
 
-    separation: (nx, ny), undeformed; friction: its coefficient; tolerance: of the case, which limits what counts as
-    rounding (`least_slip`); may_slip: whether anything can slip at all; precision: of operator and tractions.
+    separation: (nx, ny), undeformed; friction: the largest coefficient; tolerance: of the case, which limits what
+    counts as rounding (`least_slip`); may_slip: whether anything can slip at all; precision: of operator and tractions.
     """
 
     def __init__(
@@ -85,7 +92,7 @@ class Examiner:
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
-        friction_limit = self.friction * solution.pressure
+        friction_limit = solution.friction_limit(self.friction)
         # C2: gap (T1)
         gap = np.empty_like(self.separation)
         errors = self.gap_errors(solution, gap)

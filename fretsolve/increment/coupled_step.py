@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_path import Increment
@@ -15,7 +16,7 @@ from fretsolve.system.arrays import FloatArray
 
 def coupled_problem(
     separation: FloatArray,
-    friction: float,
+    friction: FrictionBound,
     increment: Increment,
     start: InitialState,
     work: WorkingState,
@@ -61,7 +62,7 @@ def solve_coupled(
         found = level.normal.solve(problem.separation, problem.normal, pressure, FIRST_TOLERANCE, most, rigid[:3])
         rigid[:3] = found.rigid
     shear, within = np.array(start.shear, np.float64), circle_width(level.operator.dtype)
-    slipping = slips(shear, problem.friction * pressure, within) & shear.any(axis=0)
+    slipping = slips(shear, problem.friction.limit(pressure), within) & shear.any(axis=0)
     first = CoupledState(pressure, shear, slipping, np.zeros_like(shear), rigid)
     newton = CoupledNewton(level.operator, level.grid)  # its arrays exist only here, since few increments need it
     end = newton.solve(problem, first, target, most)

@@ -183,7 +183,10 @@ class IncrementSolver:
         mismatch = None if start.mismatch is None else start.mismatch[cells]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
-        return InitialState(pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch)
+        friction = None if start.friction is None else start.friction.part(cells)
+        return InitialState(
+            pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch, friction=friction
+        )
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
         """Extend the tractions of `work` from a region to the whole grid."""
@@ -219,7 +222,8 @@ class IncrementSolver:
             self._team.release()
         motion = work.rigid - start.rigid
         mismatch = start.largest_mismatch(work.pressure)
-        return Solution(work.pressure, work.shear, uz, displacement, work.rigid, motion, previous, mismatch)
+        tractions = work.pressure, work.shear
+        return Solution(*tractions, uz, displacement, work.rigid, motion, previous, mismatch, start.friction)
 
     def _moved(self, start: InitialState, work: WorkingState) -> FloatArray:
         """Return the change (2, nx, ny) of the tangential displacement since the start, and the mismatch added to it.

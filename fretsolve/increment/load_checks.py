@@ -58,12 +58,15 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
         )
 
 
-def gross_slip_error(imposed: LoadControl, factor: float, capacity: float, line: bool = False) -> SlidingError:
+def gross_slip_error(
+    imposed: LoadControl, factor: float, capacity: float, line: bool = False, varied: bool = False
+) -> SlidingError:
     """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N).
 
-    line: for a line contact, whose loads are per mm and whose motion cannot be imposed.
+    line: for a line contact, whose loads are per mm and whose motion cannot be imposed; varied: the capacity is the sum
+    of a friction limit that is not mu P.
     """
-    loads = imposed.imposed_resultant
+    loads, limit = imposed.imposed_resultant, "sum of the friction limit" if varied else "mu P"
     unit = "N/mm" if line else "N"
     names = zip(("Qx", "Qy", "Mz"), (unit, unit, "N mm"), ("delta_x", "delta_y", "phi_z"), loads, strict=True)
     named = [(name, f"{name} = {load:.6g} {unit}", motion) for name, unit, motion, load in names if load]
@@ -78,7 +81,7 @@ def gross_slip_error(imposed: LoadControl, factor: float, capacity: float, line:
         carried = "slightly less"
     instead = "" if line else f", or impose {' and '.join(motion for _, _, motion in named)} instead"
     return SlidingError(
-        f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} (mu P ="
+        f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} ({limit} ="
         f" {capacity:.6g} {unit}); lower the load, {'' if instead else 'or '}raise P or the friction{instead}",
         named[0][0],
     )

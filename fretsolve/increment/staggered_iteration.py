@@ -10,6 +10,7 @@ import numpy as np
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
@@ -62,10 +63,10 @@ class StaggeredIteration:
         self._least_slip = least_slip(
             start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
         )
-        problem = None
+        self._friction, problem = start.friction or FrictionBound(self.model.friction), None
         if self.model.has_shear and not self._is_far(increment.tangential):
-            friction, precision = self.model.friction, self.level.operator.dtype
-            problem = coupled_problem(self._undeformed, friction, increment, start, work, self._least_slip, precision)
+            least, precision = self._least_slip, self.level.operator.dtype
+            problem = coupled_problem(self._undeformed, self._friction, increment, start, work, least, precision)
 
         def solved_together() -> bool:
             most = self.max_iterations
@@ -94,8 +95,8 @@ class StaggeredIteration:
                 self._accept_pressure(found, work, tolerance)
                 gap_error = min(found.residual, tolerance)
             if self._must_solve_shear(increment, start, work):
-                # ST4: friction limit b = mu p, and loads that it can carry (T12)
-                np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
+                # ST4: friction limit b, such as mu p, and loads that it can carry (T12)
+                self._friction.limit(work.pressure, out=self._friction_limit)
                 control = self._carried(increment, start, work)
                 # ST5: elastic slip at the new pressure, and an estimate of the shear
                 tolerance, scales = self._slip_scales(start, work, tolerance)
@@ -135,7 +136,7 @@ class StaggeredIteration:
         self._acceleration, self._target, self._last_slip_scale, self._first = None, target, 0.0, True
         work.gap_scale = 0.0
         if self.model.has_shear:
-            limit = np.multiply(work.pressure, self.model.friction, out=self._friction_limit)
+            limit = self._friction.limit(work.pressure, out=self._friction_limit)
             self.level.tangential.slipping[:] = slips(work.shear, limit, circle_width(self.level.operator.dtype))
         if self._coupled:
             np.copyto(self._pressure, work.pressure)
@@ -230,7 +231,7 @@ class StaggeredIteration:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area
-            raise gross_slip_error(imposed, factor, capacity, self.model.line)
+            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction is not None)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Change
 from fretsolve.system.arrays import FloatArray, Vector
@@ -35,7 +36,8 @@ class InitialState:
     phi_z; normal: what was imposed on the normal problem; elastic_slip: (2, nx, ny), at the tractions that the
     staggered iterations start with, where it is not 0 and `displacement` does not resolve it; mismatch: (2, nx, ny), of
     the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`; trend:
-    what the increment is expected to change, None where the staggered iterations start from the increment's start.
+    what the increment is expected to change, None where the staggered iterations start from the increment's start;
+    friction: in the increment, None for the model's coefficient.
     """
 
     pressure: FloatArray
@@ -46,6 +48,7 @@ class InitialState:
     elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
     trend: Trend | None = None
+    friction: FrictionBound | None = None
 
     @cached_property
     def largest_displacement(self) -> float:

@@ -36,7 +36,8 @@ class Increment:
     """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path.
 
     bulk: bulk stresses at its end (MPa) by their names; stretch: change of the mismatch of the surfaces that they cause
-    in the increment, De_xx, De_yy, De_xy, None without a change.
+    in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has
+    set, None without one.
     """
 
     step: int
@@ -45,6 +46,7 @@ class Increment:
     tangential: LoadControl
     bulk: dict[str, float] = field(default_factory=dict)
     stretch: Vector | None = None
+    friction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ class LoadPath:
             self.path_dependent |= path_dependent
             if model.has_shear:
                 self.slip_width = max(self.slip_width, grading.slip_width)
-            drawn, needed = DRAWN_INCREMENTS if model.has_shear and moved else 1, 1
+            drawn, needed = DRAWN_INCREMENTS if model.has_shear and moved and _moves(stage) else 1, 1
             if path_dependent:
                 wanted = INCREMENTS_PER_EDGE_MOTION * grading.edge_motion * refinement
                 needed = max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
@@ -151,11 +153,12 @@ class LoadPath:
         planned, values = self._values(step, history)
         normal, tangential = _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:])
         response = self._model.bulk
+        friction = values.get("friction")
         if response is None:
-            return Increment(step, planned.stage, normal, tangential)
+            return Increment(step, planned.stage, normal, tangential, friction=friction)
         bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
         stretch = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
-        return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None)
+        return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None, friction)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
@@ -165,6 +168,9 @@ class LoadPath:
         part = planned.share(step)
         values = {}
         for name, end in planned.after.items():
+            if name == "friction":  # at once, since a bound is no load
+                values[name] = end
+                continue
             begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
             values[name] = end if part == 1.0 else begin + (end - begin) * part
         return planned, values
@@ -173,11 +179,20 @@ class LoadPath:
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
     """Return whether the slip of a stage depends on the way to its end.
 
-    It does where pressure and shear change each other, where the pressure changes under shear, and where several
-    tangential loads or bulk stresses turn the slip. moved: those of them moved up to the end of the stage.
+    It does where pressure and shear change each other, where the pressure changes under shear, where several
+    tangential loads or bulk stresses turn the slip, and where friction depends on the slip.
+    moved: those of them moved up to the end of the stage.
     """
-    presses = any(name not in SHEARING for name, _ in stage.targets)
-    return model.has_shear and (model.coupled or len(moved) > 1 or (presses and bool(moved)))
+    if not _moves(stage):
+        return False
+    presses = any(name not in SHEARING and name != "friction" for name, _ in stage.targets)
+    varies = model.friction_evolves and bool(moved)
+    return model.has_shear and (model.coupled or varies or len(moved) > 1 or (presses and bool(moved)))
+
+
+def _moves(stage: Stage) -> bool:
+    """Return whether a stage moves any load, rather than change the friction alone."""
+    return any(name != "friction" for name, _ in stage.targets)
 
 
 def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:

@@ -67,7 +67,8 @@ class Model:
     otherwise slip and dissipated energy are 0 and not stored; coupling: the terms in the words of the case file; moved:
     the tangential components and bulk stresses that some stage moves away from 0; decisions: one per part of the model;
     warnings: of terms that the case leaves out although it needs them; bulk: the response to bulk stress, None where it
-    never moves the surfaces apart; line: whether it is a line contact in plane strain.
+    never moves the surfaces apart; line: whether it is a line contact in plane strain; friction: the coefficient, or
+    where it varies an estimate of the largest one; friction_evolves: with the slip so far.
     """
 
     compliances: Compliances
@@ -81,6 +82,7 @@ class Model:
     warnings: tuple[str, ...]
     bulk: BulkResponse | None = None
     line: bool = False
+    friction_evolves: bool = False
 
     @property
     def coupled(self) -> bool:
@@ -88,10 +90,16 @@ class Model:
         return self.terms.normal_tangential_coupling and abs(self.compliances.dundurs_constant) > UNCOUPLED_BELOW
 
 
-def derive_model(case: Case) -> Model:
-    """Return the model that bodies, friction, loads and ``coupling`` of `case` require."""
+def derive_model(case: Case, largest_friction: float | None = None) -> Model:
+    """Return the model that bodies, friction, loads and ``coupling`` of `case` require.
+
+    largest_friction: the largest coefficient, where friction varies.
+    """
     material = compliances(*case.bodies)
-    friction, asked = case.friction.coefficient, case.coupling
+    friction, asked = largest_friction, case.coupling
+    if friction is None:
+        assert isinstance(case.friction.coefficient, float)
+        friction = case.friction.coefficient
     targets = [target for stage in case.stages() for target in stage.targets]
     bulk = _bulk_response(case)
     moves = SHEARING if bulk is not None else TANGENTIAL
@@ -127,6 +135,7 @@ def derive_model(case: Case) -> Model:
         tuple(_warnings(asked, moved, friction, material, needed, line)),
         bulk,
         line,
+        case.friction.initial is not None,
     )
 
 

@@ -23,6 +23,8 @@ FIELD_NAMES = {
     "work_density": "dissipated energy",
     "zone": "zone",
     "gap": "gap",
+    "friction": "friction",
+    "shear_bound": "friction limit",
 }
 """Fields in words, by their names in the case file."""
 

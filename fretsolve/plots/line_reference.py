@@ -49,7 +49,7 @@ def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, Do
     """Return authors and c/a of each increment over a force, NaN where it does not apply; None if none applies."""
     assert isinstance(forms, LineClosedForms)
     if force == "P":
-        if forms.model.moved or not forms.model.coupled or forms.widest is None:
+        if forms.model.moved or not forms.model.coupled or forms.widest is None or forms.case.friction_varies:
             return None
         return "Spence, one-way", np.full(increments, spence_ratio(forms.model))
     ratios = np.full(increments, math.nan)

@@ -59,6 +59,8 @@ def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleA
         return None
     if forms.model.line:
         return line_stick(forms, len(forms.loads), force)
+    if force == "P" and forms.case.friction_varies:
+        return None
     if force == "P":
         nothing = SAME * float(result.history["P"].max())
         loaded = any(np.abs(result.history[name]).max() > nothing for name in ("Qx", "Qy", "Mz"))
@@ -86,7 +88,8 @@ def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
     names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
     columns = {name: along_path(result.history[name], parts).tolist() for name in names if name in result.history}
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
-    return closed_forms_of(case, derive_model(case), loads)
+    # where friction varies, its closed forms take the limit from the case; the model's coefficient is a scale alone
+    return closed_forms_of(case, derive_model(case, 1.0 if case.friction_varies else None), loads)
 
 
 def _shear(result: Result, step: int, forms: ClosedForms, parts: int = 1) -> CyclicLoading | None:

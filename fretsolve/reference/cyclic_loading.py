@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
 from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.system.arrays import DoubleArray
 
@@ -22,7 +23,8 @@ SAME = 1e-6
 class CyclicLoading:
     """A Hertz contact about `center` (mm) under a force along `direction`, or (None) under a torque.
 
-    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques.
+    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques; bound: the
+    friction limit where it is not `friction` times pressure, for forces alone.
     """
 
     hertz: HertzContact
@@ -31,10 +33,13 @@ class CyclicLoading:
     compliance: float
     direction: tuple[float, float] | None
     path: tuple[float, ...]
+    bound: RimSlipBound | None = None
 
     @property
     def source(self) -> str:
         """The authors of the solution."""
+        if self.bound is not None:
+            return "slip from the rim"
         return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
 
     @property
@@ -54,6 +59,8 @@ class CyclicLoading:
         """The force mu P, or a torque just below gross slip."""
         if self.direction is None:
             return gross_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
+        if self.bound is not None:
+            return self.bound.gross_slip_force
         return self.friction * self.hertz.load
 
     @property
@@ -81,12 +88,10 @@ class CyclicLoading:
 
     def dissipated_energy(self) -> float:
         """Return the energy (N mm) that a force dissipates on its path."""
-        return dissipated(
-            self.path, lambda load: cattaneo_mindlin(self.hertz, self.friction, load, self.compliance).work_per_cycle
-        )
+        return dissipated(self.path, lambda load: self._under_force(load).work_per_cycle)
 
     @cached_property
-    def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact]]:
+    def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact | RimSlip]]:
         """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
         points, _ = turning_points(self.path, self._least)
         lengths = [after - before for before, after in pairwise(points)]
@@ -99,10 +104,17 @@ class CyclicLoading:
         arm = 1.0 if self.direction is not None else self.hertz.contact_radius
         return SAME * self.friction * self.hertz.load * arm
 
-    def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact:
+    def on_loading(self, load: float) -> CattaneoMindlin | LubkinContact | RimSlip:
         """Return the solution on first loading by `load`, or by the limit beyond it."""
-        solve = lubkin if self.direction is None else cattaneo_mindlin
-        return solve(self.hertz, self.friction, max(-self.limit, min(self.limit, load)), self.compliance)
+        within = max(-self.limit, min(self.limit, load))
+        if self.direction is None:
+            return lubkin(self.hertz, self.friction, within, self.compliance)
+        return self._under_force(within)
+
+    def _under_force(self, load: float) -> CattaneoMindlin | RimSlip:
+        if self.bound is not None:
+            return self.bound.under(load)
+        return cattaneo_mindlin(self.hertz, self.friction, load, self.compliance)
 
 
 def cyclic_loading(

@@ -116,6 +116,12 @@ FIELDS = (
     FieldQuantity("gap", "mm", "gap between the surfaces", array="gap"),
 )
 
+DERIVED_FIELDS = (
+    FieldQuantity("friction", "1", "coefficient of friction", array="friction"),
+    FieldQuantity("shear_bound", "MPa", "friction limit of the shear traction", array="shear_bound"),
+)
+"""Fields that are stored if a case asks for them, and that a restart does not need."""
+
 DISPLACEMENT = (
     FieldQuantity("displacement_x", "mm", "elastic displacement u2 - u1 along x", array="displacement", component=0),
     FieldQuantity("displacement_y", "mm", "elastic displacement u2 - u1 along y", array="displacement", component=1),
@@ -131,7 +137,9 @@ CHANGE = tuple(
 )
 """Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
 
-QUANTITIES: dict[str, Quantity] = {one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART)}
+QUANTITIES: dict[str, Quantity] = {
+    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART, *DERIVED_FIELDS)
+}
 """All columns, axes and fields by their names, which are unique."""
 
 _PER_LENGTH = {known.stored: other.stored for known, other in PER_LENGTH.items()}
@@ -177,9 +185,9 @@ def has_bulk_stress(effective_case: Mapping[str, Any]) -> bool:
 def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQuantity, ...]:
     """Return the datasets of a case's `output.fields` in the order of the file; single: in single precision."""
     names = set(selected)
-    if unknown := names - {quantity.array for quantity in FIELDS}:
+    if unknown := names - {quantity.array for quantity in FIELDS + DERIVED_FIELDS}:
         raise ValueError(f"no such field: {', '.join(sorted(unknown))}")
-    kept = (quantity for quantity in FIELDS if quantity.array in names)
+    kept = (quantity for quantity in FIELDS + DERIVED_FIELDS if quantity.array in names)
     return tuple(replace(each, dtype="float32") if single and each.dtype == "float64" else each for each in kept)
 
 

@@ -23,6 +23,7 @@ from fretsolve.result.header import RunHeader, sealed
 from fretsolve.result.layout import (
     CHANGE,
     COLUMN_FILTERS,
+    DERIVED_FIELDS,
     DISPLACEMENT,
     HEADER,
     HEADER_GROUP,
@@ -156,7 +157,7 @@ def write_result(
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
-            kept = {quantity.name: quantity for quantity in RESTART + CHANGE}
+            kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS}
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
                 dataset.attrs.update(kept[name].attributes)
 
@@ -209,7 +210,10 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
         values = component(state, quantity)
         if quantity not in stored or values.dtype != quantity.dtype:
             group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
-    for quantity in CHANGE if state.change is not None else ():
+    derived = [quantity for quantity in DERIVED_FIELDS if getattr(state.fields, quantity.array) is not None]
+    for quantity in (*derived, *(CHANGE if state.change is not None else ())):
+        if quantity in stored:
+            continue
         values = component(state, quantity)
         group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
     return group

@@ -26,7 +26,7 @@ from fretsolve.result.checks import (
     widened,
 )
 from fretsolve.result.header import RunHeader
-from fretsolve.result.layout import BULK_HISTORY, CHANGE, RESTART
+from fretsolve.result.layout import BULK_HISTORY, CHANGE, DERIVED_FIELDS, RESTART
 from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
@@ -77,7 +77,8 @@ class Piece(AbstractContextManager["Piece"]):
             require_modest({"fields/step": steps}, MOST_STEP_BYTES)
             require(steps.ndim == 1 and steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
             self.field_steps: list[int] = steps[:].tolist()
-            self.field_names = [quantity.name for quantity in RESTART if quantity.name in self.file["fields"]]
+            known = RESTART + DERIVED_FIELDS
+            self.field_names = [quantity.name for quantity in known if quantity.name in self.file["fields"]]
             opened.pop_all()
 
     def __exit__(self, *_: object) -> None:
@@ -165,6 +166,11 @@ class Piece(AbstractContextManager["Piece"]):
         for quantity in RESTART:
             field = kept[quantity.name] if quantity.name in kept else self.read(quantity.name, summary.step)
             of_state.setdefault(quantity.array, []).append(field)
+        for quantity in DERIVED_FIELDS:
+            if quantity.name in kept or quantity.name in self.field_names:
+                stored = kept.get(quantity.name)
+                field = self.read(quantity.name, summary.step) if stored is None else stored
+                of_state[quantity.array] = [field]
         changes: dict[str, list[NDArray[Any]]] = {}
         for quantity in CHANGE:
             if quantity.name in kept:

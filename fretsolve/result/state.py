@@ -144,7 +144,8 @@ class Fields:
 
     pressure, gap, slip_path, work_density: ``(nx, ny)``; shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)``
     uint8 of `Zone`. slip is summed since the start, slip_path is the length of its path, work_density the
-    energy dissipated per area since the start.
+    energy dissipated per area since the start. friction and shear_bound, the coefficient and the friction limit, are
+    there only if the case stores them; nothing goes on from them.
     """
 
     pressure: FloatArray
@@ -154,6 +155,8 @@ class Fields:
     work_density: FloatArray
     zone: NDArray[np.uint8]
     gap: FloatArray
+    friction: FloatArray | None = None
+    shear_bound: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from fretsolve.reference.hertz import (
     love_cone_at,
 )
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
+from fretsolve.setup.friction_forms import FrictionForms
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
@@ -132,8 +133,11 @@ class ClosedForms:
     def gross_slip(self, P: float, hertz: HertzContact | None = None) -> tuple[float, float, float | None]:
         """Return force (N), torque (N mm) and displacement (mm) of gross slip under P (N), on Hertz's contact if it is.
 
-        The torque is infinite, and the displacement under the force is None, where no closed form gives them.
+        The torque is infinite, and the displacement under the force is None, where no closed form gives them. Where
+        friction varies, the force may be infinite too.
         """
+        if self.case.friction_varies:
+            return self._varied_gross_slip(hertz)
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
             return friction * P, math.inf, None
@@ -141,6 +145,18 @@ class ClosedForms:
         if friction and not self.model.coupled and self.model.bulk is None:
             delta_x = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential).delta_x
         return friction * P, gross_slip_torque(hertz, friction), delta_x
+
+    def _varied_gross_slip(self, hertz: HertzContact | None) -> tuple[float, float, float | None]:
+        force = None if hertz is None else self._friction_on(hertz).gross_slip_force
+        if hertz is None or force is None:
+            return math.inf, math.inf, None
+        bound = self._friction_on(hertz).rim_slip(self.model.compliances.tangential)
+        if bound is None or self.model.coupled or self.model.bulk is not None:
+            return force, math.inf, None
+        return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
+
+    def _friction_on(self, hertz: HertzContact) -> FrictionForms:
+        return FrictionForms(self.case, hertz, self.case.surface[0].center)
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -163,7 +179,8 @@ class ClosedForms:
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
         """Return Cattaneo and Mindlin's or Lubkin's solution for a sphere after `stage`; None where there is none.
 
-        There is none where shear acts on the pressure, or where a tangential motion is imposed. center: of the contact
+        There is none where shear acts on the pressure, or where a tangential motion is imposed. Where friction varies,
+        it is that of slip from the rim under a force, if it holds. center: of the contact
         (mm), by default the sphere's own.
         """
         loads, circle = self.loads[: stage + 1], self.hertz[stage]
@@ -181,7 +198,11 @@ class ClosedForms:
         imposed = np.array([False, *("Mz" in load for load in loads)])
         torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
-        return cyclic_loading(circle, self.model.friction, compliances, (P, Qx, Qy, torque), (x, y))
+        found = cyclic_loading(circle, self.model.friction, compliances, (P, Qx, Qy, torque), (x, y))
+        if found is None or not self.case.friction_varies:
+            return found
+        bound = None if found.direction is None else self._friction_on(circle).rim_slip(compliances[0])
+        return None if bound is None else replace(found, bound=bound)
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.
@@ -235,6 +256,8 @@ class ClosedForms:
                 return None
             stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
             return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
+        if self.case.friction_varies:
+            return None
         radii = [(one.contact_radius, stage) for stage, one in enumerate(self.hertz) if one and one.is_circle]
         if not radii or not self.model.coupled:
             return None

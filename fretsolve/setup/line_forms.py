@@ -148,7 +148,7 @@ class LineClosedForms(ClosedForms):
         bulk stress is not in proportion to Qx or so large that a slip zone shrinks on the way.
         """
         contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
-        if contact is None or not self.model.has_shear or self.model.coupled:
+        if contact is None or not self.model.has_shear or self.model.coupled or self.case.friction_varies:
             return None
         P, Qx, Qy = (np.array([0.0, *(load.get(name, np.nan) for load in loads)]) for name in ("P", "Qx", "Qy"))
         mismatch = np.array([0.0, *(bulk.mismatch(load)[0] if bulk is not None else 0.0 for load in loads)])
@@ -233,7 +233,7 @@ class LineClosedForms(ClosedForms):
             if isinstance(largest, LineUnderBulk) and not largest.is_known:
                 return None
             return ClosedForm("stick_radius", stage, largest.stick_half_width, self.shear_source)
-        if self.widest is None or not self.model.coupled:
+        if self.widest is None or not self.model.coupled or self.case.friction_varies:
             return None
         ratio = pressed_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
         if not isinstance(self.widest, HertzLine):

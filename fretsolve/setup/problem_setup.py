@@ -9,6 +9,7 @@ from functools import cache, partial
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
+from fretsolve.friction.law import FrictionLaw, friction_law
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
@@ -29,7 +30,8 @@ class ProblemSetup:
     """A case with the model it needs, its grid, its load path and the closed forms that hold for it.
 
     case: with the settings that its accuracy picks; heights: reads the height maps when it is first called; picked: the
-    picked settings in words; compiled: whether the kernels compiled by numba are to be used.
+    picked settings in words; compiled: whether the kernels compiled by numba are to be used; friction: its law, None
+    where it is one coefficient.
     """
 
     case: Case
@@ -40,6 +42,7 @@ class ProblemSetup:
     heights: Callable[[], HeightMaps]
     picked: tuple[str, ...] = ()
     compiled: bool = False
+    friction: FrictionLaw | None = None
 
     def separation(self) -> DoubleArray:
         """Return the undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
@@ -86,7 +89,8 @@ def set_up(case: Case) -> ProblemSetup:
     leave the range of single precision.
     """
     asked, case = case, settled(case)
-    model = derive_model(case)
+    friction = friction_law(case) if case.friction_varies else None
+    model = derive_model(case, None if friction is None else friction.largest)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = closed_forms_of(case, model, load_path.imposed)
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
@@ -103,4 +107,4 @@ def set_up(case: Case) -> ProblemSetup:
         )
     picked = picks(asked, case, points, load_path)
     compiled = compiling_pays(seconds_saved(model, grid, load_path))
-    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled)
+    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled, friction)

@@ -87,15 +87,17 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     forms, stages, motion = setup.closed_forms, setup.case.stages(), dict(PAIRS)
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
+    varies = setup.case.friction_varies
+    limit, of_torque = ("int b dA", "int b r dA") if varies else ("mu P", "3 pi mu P a/16")
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
         most_force, most_torque, _ = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
         Qx, Qy, Mz = (abs(load.get(name, 0.0)) for name in ("Qx", "Qy", "Mz"))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if Qx >= Qy else "Qy"
             unit = setup.case.dimensions[name].unit
-            loads = f"{force:.6g} {unit} is not below the {most_force:.6g} {unit} (mu P)"
+            loads = f"{force:.6g} {unit} is not below the {most_force:.6g} {unit} ({limit})"
         elif Mz > most_torque:
-            name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm (3 pi mu P a/16)"
+            name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm ({of_torque})"
         else:
             continue
         place = dotted((*stage.key, name) if name in dict(stage.targets) else stage.key)

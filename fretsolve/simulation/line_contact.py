@@ -44,7 +44,7 @@ class LineContact:
             solution.pressure,
             evidence.gap,
             solution.shear,
-            model.friction,
+            solution.friction_limit(model.friction),
             evidence.slip,
             evidence.zone,
             grid,

@@ -57,13 +57,14 @@ def line_zones(
     pressure: FloatArray,
     gap: FloatArray,
     shear: FloatArray,
-    friction: float,
+    limit: FloatArray,
     slip: FloatArray,
     zone: NDArray[np.uint8],
     grid: LineGrid,
     materials: Compliances,
 ) -> LineZones:
-    """Return the zones of an increment. slip: its slip increment, (2, nx, 1); the others (nx, 1), shear (2, nx, 1)."""
+    """Return the zones of an increment. slip: its slip increment, (2, nx, 1); limit: of friction
+    (MPa); the others (nx, 1), shear (2, nx, 1)."""
     load, states = pressure[:, 0].astype(np.float64), zone[:, 0]
     opening = materials.contact_modulus * np.maximum(gap[:, 0], 0.0)
     of_contact = _Edges(load, opening, states != Zone.OPEN, grid)
@@ -71,15 +72,14 @@ def line_zones(
     sticking, slipping = states == Zone.STICK, states == Zone.SLIP
     if not sticking.any() or not slipping.any():
         return LineZones(contact, contact if sticking.any() else ())
-    limit = friction * load
-    reserve = np.maximum(limit - np.hypot(shear[0, :, 0], shear[1, :, 0]), 0.0)
+    reserve = np.maximum(limit[:, 0] - np.hypot(shear[0, :, 0], shear[1, :, 0]), 0.0)
     moved = np.hypot(materials.contact_modulus * slip[0, :, 0], 2.0 / materials.torsional * slip[1, :, 0])
     of_stick = _Edges(reserve, moved, sticking, grid)
 
     def share(inner: int, outer: int) -> float:
         if not 0 <= outer < grid.nx or not slipping[outer]:
             return of_contact.share(inner, outer)
-        if reserve[inner] <= AT_THE_LIMIT * limit[inner]:
+        if reserve[inner] <= AT_THE_LIMIT * limit[inner, 0]:
             past = np.clip(outer + np.arange(3) * (outer - inner), 0, grid.nx - 1)
             found = float(share_by_slip(*moved[past, None])[0])
             return 0.5 if math.isnan(found) else found

@@ -99,11 +99,14 @@ def solve_missing(
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
     """Return the header of the result, which is the same in each run of a case."""
     case, digests = setup.case, {}
-    for number, file in enumerate(height_maps(case), start=1):
+    maps = {f"height map {number}": file for number, file in enumerate(height_maps(case), start=1)}
+    if case.friction.map is not None:
+        maps["friction map"] = case.friction.map
+    for name, file in maps.items():
         with reported("cannot be read", file):
             require_regular(file)
             with file.open("rb") as content:
-                digests[f"height map {number}"] = hashlib.file_digest(content, "sha256").hexdigest()
+                digests[name] = hashlib.file_digest(content, "sha256").hexdigest()
     provenance = {
         "threads": threads,
         "precision": case.solver.precision,

@@ -14,6 +14,8 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.friction.weakening import require_stable
+from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
@@ -65,6 +67,7 @@ def run(
     kernels = load(setup.compiled)
     arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
     line = _line_contact(setup, *arguments) if setup.model.line else None
+    friction = None if setup.friction is None else setup.friction.on(setup.grid)
     solver = IncrementSolver(*arguments) if line is None else line.solver
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     change = start.change if start is not None else None
@@ -76,12 +79,19 @@ def run(
         rigid = _rigid(summaries) if line is None else line.rigid_start(fields, _rigid(summaries))
         trend = _trend(change, setup, summaries)
         try:
-            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, before, trend=trend)
+            if setup.model.friction_evolves:
+                require_stable(setup.case.friction, fields, solver.level.operator)
+            bound = None if friction is None else friction.bound(fields, increment.friction)
+            begin = InitialState(
+                fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound
+            )
             if increment.stretch is not None:
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
 
                 begin = with_mismatch(begin, increment.stretch, setup.grid)
             solved = solver.solve(increment, begin)
+            if friction is not None:
+                friction.require_known(solved.solution.pressure, setup.case)
         except NoSolutionError as error:
             _locate(error, setup, increment)
             raise
@@ -164,6 +174,7 @@ def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup)
     kept = partial(_kept, precision=_precision(setup))
+    friction, bound = _friction_fields(solution, setup)
     fields = Fields(
         pressure=kept(solution.pressure),
         shear=kept(solution.shear),
@@ -172,11 +183,30 @@ def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields
         work_density=kept(work_density),
         zone=evidence.zone,
         gap=kept(evidence.gap),
+        friction=None if friction is None else kept(friction),
+        shear_bound=None if bound is None else kept(bound),
     )
     displacement = kept(solution.displacement)
-    for array in (*vars(fields).values(), displacement):
+    for array in filter(_is_there, (*vars(fields).values(), displacement)):
         array.flags.writeable = False  # the next increment starts from these very arrays
     return fields, displacement, work
+
+
+def _is_there(array: FloatArray | None) -> bool:
+    return array is not None
+
+
+def _friction_fields(solution: Solution, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
+    stored, coefficient = setup.case.output.fields, setup.model.friction
+    friction = bound = None
+    if "friction" in stored and solution.friction is None:
+        friction = np.full(setup.grid.shape, coefficient)
+    elif "friction" in stored and solution.friction is not None:
+        friction = np.array(np.broadcast_to(solution.friction.coefficient_at(solution.pressure), setup.grid.shape))
+    if "shear_bound" in stored:
+        bound = solution.friction_limit(coefficient)
+    return friction, bound
 
 
 def _precision(setup: ProblemSetup) -> type[np.floating]:
@@ -201,7 +231,8 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
     modulus = setup.model.compliances.contact_modulus
     parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
     slip_path = np.hypot(slip[0], slip[1])
-    work_density = setup.model.friction * mean_pressure(before.pressure, solution.pressure)
+    mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
+    work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
     work_density *= slip_path
     # The slip of a sticking cell is the certificate's residual, not slip.
     work_density *= (evidence.zone == Zone.SLIP) | parted
@@ -216,7 +247,7 @@ def _sizes(solved: Solved, setup: ProblemSetup) -> dict[str, float]:
     """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells."""
     solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
     contact = contact_edge(solution.pressure, evidence.gap, setup.grid, materials)
-    limit = setup.model.friction * solution.pressure
+    limit = solution.friction_limit(setup.model.friction)
     fields = solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone
     stick = stick_edge(*fields, setup.grid, materials, contact)
     contact_area, extent = zone_area(contact), zone_extent(contact)

@@ -1,7 +1,8 @@
 """The linear equations of pressure and shear together at fixed zones: one Newton step of `coupled_newton`.
 
 The unknowns are, in each cell in contact, the change dp of the pressure and a change of the shear: dq where the cell
-sticks, its part y across the shear where it slips. There dq = y + mu n dp with n = q/|q|.
+sticks, its part y across the shear where it slips. There dq = y + b' n dp with n = q/|q|
+and the slope b' of the friction limit, which is mu for Coulomb friction.
 
     T [K (dp, dq) + S y - N m] = right,    N' (dp, dq) = missing   (T13 of docs/theory.md)
 
@@ -26,7 +27,7 @@ DEPENDENT_MOTIONS = 1e-10
 class CoupledEquations:
     """The equations at fixed zones for the n cells of `contact` (nx, ny), with lengths over the operator's unit.
 
-    normal: (2, n), 0 where a cell sticks; drag: (n,), mu where a cell slips, 0 elsewhere; stiffness: S over the unit,
+    normal: (2, n), 0 where a cell sticks; drag: (n,), b' where a cell slips, 0 elsewhere; stiffness: S over the unit,
     (n,); motions: N, (m, 3, n), whose first component is that of the gap.
     """
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, TINY
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
@@ -34,8 +35,9 @@ class CoupledProblem:
     """An increment on one grid.
 
     separation: (nx, ny), undeformed; elastic_slip: (2, nx, ny), since the increment's start, at the tractions
-    `pressure` (nx, ny) and `shear` (2, nx, ny); before: delta_z, phi_x, phi_y at the start; friction: its coefficient;
-    normal, tangential: what is imposed, tangential displacements as increments; motion, least_slip: as in `SlipScales`.
+    `pressure` (nx, ny) and `shear` (2, nx, ny); before: delta_z, phi_x, phi_y at the start; friction: the
+    friction limit by the pressure; normal, tangential: what is imposed, tangential displacements as increments; motion,
+    least_slip: as in `SlipScales`.
     """
 
     separation: FloatArray
@@ -43,7 +45,7 @@ class CoupledProblem:
     shear: FloatArray
     elastic_slip: FloatArray
     before: Vector
-    friction: float
+    friction: FrictionBound
     normal: LoadControl
     tangential: LoadControl
     motion: float
@@ -192,7 +194,7 @@ class CoupledNewton:
 
     def _put_on_circle(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Let shear beyond the friction limit slip, and give it the length of the limit in the slip zone."""
-        length, friction_limit = np.hypot(work.shear[0], work.shear[1]), work.pressure * problem.friction
+        length, friction_limit = np.hypot(work.shear[0], work.shear[1]), problem.friction.limit(work.pressure)
         work.slipping |= length > friction_limit
         work.slipping &= self._contact
         turned = work.slipping & (length > 0.0)
@@ -233,7 +235,8 @@ class CoupledNewton:
     def _unbalance(self, problem: CoupledProblem, work: CoupledState, missing: Vector) -> float:
         """Return the largest missing resultant over P, or over what friction can carry (a moment: times its arm)."""
         load = float(work.pressure.sum()) * self._normal.cell_area
-        scale = np.maximum(np.repeat([load, problem.friction * load], 3) * self._arms, TINY)
+        carried = float(problem.friction.limit(work.pressure).sum()) * self._normal.cell_area
+        scale = np.maximum(np.repeat([load, carried], 3) * self._arms, TINY)
         return float(np.max(np.abs(missing) / scale))
 
     def _let_slip(self, work: CoupledState, cells: BoolArray) -> None:
@@ -268,7 +271,8 @@ class CoupledNewton:
     def _equations(self, problem: CoupledProblem, work: CoupledState) -> CoupledEquations:
         """Return (T13) at the present zones, with rigid motions over their arms."""
         contact, unit = self._contact, self.operator.unit
-        slipping, friction_limit = work.slipping[contact], problem.friction * work.pressure[contact]
+        friction, pressure = problem.friction.part(contact), work.pressure[contact]
+        slipping, friction_limit = work.slipping[contact], friction.limit(pressure)
         stiffness = np.full(friction_limit.shape, STIFFEST)
         np.divide(self._forward[contact], friction_limit * unit, out=stiffness, where=friction_limit * unit > 0.0)
         stiffness = np.where(slipping, np.clip(stiffness, 0.0, STIFFEST), 0.0)
@@ -277,7 +281,7 @@ class CoupledNewton:
         motions = np.zeros((6, 3, row.size))
         motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
-        normal, drag = work.direction[:, contact], problem.friction * slipping
+        normal, drag = work.direction[:, contact], friction.slope(pressure) * slipping
         return CoupledEquations(self.operator, contact, normal, drag, stiffness, motions[self._forced])
 
 

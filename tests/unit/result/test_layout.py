@@ -10,6 +10,7 @@ import pytest
 from fretsolve.result.layout import (
     BULK_HISTORY,
     CHUNK_BYTES,
+    DERIVED_FIELDS,
     DISPLACEMENT,
     FIELDS,
     HISTORY,
@@ -37,11 +38,14 @@ def test_history_has_the_columns_of_a_summary_in_order() -> None:
 
 def test_restart_has_all_arrays_of_a_state() -> None:
     arrays = {quantity.array for quantity in RESTART}
-    assert arrays == {field.name for field in fields(Fields)} | {"displacement"}
+    derived = {quantity.array for quantity in DERIVED_FIELDS}
+    assert arrays | derived == {field.name for field in fields(Fields)} | {"displacement"}
 
 
 @pytest.mark.parametrize(
-    "quantity", [*HISTORY, *BULK_HISTORY, *FIELDS, *DISPLACEMENT, X], ids=lambda quantity: quantity.name
+    "quantity",
+    [*HISTORY, *BULK_HISTORY, *FIELDS, *DERIVED_FIELDS, *DISPLACEMENT, X],
+    ids=lambda quantity: quantity.name,
 )
 def test_units_are_understood(quantity: object) -> None:
     pint.UnitRegistry().Unit(quantity.units)  # raises where it does not parse

@@ -1,0 +1,93 @@
+"""A coefficient of friction that varies over the contact: a formula of the place, or a measured map.
+
+A step of the coefficient costs an error of the order of a cell's side. Its mean over each cell, from a few points in
+it, halves that error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.case.expression import Expression
+from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.models import Case
+from fretsolve.case.surface_specs import HeightsSurface
+from fretsolve.errors import CaseError
+from fretsolve.model.grid import Grid, LineGrid
+from fretsolve.model.height_map import HeightMap, load_height_map
+from fretsolve.system.arrays import DoubleArray
+
+POINTS_IN_A_CELL = 8
+"""Points per side of a cell, of which the mean is taken."""
+
+SCALES = np.concatenate([[0.0], np.geomspace(1e-6, 1e3, 181)])
+"""Distances (mm) from the middle at which a formula is tried for its largest value."""
+
+LARGEST_ESTIMATE = 10.0
+
+
+@dataclass(frozen=True)
+class FrictionField:
+    """The coefficient at any place; `formula` or `map` about `center` (mm)."""
+
+    formula: Expression | None
+    map: HeightMap | None = None
+    center: tuple[float, float] = (0.0, 0.0)
+
+    def at(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Return the coefficient (nx, ny) at `x` (nx,), `y` (ny,) in mm; infinite off the map and in its holes."""
+        if self.map is not None:
+            return self.map.sample(x - self.center[0], y - self.center[1])
+        assert self.formula is not None
+        across, along = x[:, None], y[None, :]
+        value = self.formula(x=across, y=along, r=np.hypot(across, along))
+        return np.array(np.broadcast_to(value, (x.size, y.size)), np.float64)
+
+    def on(self, grid: Grid) -> DoubleArray:
+        """Return the mean over each cell, (nx, ny); infinite or NaN where it is so at any of the cell's points."""
+        offsets = (np.arange(POINTS_IN_A_CELL) + 0.5) / POINTS_IN_A_CELL - 0.5
+        along_y = np.zeros(1) if isinstance(grid, LineGrid) else offsets * grid.dy
+        total = np.zeros(grid.shape)
+        for dx in offsets * grid.dx:
+            for dy in along_y:
+                total += self.at(grid.x + dx, grid.y + dy)
+        return total / (POINTS_IN_A_CELL * along_y.size)
+
+    def largest(self) -> float:
+        """Return an estimate of the largest coefficient, which scales, but never bounds, what depends on it."""
+        if self.map is not None:
+            return float(np.max(self.map.values, where=np.isfinite(self.map.values), initial=0.0))
+        both = np.concatenate([-SCALES[:0:-1], SCALES])
+        values = self.at(both, both)
+        return float(min(np.max(values, where=np.isfinite(values), initial=0.0), LARGEST_ESTIMATE))
+
+
+def friction_field(case: Case) -> FrictionField | None:
+    """Return the field of a case's friction, None where it has none.
+
+    Raises FileError where a map cannot be read, CaseError where it holds none.
+    """
+    spec = case.friction
+    if spec.expression is not None:
+        return FrictionField(Expression(spec.expression))
+    if spec.map is None:
+        return None
+    try:
+        field = FrictionField(None, load_height_map(_as_heights(spec, case.plane is not None), ("friction",)))
+    except CaseError as error:
+        raise case.source.problem(error.message, error.key) from None
+    return FrictionField(None, field.map, spec.center or (0.0, 0.0))
+
+
+def _as_heights(spec: FrictionSpec, line: bool) -> HeightsSurface:
+    """Return the map as heights in mm, which are read alike."""
+    kind: type[HeightsSurface] = HeightsSurface
+    if line:
+        from fretsolve.case.line_case import LineHeights  # other cases need none of it
+
+        kind = LineHeights
+    return kind.model_construct(
+        file=spec.map, dataset=spec.dataset, spacing=spec.spacing, unit=1.0, invert=False, center=(0.0, 0.0)
+    )

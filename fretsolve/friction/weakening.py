@@ -1,0 +1,70 @@
+"""Whether friction that falls with slip lets the slip run away.
+
+In an increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact
+that slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential
+compliance of the cells in contact and w the fall of the friction limit per slip. Beyond, the result depends on the
+increments.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.rounding import TINY
+from fretsolve.errors import WeakeningError
+from fretsolve.result.state import Fields
+from fretsolve.system.arrays import DoubleArray
+
+MOST_STEPS, CLOSE = 30, 1e-3
+"""Power steps, and the change at which the eigenvalue is known well enough."""
+
+
+def fall_per_slip(spec: FrictionSpec, before: Fields) -> DoubleArray | None:
+    """Return by how much the friction limit falls per slip (MPa/mm), (nx, ny); None where it does not fall.
+
+    before: the fields at the increment's start.
+    """
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return None
+    pressure = before.pressure.astype(np.float64)
+    drop = spec.initial - spec.final
+    if spec.slip:
+        left = np.exp(-before.slip_path / spec.slip)
+        return np.asarray(pressure * drop * left / spec.slip, np.float64)
+    energy = spec.energy or 1.0
+    left = np.exp(-before.work_density / energy)
+    limit = (spec.final + drop * left) * pressure
+    return np.asarray(pressure * drop * left / energy * limit, np.float64)
+
+
+def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
+    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form."""
+    root = np.sqrt(fall)
+    vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
+    shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
+    for _ in range(MOST_STEPS):
+        shear[0] = root * vector
+        operator.tangential(shear, moved)
+        image = root * moved[0]
+        before, found = found, float(np.vdot(vector, image))
+        vector = image / max(float(np.linalg.norm(image)), TINY)
+        if abs(found - before) <= CLOSE * found:
+            break
+    return found
+
+
+def require_stable(spec: FrictionSpec, before: Fields, operator: ElasticOperator) -> None:
+    """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it."""
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, before)
+    if fall is None or not fall.any():
+        return
+    growth = largest_growth(fall, operator)
+    if growth >= 1.0:
+        over = "slip" if spec.slip else "energy"
+        raise WeakeningError(
+            f"friction falls too fast with slip: the fall of the friction limit is {growth:.3g} times what the elastic"
+            f" surfaces hold against it, so that slip runs away and depends on the increments; a larger friction.{over}"
+            " is needed, or weakening: allow"
+        )

@@ -1,0 +1,134 @@
+"""A Hertz contact under a shear force with any axisymmetric friction limit b(r), by Abel's transform.
+
+With bh(x) = 2 int_x^a r b/sqrt(r^2 - x^2) dr, which falls from x = 0 on, the stick zone is the disk of radius c, and
+
+    delta_x = S/4 bh(c),  Q = 2 (c bh(c) + int_c^a bh dx),  W = S/2 int_c^a (bh(c) - bh(x)) bh(x) dx
+
+with the tangential compliance S and the dissipated energy W of first loading. b = mu p gives Cattaneo and Mindlin. As
+there, what shear along x moves along y is left out. It follows from the superposition of disks that move as a whole;
+Johnson, Contact Mechanics (1985), section 7.2, has the case of mu p.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from fretsolve.system.arrays import DoubleArray
+
+ALONG, ACROSS = 300, 600
+"""Nodes of the quadratures over x and r. A step of b costs about 1e-4."""
+
+CELLS_TRIED = 400
+"""Radii at which bh is required to fall."""
+
+
+@dataclass(frozen=True)
+class RimSlipBound:
+    """A friction limit b(r) (MPa) on a disk; bound: of radii (mm), an array like them; compliance: S (1/MPa)."""
+
+    bound: Callable[[DoubleArray], DoubleArray]
+    contact_radius: float
+    compliance: float
+
+    @cached_property
+    def gross_slip_force(self) -> float:
+        """The force (N) of gross slip, int b dA."""
+        return 2.0 * self._integral(0.0)
+
+    @cached_property
+    def gross_slip_torque(self) -> float:
+        """The torque (N mm) of gross slip about the middle, int b r dA."""
+        nodes, weights = _nodes(ACROSS)
+        r = 0.5 * self.contact_radius * (nodes + 1.0)
+        return math.pi * self.contact_radius * float(np.sum(weights * r**2 * self.bound(r)))
+
+    @cached_property
+    def slips_from_rim(self) -> bool:
+        """Whether bh falls, so that the slip zone grows from the rim inwards and these formulas hold."""
+        values = self.transform(np.linspace(0.0, self.contact_radius, CELLS_TRIED))
+        return bool((np.diff(values) < 1e-9 * values.max()).all())
+
+    def transform(self, x: DoubleArray) -> DoubleArray:
+        """Return bh (N/mm) at `x` (n,): with r^2 = x^2 + s^2 it is twice the integral of b over s."""
+        nodes, weights = _nodes(ACROSS)
+        half = 0.5 * np.sqrt(np.maximum(self.contact_radius**2 - x**2, 0.0))
+        r = np.hypot(x[:, None], half[:, None] * (nodes + 1.0))
+        return 2.0 * half * (self.bound(np.minimum(r, self.contact_radius)) @ weights)
+
+    def under(self, shear_force: float) -> RimSlip:
+        """Return the contact under a force Q on first loading. Raises ValueError beyond gross slip."""
+        from scipy.optimize import brentq
+
+        if abs(shear_force) > self.gross_slip_force * (1.0 + 1e-12):
+            raise ValueError(f"the force must not exceed {self.gross_slip_force:g} N")
+        a, wanted = self.contact_radius, abs(shear_force)
+        if wanted >= self._force(0.0):
+            return RimSlip(self, shear_force, 0.0)
+        return RimSlip(self, shear_force, float(brentq(lambda c: self._force(c) - wanted, 0.0, a, xtol=1e-13 * a)))
+
+    def _force(self, c: float) -> float:
+        return 2.0 * (c * float(self.transform(np.array([c]))[0]) + self._integral(c))
+
+    def _integral(self, c: float) -> float:
+        """Return the integral of bh from c to a."""
+        x, weights = self.points(c)
+        return float(np.sum(weights * self.transform(x)))
+
+    def points(self, c: float) -> tuple[DoubleArray, DoubleArray]:
+        """Return nodes and weights of a quadrature from c to a."""
+        nodes, weights = _nodes(ALONG)
+        half = 0.5 * (self.contact_radius - c)
+        return c + half * (nodes + 1.0), half * weights
+
+
+@dataclass(frozen=True)
+class RimSlip:
+    """A contact under a shear force on first loading, sticking inside of `stick_radius`."""
+
+    law: RimSlipBound
+    shear_force: float
+    stick_radius: float
+
+    @property
+    def delta_x(self) -> float:
+        """Rigid displacement (mm) in the direction of the force."""
+        return math.copysign(0.25 * self.law.compliance * self._at_edge, self.shear_force)
+
+    @property
+    def work_per_cycle(self) -> float:
+        """Energy (N mm) dissipated in a full cycle between plus and minus the force, four times that of loading."""
+        x, weights = self.law.points(self.stick_radius)
+        values = self.law.transform(x)
+        return 2.0 * self.law.compliance * float(np.sum(weights * (self._at_edge - values) * values))
+
+    def shear(self, r: DoubleArray) -> DoubleArray:
+        """Return the shear traction (MPa) at radii `r` (n,).
+
+        It is b less what disks of less than the stick radius would add, -(1/pi) int_r^c bh'/sqrt(x^2 - r^2) dx.
+        """
+        a, c = self.law.contact_radius, self.stick_radius
+        traction = np.where(r <= a, self.law.bound(np.minimum(r, a)), 0.0)
+        inside = r < c
+        if inside.any():
+            # x^2 = r^2 + s^2, with differences of bh between the ends of equal parts of s
+            s = np.linspace(0.0, 1.0, 201) * np.sqrt(c**2 - r[inside, None] ** 2)
+            x = np.hypot(r[inside, None], s)
+            values = self.law.transform(x.ravel()).reshape(x.shape)
+            slope = np.diff(values, axis=1) / np.diff(x, axis=1)
+            middle = np.sqrt(0.5 * (x[:, 1:] ** 2 + x[:, :-1] ** 2))
+            traction[inside] += np.sum(slope / middle * np.diff(s, axis=1), axis=1) / math.pi
+        return math.copysign(1.0, self.shear_force) * traction
+
+    @cached_property
+    def _at_edge(self) -> float:
+        return float(self.law.transform(np.array([self.stick_radius]))[0])
+
+
+@cache
+def _nodes(count: int) -> tuple[DoubleArray, DoubleArray]:
+    return np.polynomial.legendre.leggauss(count)

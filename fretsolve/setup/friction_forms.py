@@ -1,0 +1,100 @@
+"""Closed forms where the friction limit is not one coefficient times the pressure, and fixed over the load path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fretsolve.case.models import Case
+from fretsolve.friction.field import friction_field
+from fretsolve.friction.law import FrictionOnGrid
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.slip_from_rim import RimSlipBound
+from fretsolve.system.arrays import DoubleArray
+
+ANGLES, RADII = 32, 64
+"""Places at which a formula must have the same value all round."""
+
+NODES = 400
+"""Radii of a quadrature over an ellipse."""
+
+
+@dataclass(frozen=True)
+class FrictionForms:
+    """The friction limit of a case on Hertz's contact. center: of the contact (mm)."""
+
+    case: Case
+    hertz: HertzContact
+    center: tuple[float, float]
+
+    @cached_property
+    def is_fixed(self) -> bool:
+        """Whether the limit depends on place and pressure alone, by a number or a formula, alike in all directions."""
+        spec = self.case.friction
+        number = isinstance(spec.coefficient, float) and not any(
+            name == "friction" for stage in self.case.stages() for name, _ in stage.targets
+        )
+        return number or spec.expression is not None
+
+    @cached_property
+    def gross_slip_force(self) -> float | None:
+        """The force (N) of gross slip, int b dA; None unless the limit is fixed."""
+        if not self.is_fixed:
+            return None
+        nodes, weights = np.polynomial.legendre.leggauss(NODES)
+        rho, turn = 0.5 * (nodes + 1.0), np.arange(4 * ANGLES) * (2.0 * math.pi / (4 * ANGLES))
+        a, b = self.hertz.semi_axes
+        along, across = a * rho[:, None] * np.cos(turn), b * rho[:, None] * np.sin(turn)
+        cosine, sine = math.cos(self.hertz.angle), math.sin(self.hertz.angle)
+        limit = self._at(along * cosine - across * sine, along * sine + across * cosine, rho[:, None])
+        return math.pi * a * b * float(np.sum(weights * rho * limit.mean(axis=1)))
+
+    def rim_slip(self, compliance: float) -> RimSlipBound | None:
+        """Return the limit for Abel's transform; None unless it is fixed, axisymmetric, and slip grows from the rim.
+
+        compliance: the tangential one (1/MPa).
+        """
+        if not self.is_fixed or not self.hertz.is_circle or not self._is_axisymmetric:
+            return None
+        bound = RimSlipBound(self._on_radius, self.hertz.contact_radius, compliance)
+        return bound if bound.slips_from_rim else None
+
+    @cached_property
+    def _is_axisymmetric(self) -> bool:
+        if self.case.friction.expression is None:
+            return True
+        r = np.linspace(0.0, self.hertz.contact_radius, RADII)[:, None]
+        turn = (np.arange(ANGLES) + 0.3) * (2.0 * math.pi / ANGLES)
+        values = self._coefficient(r * np.cos(turn), r * np.sin(turn))
+        return bool(np.ptp(values, axis=1).max() <= 1e-9 * np.abs(values).max())
+
+    def _on_radius(self, r: DoubleArray) -> DoubleArray:
+        return self._at(r, np.zeros_like(r), r / self.hertz.contact_radius)
+
+    def _at(self, x: DoubleArray, y: DoubleArray, rho: DoubleArray) -> DoubleArray:
+        """Return the limit (MPa) at x, y (mm) from the middle; rho: distance over the contact's in that direction."""
+        pressure = self.hertz.max_pressure * np.sqrt(np.maximum(1.0 - rho**2, 0.0))
+        values = np.asarray(self._coefficient(x, y))
+        shape = np.broadcast_shapes(values.shape, pressure.shape)
+        law = FrictionOnGrid(self.case.friction, np.broadcast_to(values, shape))
+        limit: DoubleArray = law.fixed_bound().limit(np.broadcast_to(pressure, shape)).astype(np.float64)
+        return limit
+
+    @cached_property
+    def _coefficient(self) -> Callable[[DoubleArray, DoubleArray], DoubleArray]:
+        field = friction_field(self.case) if self.case.friction.expression is not None else None
+        if field is None or field.formula is None:
+            coefficient = self.case.friction.coefficient
+            return lambda x, y: np.full(np.broadcast_shapes(x.shape, y.shape), coefficient, np.float64)
+        formula, (x0, y0) = field.formula, self.center
+
+        def value(x: DoubleArray, y: DoubleArray) -> DoubleArray:
+            at_x, at_y = x + x0, y + y0
+            found = formula(x=at_x, y=at_y, r=np.hypot(at_x, at_y))
+            return np.array(np.broadcast_to(found, np.broadcast_shapes(x.shape, y.shape)), np.float64)
+
+        return value

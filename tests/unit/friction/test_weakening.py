@@ -1,0 +1,58 @@
+"""Friction that falls with slip: the bound of stability."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from solving import HERTZ, NO_POISSON, build, solve
+
+from fretsolve import run
+from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.errors import WeakeningError
+from fretsolve.friction.weakening import fall_per_slip, largest_growth
+from fretsolve.model.required_terms import derive_model
+from fretsolve.setup.problem_setup import set_up
+
+PATH = [{"P": 400.0}, {"delta_x": 1e-3, "increments": 4}]
+FALLING = {"initial": 0.3, "final": 0.1, "slip": "0.1 um"}
+
+
+@pytest.mark.parametrize(("uniform", "factor"), [(False, 1.3000), (True, 1.7275)])
+def test_threshold_of_full_slip(uniform, factor):
+    """Rings: 1.3000 p0 w a/G* under Hertz's pressure, 1.7275 under a uniform one; nu = 0."""
+    setup = set_up(build(bodies=NO_POISSON, grid={"points": 64}))
+    material, a = setup.model.compliances, HERTZ.contact_radius
+    operator = ElasticOperator(
+        setup.grid.shape,
+        (setup.grid.dx, setup.grid.dy),
+        material,
+        derive_model(build(bodies=NO_POISSON, grid={"points": 64}, load_path=PATH)).terms,
+    )
+    r = np.hypot(setup.grid.x[:, None], setup.grid.y[None, :])
+    fall = np.where(r < a, 1.0 if uniform else np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0)), 0.0)
+    assert largest_growth(fall, operator) / (0.25 * material.tangential * a) == pytest.approx(factor, rel=0.01)
+
+
+def test_slope_is_the_derivative_of_the_limit():
+    (state,) = solve(grid={"points": 16})
+    spec = FrictionSpec(initial=0.3, final=0.1, slip=2.0)
+    fall = fall_per_slip(spec, state.fields)
+    assert fall is not None
+    assert fall == pytest.approx(state.fields.pressure * 0.2 / 2.0)
+    by_energy = fall_per_slip(FrictionSpec(initial=0.3, final=0.1, energy=2.0), state.fields)
+    assert by_energy == pytest.approx(state.fields.pressure * 0.2 / 2.0 * 0.3 * state.fields.pressure)
+    assert fall_per_slip(FrictionSpec(initial=0.1, final=0.3, slip=2.0), state.fields) is None
+
+
+def test_too_fast_a_fall_is_refused_unless_allowed():
+    case = build(friction=FALLING, grid={"points": 24}, load_path=PATH)
+    with pytest.raises(WeakeningError, match=r"a larger friction.slip is needed, or weakening: allow") as caught:
+        list(run(case))
+    assert (caught.value.exit_code, caught.value.key) == (3, ("load_path", 1))
+    allowed = solve(friction={**FALLING, "weakening": "allow"}, grid={"points": 24}, load_path=PATH)
+    assert len(allowed) == 5
+    slow = solve(friction={**FALLING, "slip": "10 um"}, grid={"points": 24}, load_path=PATH)
+    assert math.isfinite(slow[-1].summary.work_total)
