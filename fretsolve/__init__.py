@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # without an import: the command line handles Ctrl-C only once this module is loaded
+    from typing import Any
 
 __version__ = "0.1.0"
 
@@ -19,5 +20,7 @@ __all__ = ["__version__", "load_case", "open_result", "run", "run_with_error_bar
 def __getattr__(name: str) -> Any:
     """Import the public functions on first use, so that ``fretsolve --help`` loads no numerics (PEP 562)."""
     if name in _PUBLIC:
+        import importlib
+
         return getattr(importlib.import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module 'fretsolve' has no attribute {name!r}")

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-import signal
+# `signal` first loads other modules, and Ctrl-C in them would print a traceback.
+import _signal  # type: ignore[import-not-found]
 
 
 def start() -> None:
-    """Run the command line. While it is being loaded, Ctrl-C ends the process without a traceback."""
-    before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:  # and not ignored, as in the background
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    """Run the command line. Wherever nothing handles Ctrl-C, it ends the process by the signal, without a traceback."""
+    handled = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler  # and not ignored, as in the background
+    if handled:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from fretsolve.cli.main import main
 
-    signal.signal(signal.SIGINT, before)
-    main(prog_name="fretsolve")
+    if handled:
+        _signal.signal(_signal.SIGINT, _signal.default_int_handler)
+    try:
+        main(prog_name="fretsolve")
+    except KeyboardInterrupt:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+        _signal.raise_signal(_signal.SIGINT)
+    finally:
+        if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+            _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # while the interpreter ends
 
 
 if __name__ == "__main__":

@@ -14,12 +14,13 @@ by up to spacing^2/8R per direction.
 
 from __future__ import annotations
 
+import itertools
 import math
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,8 @@ from fretsolve.system.foreign_files import (
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
-LARGEST_FILE, LARGEST_TEXT, MOST_HEIGHTS = 2**33, 2**30, 2**26
-"""Bytes of a file and of one of text, and heights of a map: 8192 x 8192."""
+LARGEST_FILE, LARGEST_TEXT, LONGEST_LINE, MOST_HEIGHTS = 2**33, 2**30, 2**24, 2**26
+"""Bytes of a file and of one of text, characters of a line, and heights of a map: 8192 x 8192."""
 
 MOST_BYTES = 16 * MOST_HEIGHTS
 """Bytes of the heights as they are stored."""
@@ -259,15 +260,34 @@ def _read_numpy(file: Path, dataset: str | None, key: KeyPath) -> _Content:
 def _read_text(file: Path, unit: float) -> _Content:
     """Read a matrix, or points x, y, z (all in `unit`) of a regular grid."""
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        with file.open(encoding="utf-8-sig") as text:
+            lines = _lines_of(text)
+            first = next((line for line in lines if line.split("#")[0].strip()), None)
+            if first is None:
+                raise ValueError("it holds no numbers")
+            numbers = first.split("#")[0]
+            delimiter = next((mark for mark in ",;" if mark in numbers), None)
+            rows = MOST_HEIGHTS // len(numbers.split(delimiter))
+            values = np.loadtxt(_at_most(rows, itertools.chain([first], lines)), delimiter=delimiter, ndmin=2)
     except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is not UTF-8 text") from None
-    first = next((line for line in lines if line.split("#")[0].strip()), None)
-    if first is None:
-        raise ValueError("it holds no numbers")
-    delimiter = next((mark for mark in ",;" if mark in first.split("#")[0]), None)
-    values = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
+        raise ValueError(f"{error.object[error.start : error.start + 1]!r} in it is not UTF-8 text") from None
     return _gridded(values, unit) or _Content(values)
+
+
+def _lines_of(text: TextIO) -> Iterator[str]:
+    """Yield the lines of a file. Raises ValueError at one that is too long for the memory that reading it takes."""
+    while line := text.readline(LONGEST_LINE + 1):
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"a line of it has more than {LONGEST_LINE} characters")
+        yield line
+
+
+def _at_most(rows: int, lines: Iterable[str]) -> Iterator[str]:
+    """Yield up to so many `lines`; raises ValueError if there are more."""
+    for number, line in enumerate(lines):
+        if number >= rows:
+            raise ValueError(f"it has more than {MOST_HEIGHTS} heights; give a part of it")
+        yield line
 
 
 def _gridded(points: DoubleArray, unit: float) -> _Content | None:

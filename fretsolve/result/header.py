@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import FileError, KeyPath, dotted
+from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, has_bulk_stress, is_single, stored_fields
 from fretsolve.system.arrays import DoubleArray
 
@@ -22,6 +22,9 @@ WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"), ("outpu
 
 CHECKSUM = "sha256"
 """Name of the checksum in a header's text."""
+
+LARGEST_HEADER = 2**25
+"""Bytes of a header's text. A case file has at most 4 MiB."""
 
 STATUSES = ("complete", "failed", "running", "stopped")
 
@@ -80,6 +83,16 @@ class RunHeader:
         names = ("format_version", "case_yaml", "effective_case", "coupling", "model", "inputs", "provenance")
         values = {"fretsolve_version": self.version, "status": status, **{name: getattr(self, name) for name in names}}
         return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
+
+    def require_modest(self) -> None:
+        """Raise CaseError if the header would be too long to be read again."""
+        texts = self.case_yaml, self.effective_case, self.model, self.inputs, self.provenance
+        size = len(json.dumps(texts)) + 64 * sum(self.shape)
+        if size > LARGEST_HEADER:
+            message = (
+                f"the texts of the case would take {size} bytes in the result, at most {LARGEST_HEADER} are possible"
+            )
+            raise CaseError(f"{message}; shorten its title or comments")
 
     def to_json(self) -> str:
         """Return text with a checksum from which `from_json` rebuilds the header exactly."""

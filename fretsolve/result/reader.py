@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
-from fretsolve.result.checks import changed_content, content_of
-from fretsolve.result.header import CHECKSUM, RunHeader, present_case, require_header_texts, unsealed
+from fretsolve.result.checks import changed_content, content_of, require
+from fretsolve.result.header import CHECKSUM, LARGEST_HEADER, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import CONTENT, HEADER_NAME, contiguous_parts, parts_folder, read_rows
@@ -225,8 +225,9 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
         if HEADER_GROUP in file:
-            text = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")[:].tobytes()
-            attributes = unsealed(text.decode())
+            stored = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")
+            require(stored.nbytes <= LARGEST_HEADER, f"{HEADER_GROUP}/{HEADER.name}", f"at most {LARGEST_HEADER} bytes")
+            attributes = unsealed(stored[:].tobytes().decode())
             content = attributes.pop(CONTENT)
             del attributes[CHECKSUM]
         else:
@@ -249,7 +250,7 @@ def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:
 def read_header(folder: Path) -> RunHeader:
     """Return the header in a parts folder. Raises FileError, and FileNotFoundError if there is none."""
     path = folder / HEADER_NAME
-    text = read_small_text(path, "the header of a run")
+    text = read_small_text(path, "the header of a run", LARGEST_HEADER)
     try:
         values = json.loads(text)
         _require_known_format(path, values["format_version"], values["version"])

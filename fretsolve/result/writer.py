@@ -123,6 +123,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 if overwrite and out.stat().st_size and not h5py.is_hdf5(out):
                     message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
                     raise FileError(message, out)
+            header.require_modest()
             writer = cls(out, header, pause, advice, shared)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not writer._folder.exists() and writer._take_final(retry):
@@ -171,6 +172,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 single = [part.path for part in self._parts if part.first == part.last]
                 if len(single) >= MERGE_EVERY:
                     merged = write_part(self._folder, self.header, state, single)
+                    with Piece(merged.path) as piece:
+                        piece.verify()
                     self._parts = [*(part for part in self._parts if part.path not in single), merged]
                     atomic_files.remove(*single)
         self._saved_at = time.monotonic()
@@ -297,24 +300,34 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
-        """Go on after the last increment up to which all parts are undamaged, and set aside those that follow."""
+        """Go on after the last increment up to which all parts are undamaged, and set aside those that follow.
+
+        In place of a damaged merged part, those that it was merged from are taken if they are still there.
+        """
         require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
-        damage = ""
-        for part in contiguous_parts(self._folder):
+        parts = all_parts(self._folder)
+        damaged: dict[Part, FileError] = {}
+        for part in parts:
+            if part.first != len(self.summaries):
+                continue
             try:
                 self._take_up(part.path)
             except FileError as error:
-                if not self._parts:
-                    message = f"{error.message}, and there is no saved increment before it: --overwrite starts anew"
-                    raise FileError(message, error.file) from error
-                damage = str(error)
-                break
-            self._parts.append(part)
+                damaged[part] = error
+            else:
+                self._parts.append(part)
         next_step = len(self.summaries)
-        later = [part.path for part in all_parts(self._folder) if part.last >= next_step]
-        if later:
-            damage = damage or f"increment {next_step} is missing in {self._folder}"
-            aside = set_aside(self._folder, later)
+        if not self._parts:
+            first = next(iter(damaged.values()))
+            message = f"{first.message}, and there is no saved increment before it: --overwrite starts anew"
+            raise FileError(message, first.file) from first
+        for part, problem in damaged.items():
+            if part.last < next_step:
+                self.notes.append(f"{problem}; its increments are taken from the parts that it was merged from")
+        if later := [part for part in parts if part.last >= next_step]:
+            found = [str(damaged[part]) for part in later if part in damaged]
+            damage = found[0] if found else f"increment {next_step} is missing in {self._folder}"
+            aside = set_aside(self._folder, [part.path for part in later])
             self.notes.append(f"{damage}; going on from increment {next_step}. What follows was moved to {aside.name}")
         kept = {part.path for part in self._parts}
         atomic_files.remove(*[part.path for part in all_parts(self._folder) if part.path not in kept])  # merged

@@ -21,6 +21,10 @@ Status = Literal["complete", "no solution", "running", "stopped", "error", "wait
 """complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
 
 
+LARGEST_NOTE = 2**20
+"""Bytes of a note, which is a line."""
+
+
 @dataclass(frozen=True)
 class CaseState:
     """Status of a case. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
@@ -65,7 +69,7 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     if is_locked(folder):
         return CaseState(row, "running")
     try:
-        note = json.loads(read_small_text(manifest.note(row), "a note"))
+        note = json.loads(read_small_text(manifest.note(row), "a note", LARGEST_NOTE))
         return CaseState(row, "error", int(note["exit_code"]), str(note["reason"]))
     except (OSError, FileError, ValueError, KeyError, TypeError):
         pass

@@ -7,6 +7,7 @@ import os
 import resource
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -184,6 +185,23 @@ def test_an_interrupt_while_the_command_is_loaded(tmp_path: Path) -> None:
     own = environment()
     own["PYTHONPATH"] = os.pathsep.join([str(tmp_path), own["PYTHONPATH"]])
     assert finish("--help", env=own) == (-signal.SIGINT, "", "")
+
+
+def test_little_is_loaded_before_an_interrupt_is_handled() -> None:
+    code = "import sys; before = set(sys.modules); import fretsolve.__main__; print(*sorted(set(sys.modules) - before))"
+    assert set(python(code).split()) <= {"__future__", "_signal", "fretsolve", "fretsolve.__main__"}
+
+
+@pytest.mark.parametrize("place", ["fretsolve.cli.options.tolerant_streams", "fretsolve.cli.options.sys.exit"])
+def test_an_interrupt_before_and_after_the_command(place: str) -> None:
+    code = (
+        "import os, signal, sys; import fretsolve.__main__, fretsolve.cli.options\n"
+        f"def interrupt(*_): os.kill(os.getpid(), signal.SIGINT)\n"
+        f"{place} = interrupt\n"
+        "sys.argv = ['fretsolve', '--version']; fretsolve.__main__.start()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

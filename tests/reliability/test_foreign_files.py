@@ -19,7 +19,7 @@ from small_cases import CASE, SWEPT, write_case
 from sweeping import manifest_of, rows_of, write_sweep
 
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result import HistoryWriter, open_result, writer
 from fretsolve.result.parts import parts_folder
 from fretsolve.stress.names import opened_computed
 from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
@@ -209,6 +209,70 @@ def test_a_damaged_first_part_is_not_removed(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="there is no saved increment before it: --overwrite starts anew"):
         run(out, resume=True)
     assert len(list(parts_folder(out).glob("*.h5"))) == 3
+
+
+def merged_and_single(out: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stop a run so that a merged part of increments 0 to 3 lies beside its single parts, and return it."""
+    with monkeypatch.context() as patch:
+        patch.setattr(writer, "MERGE_EVERY", 4)
+        patch.setattr(atomic_files, "remove", lambda *files: None)  # as if a kill came before they were removed
+        run(out, 5)
+    merged = parts_folder(out) / "000000-000003.h5"
+    assert merged.exists()
+    assert len(list(parts_folder(out).glob("*.h5"))) == 6
+    return merged
+
+
+def test_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out.h5"
+    merged = merged_and_single(out, monkeypatch)
+    merged.write_bytes(merged.read_bytes()[:-500])
+    with HistoryWriter.open(out, fake_header(), resume=True) as resumed:
+        assert len(resumed.summaries) == 5
+        (note,) = resumed.notes
+    assert note.startswith(f"{merged}: ")
+    assert note.endswith("; its increments are taken from the parts that it was merged from")
+    assert run(out, resume=True) == []
+    run(tmp_path / "whole.h5")
+    assert_same_result(out, tmp_path / "whole.h5")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.h5", "whole.h5"]
+
+
+def test_some_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out.h5"
+    merged = merged_and_single(out, monkeypatch)
+    merged.write_bytes(b"damaged")
+    (parts_folder(out) / "000002-000002.h5").unlink()
+    with HistoryWriter.open(out, fake_header(), resume=True) as resumed:
+        assert len(resumed.summaries) == 2
+        (note,) = resumed.notes
+    assert note.startswith(f"{merged}: ")
+    assert "; going on from increment 2. What follows was moved to out.h5.parts.damaged-1" in note
+    aside = tmp_path / "out.h5.parts.damaged-1"
+    assert sorted(path.name for path in aside.iterdir()) == [merged.name, "000003-000003.h5", "000004-000004.h5"]
+    run(out, resume=True)
+    run(tmp_path / "whole.h5")
+    assert_same_result(out, tmp_path / "whole.h5")
+
+
+def test_single_parts_stay_until_the_merged_one_is_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out, write_part = tmp_path / "out.h5", writer.write_part
+
+    def damaging(folder: Path, *words: Any) -> Any:
+        part = write_part(folder, *words)
+        if part.last > part.first:
+            part.path.write_bytes(part.path.read_bytes()[:-500])
+        return part
+
+    with monkeypatch.context() as patch:
+        patch.setattr(writer, "MERGE_EVERY", 4)
+        patch.setattr(writer, "write_part", damaging)
+        with pytest.raises(FileError, match=r"000000-000003\.h5"):
+            run(out)
+    single = {f"{step:06d}-{step:06d}.h5" for step in range(4)}
+    assert {path.name for path in parts_folder(out).glob("*.h5")} == {*single, "000000-000003.h5"}
+    assert "are taken from the parts" in run(out, resume=True)[0]
+    assert open_result(out).increments == 6
 
 
 def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:

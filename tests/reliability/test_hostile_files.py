@@ -9,18 +9,20 @@ import subprocess
 import sys
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from command_line import environment, invoke, refused
+from command_line import environment, invoke, python, refused
 from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
 
 from fretsolve import open_result
 from fretsolve.elastic import fftw
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseError, FileError
+from fretsolve.model import height_map
 from fretsolve.result import HistoryWriter, parts, writer
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
@@ -346,3 +348,53 @@ def test_open_result_of_an_earlier_version(tmp_path: Path) -> None:
     (tmp_path / "cut.h5").write_bytes(SAMPLE.read_bytes()[:3000])
     with pytest.raises(FileError, match="the file is truncated"):
         open_result(tmp_path / "cut.h5")
+
+
+def heights_text(folder: Path, content: str) -> Path:
+    (folder / "map.txt").write_text(content)
+    return heights_case(folder, "map.txt")
+
+
+def test_text_maps_take_little_more_memory_than_their_heights(tmp_path: Path) -> None:
+    """The text itself is not held: it may be a hundred times as long as the heights in it."""
+    row = "1 2 3 4" + " " * 20_000 + "\n"
+    case = heights_text(tmp_path, row * 4000)
+    code = (
+        "import resource, sys; from pathlib import Path; from fretsolve.model.height_map import load_height_map\n"
+        "from fretsolve.case.loading import load_case\n"
+        "(source,) = load_case(Path(sys.argv[1])).surface; load_height_map(source, ())\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    small = tmp_path / "small"
+    small.mkdir()
+    before = int(python(code, heights_text(small, "1 2 3 4\n" * 4)))
+    assert int(python(code, case)) - before < 30_000  # kB, of a text of 80 MB
+
+
+def test_text_maps_of_too_many_heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(height_map, "MOST_HEIGHTS", 12)
+    assert invoke("validate", heights_text(tmp_path, "# a comment\n1 2 3\n" + "1 2 3\n" * 3)).exit_code == 0
+    assert "it has more than 12 heights; give a part of it" in refused(
+        4, "validate", heights_text(tmp_path, "1 2 3\n" * 5)
+    )
+    monkeypatch.setattr(height_map, "LONGEST_LINE", 100)
+    line = refused(4, "validate", heights_text(tmp_path, "1 2\n" + "1 " * 60))
+    assert "a line of it has more than 100 characters" in line
+
+
+def test_a_header_of_no_plausible_size(out: Path, tmp_path: Path) -> None:
+    with h5py.File(out, "r+") as file:
+        del file["header/json"]
+        zeros(file, "header/json", 2**27, "u1")
+    assert "header/json must hold at most 33554432 bytes" in refused(4, "show", out)
+    stopped = write_fake(tmp_path / "stopped.h5", "stopped")
+    with (parts_folder(stopped) / "header.json").open("r+b") as file:
+        file.truncate(2**26)
+    assert "has 67108864 bytes; at most 33554432 are read" in refused(4, "show", stopped)
+
+
+def test_a_case_that_would_make_such_a_header_is_refused_before_the_run(tmp_path: Path) -> None:
+    out, long = tmp_path / "out.h5", replace(fake_header(), case_yaml="\u4e2d" * 2**23)
+    with pytest.raises(CaseError, match="bytes in the result, at most 33554432 are possible; shorten its title"):
+        HistoryWriter.open(out, long)
+    assert list(tmp_path.iterdir()) == []
