@@ -120,7 +120,8 @@ def assert_same_state(one: State, other: State) -> None:
 
 
 def _digest(state: State) -> np.ndarray:
-    arrays = [getattr(state.fields, field.name).astype(float) for field in fields(Fields)]
+    kept = [getattr(state.fields, field.name) for field in fields(Fields)]
+    arrays = [array.astype(float) for array in kept if array is not None]
     total = sum((k + 1) * np.where(np.isfinite(a), a, 1.0) for k, a in enumerate(_planes(*arrays, state.displacement)))
     total += (
         0.0 if state.change is None else state.change.pressure + state.change.shear[1] + state.change.displacement[0]
