@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -53,6 +54,7 @@ from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 from fretsolve.case.source import CaseSource, Place
 from fretsolve.case.stress_spec import StressSpec
 from fretsolve.case.surface_specs import Surfaces
+from fretsolve.errors import KeyPath
 
 FEWEST_ERROR_BAR_POINTS = 16
 """Fewest points per side with error bars, since the coarse runs have half of them."""
@@ -328,6 +330,27 @@ class Case(CaseModel):
                 for stage in unrolled(self.load_path)
                 if "friction" in dict(stage.targets)
             )
+        return self
+
+    @model_validator(mode="after")
+    def _two_coefficients_are_solved(self) -> Self:
+        if self.friction.pair is None:
+            return self
+        key: KeyPath = ("friction", "coefficient")
+        if self.plane is not None:
+            refused_at([(key, "a line contact has one coefficient of friction; give one number")])
+        turned = not math.isclose(math.sin(2.0 * (self.friction.angle or 0.0)), 0.0, abs_tol=1e-12)
+        forced = {"Qx": True, "Qy": True}
+        for stage in unrolled(self.load_path):
+            for name, value in stage.targets:
+                if name == "Mz" or (name == "phi_z" and value) or name.startswith("bulk_"):
+                    what = "torsion" if name in ("Mz", "phi_z") else "bulk stress"
+                    refused_at([(stage.key, f"two coefficients of friction are not solved with {what}; give one")])
+                if name in ("Qx", "delta_x", "Qy", "delta_y"):
+                    forced["Qx" if name in ("Qx", "delta_x") else "Qy"] = name[0] == "Q"
+            if turned and forced["Qx"] != forced["Qy"]:
+                message = "with friction.angle forces or displacements are needed along x and y both, not one of each"
+                refused_at([(stage.key, message)])
         return self
 
     @model_validator(mode="after")

@@ -8,6 +8,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.materials import Compliances
+from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.model.required_terms import Terms
 
 
@@ -17,10 +18,15 @@ def operator_on(
     terms: Terms,
     team: ThreadTeam | None = None,
     dtype: type[np.floating] = np.float64,
+    orthotropy: Orthotropy | None = None,
 ) -> ElasticOperator:
-    """Return the elastic operator on a grid, of strips or of rectangles."""
+    """Return the elastic operator on a grid, of strips or of rectangles; orthotropy: scales shear and slip."""
     if isinstance(grid, LineGrid):
         from fretsolve.elastic.line_operator import LineOperator  # other cases need none of it
 
         return LineOperator(grid, compliances, terms, team, dtype)
+    if orthotropy is not None:
+        from fretsolve.elastic.orthotropic_operator import OrthotropicOperator
+
+        return OrthotropicOperator(orthotropy, grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
     return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)

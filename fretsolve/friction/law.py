@@ -80,6 +80,8 @@ class FrictionOnGrid:
         if spec.initial is not None and spec.final is not None:
             done = before.slip_path / spec.slip if spec.slip else before.work_density / (spec.energy or 1.0)
             return spec.final + (spec.initial - spec.final) * np.exp(-done.astype(np.float64))
+        if spec.pair is not None:
+            return math.sqrt(spec.pair[0] * spec.pair[1])
         if coefficient is None:
             assert isinstance(spec.coefficient, float)
             return spec.coefficient
@@ -100,7 +102,9 @@ def friction_law(case: Case) -> FrictionLaw | None:
     if not case.friction_varies:
         return None
     spec, field = case.friction, friction_field(case)
-    known = [spec.initial, spec.final, *(spec.pair or (spec.coefficient,)), *(mu for _, mu in spec.cycles or ())]
+    if spec.pair is not None:
+        return FrictionLaw(case, None, math.sqrt(spec.pair[0] * spec.pair[1]))
+    known = [spec.initial, spec.final, spec.coefficient, *(mu for _, mu in spec.cycles or ())]
     known += [value for stage in case.stages() for name, value in stage.targets if name == "friction"]
     known.append(None if field is None else field.largest())
     return FrictionLaw(case, field, max(value for value in known if isinstance(value, float)))

@@ -39,7 +39,7 @@ class GridLevel:
     def __init__(self, grid: Grid, model: Model, team: ThreadTeam, dtype: type[np.floating]):
         self.grid = grid
         self._has_shear = model.has_shear
-        self.operator = operator_on(grid, model.compliances, model.terms, team, dtype)
+        self.operator = operator_on(grid, model.compliances, model.terms, team, dtype, model.orthotropy)
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
         self.coarser = None if coarse is None else GridLevel(coarse, model, team, dtype)

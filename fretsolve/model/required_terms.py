@@ -10,6 +10,7 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances, compliances
+from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
 if TYPE_CHECKING:  # few cases have bulk stress
@@ -68,7 +69,8 @@ class Model:
     the tangential components and bulk stresses that some stage moves away from 0; decisions: one per part of the model;
     warnings: of terms that the case leaves out although it needs them; bulk: the response to bulk stress, None where it
     never moves the surfaces apart; line: whether it is a line contact in plane strain; friction: the coefficient, or
-    where it varies an estimate of the largest one; friction_evolves: with the slip so far.
+    where it varies an estimate of the largest one, or of two the geometric mean; friction_evolves: with the slip so
+    far; orthotropy: of the friction, None where it is alike in all directions.
     """
 
     compliances: Compliances
@@ -83,6 +85,7 @@ class Model:
     bulk: BulkResponse | None = None
     line: bool = False
     friction_evolves: bool = False
+    orthotropy: Orthotropy | None = None
 
     @property
     def coupled(self) -> bool:
@@ -136,6 +139,7 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
         bulk,
         line,
         case.friction.initial is not None,
+        None if case.friction.pair is None else Orthotropy.of(case.friction.pair, case.friction.angle or 0.0),
     )
 
 

@@ -68,7 +68,7 @@ def run(
     arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
     line = _line_contact(setup, *arguments) if setup.model.line else None
     friction = None if setup.friction is None else setup.friction.on(setup.grid)
-    solver = IncrementSolver(*arguments) if line is None else line.solver
+    solver = _increment_solver(setup, *arguments) if line is None else line.solver
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
     change = start.change if start is not None else None
     summaries, plans = list(history), measured_plans()
@@ -115,7 +115,8 @@ def run(
 def _has_trend(setup: ProblemSetup, step: int) -> bool:
     """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding."""
     model, solver, growth = setup.model, setup.case.solver, setup.load_path.growth(step)
-    usual = model.has_shear and model.bulk is None and not model.line and math.prod(setup.grid.shape) >= LEAST_CELLS
+    usual = model.has_shear and model.bulk is None and not model.line and model.orthotropy is None
+    usual = usual and math.prod(setup.grid.shape) >= LEAST_CELLS
     accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
     return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
 
@@ -145,6 +146,15 @@ def _change(initial: InitialState, solved: Solved) -> Change:
     for array in vars(change).values():
         array.flags.writeable = False
     return change
+
+
+def _increment_solver(setup: ProblemSetup, *arguments: Any) -> IncrementSolver:
+    """Return the solver of the increments of a contact on an area; arguments: those of `IncrementSolver`."""
+    if setup.model.orthotropy is None:
+        return IncrementSolver(*arguments)
+    from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver  # other cases need none of it
+
+    return OrthotropicIncrementSolver(*arguments)
 
 
 def _line_contact(setup: ProblemSetup, *arguments: Any) -> LineContact:
@@ -233,7 +243,8 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
     slip_path = np.hypot(slip[0], slip[1])
     mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
     work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
-    work_density *= slip_path
+    orthotropy = setup.model.orthotropy
+    work_density *= slip_path if orthotropy is None else np.hypot(*orthotropy.times(slip))
     # The slip of a sticking cell is the certificate's residual, not slip.
     work_density *= (evidence.zone == Zone.SLIP) | parted
     work = float(work_density.sum()) * setup.grid.cell_area
@@ -248,7 +259,10 @@ def _sizes(solved: Solved, setup: ProblemSetup) -> dict[str, float]:
     solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
     contact = contact_edge(solution.pressure, evidence.gap, setup.grid, materials)
     limit = solution.friction_limit(setup.model.friction)
-    fields = solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone
+    shear, slip, orthotropy = solution.shear, evidence.slip, setup.model.orthotropy
+    if orthotropy is not None:
+        shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
+    fields = solution.pressure, evidence.gap, shear, limit, slip, evidence.zone
     stick = stick_edge(*fields, setup.grid, materials, contact)
     contact_area, extent = zone_area(contact), zone_extent(contact)
     found = [("contact", contact_area, extent)]

@@ -135,7 +135,14 @@ class TangentialSolver:
         """Update the elastic slip from the shear in `_slip` to `shear`, with an error of less than `allowed` (mm)."""
         np.subtract(shear, self._slip, out=self._slip)
         add_displacement(
-            self.operator, ElasticOperator.tangential, elastic_slip, self._slip, self.workspace, allowed, -1.0, expected
+            self.operator,
+            type(self.operator).tangential,
+            elastic_slip,
+            self._slip,
+            self.workspace,
+            allowed,
+            -1.0,
+            expected,
         )
 
     def _start_zones(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> None:
