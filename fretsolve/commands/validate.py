@@ -97,7 +97,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"gross slip under Q begins at a displacement of {displacement:.6g} mm ({source})"
     if (pair := setup.case.friction.pair) is not None:
         first, second = (friction * contact.load for friction in pair)
-        yield f"gross slip begins at Q = {first:.6g} N along the first axis of friction, {second:.6g} N along the second"
+        yield f"gross slip begins at Q = {first:.6g} N along the first axis, {second:.6g} N along the second"
     if setup.case.friction_varies and displacement is None and setup.model.has_shear:
         yield "no closed form holds for partial slip under this friction"
     if stick is not None:
