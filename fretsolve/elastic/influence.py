@@ -36,6 +36,10 @@ Corner differences lose (r/h)^2 of their digits. The relative error of n Gauss p
 """
 
 
+SWAPPED: dict[Influence, Influence] = {"yy": "xx", "yz": "xz"}
+"""Influences that are others with x and y in each other's place."""
+
+
 class InfluenceSpectra(dict[Influence, KernelSpectrum]):
     """Spectra of the influence coefficients (mm/MPa) on the padded grid of `convolution`.
 
@@ -48,9 +52,9 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
 
     def __missing__(self, name: Influence) -> KernelSpectrum:
         shape, spacing = self._convolution.shape, self._spacing
-        if name == "yy" and shape[0] == shape[1] and spacing[0] == spacing[1]:
+        if name in SWAPPED and shape[0] == shape[1] and spacing[0] == spacing[1]:
             # On a square grid x and y may change places.
-            self[name] = KernelSpectrum(np.ascontiguousarray(self["xx"].values.T), odd_x=False)
+            self[name] = KernelSpectrum(np.ascontiguousarray(self[SWAPPED[name]].values.T), odd_x=False)
         else:
             values = influence_coefficients(name, shape, spacing, self._compliances)
             self[name] = self._convolution.kernel_spectrum(values, name in ("xy", "xz"), name in ("xy", "yz"))

@@ -40,13 +40,17 @@ class ThreadTeam:
 
         Raises what `work` raises, once all members have ended. `work` must not call `share`: it would wait for ever.
         """
+        if self._others is None:
+            for part in parts:
+                work(0, part)
+            return
         left = iter(parts)
 
         def take(member: int) -> None:
             for part in left:
                 work(member, part)
 
-        others = [] if self._others is None else [self._others.submit(take, one) for one in self.members(parts)[1:]]
+        others = [self._others.submit(take, one) for one in self.members(parts)[1:]]
         try:
             take(0)
         finally:

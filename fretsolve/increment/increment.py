@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError, NotConvergedError
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Evidence, Examiner, Solution
 from fretsolve.increment.grid_hierarchy import GridLevel
@@ -25,6 +27,12 @@ from fretsolve.system.arrays import BoolArray, FloatArray
 
 SOLVER_TOLERANCE_SHARE = 0.3
 """Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
+
+
+ZONES_AHEAD = 1.5
+"""Part of the trend of the shear by which slip zones are estimated ahead of it: near the edge of a slip zone the shear
+grows faster than it did while the edge was farther away. Mode I.3 takes 1 % fewer applications on 96 and 128 points,
+and 5 % fewer on 256; half and twice of it save half as much."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,7 @@ class IncrementSolver:
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start)
         if start.trend is not None:
-            start = _follow(start.trend, start, work)
+            start = _follow(start.trend, start, work, start.friction or FrictionBound(self.model.friction))
         expected = work.pressure > 0.0
         for _ in range(12):
             # solve on a region that holds the expected contact, and on a larger one if the contact leaves it
@@ -182,6 +190,7 @@ class IncrementSolver:
         elastic_slip = None if elastic_slip is None else elastic_slip[cells]
         mismatch = None if start.mismatch is None else start.mismatch[cells]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
+        work.slipping = None if work.slipping is None else work.slipping[cells]
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
         friction = None if start.friction is None else start.friction.part(cells)
         return InitialState(
@@ -251,7 +260,7 @@ class IncrementSolver:
         return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"
 
 
-def _follow(trend: Trend, start: InitialState, work: WorkingState) -> InitialState:
+def _follow(trend: Trend, start: InitialState, work: WorkingState, friction: FrictionBound) -> InitialState:
     """Add the trend to the tractions of `work`, and return the start with the elastic slip that this means, if known.
 
     Slip zones spread much as they did over the increment before, so fewer iterations are needed: in mode I.3 a tenth
@@ -261,9 +270,12 @@ def _follow(trend: Trend, start: InitialState, work: WorkingState) -> InitialSta
     """
     change = trend.change
     work.shear += trend.factor * change.shear
-    if not work.slip_is_known:
+    if work.slip_is_known:
+        work.pressure += trend.factor * change.pressure
+        work.rigid += trend.factor * trend.rigid
+        start = replace(start, elastic_slip=-trend.factor * change.displacement)
+    else:
         work.rigid[3:] += trend.factor * trend.rigid[3:]
-        return start
-    work.pressure += trend.factor * change.pressure
-    work.rigid += trend.factor * trend.rigid
-    return replace(start, elastic_slip=-trend.factor * change.displacement)
+    ahead = work.shear + ZONES_AHEAD * trend.factor * change.shear
+    work.slipping = slips(ahead, friction.limit(work.pressure), 0.0)
+    return start

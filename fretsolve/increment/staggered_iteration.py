@@ -137,7 +137,10 @@ class StaggeredIteration:
         work.gap_scale = 0.0
         if self.model.has_shear:
             limit = self._friction.limit(work.pressure, out=self._friction_limit)
-            self.level.tangential.slipping[:] = slips(work.shear, limit, circle_width(self.level.operator.dtype))
+            slipping = slips(work.shear, limit, circle_width(self.level.operator.dtype))
+            if work.slipping is not None:
+                slipping |= work.slipping
+            self.level.tangential.slipping[:], work.slipping = slipping, None
         if self._coupled:
             np.copyto(self._pressure, work.pressure)
             self.level.operator.normal_from_shear(work.shear, self._uz[0])

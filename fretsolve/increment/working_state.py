@@ -10,7 +10,7 @@ import numpy as np
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Change
-from fretsolve.system.arrays import FloatArray, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 FIRST_TOLERANCE = 1e-2
 """Tolerance of the first staggered iteration of a coupled increment."""
@@ -68,7 +68,8 @@ class WorkingState:
 
     slip_is_known: the elastic slip of the tractions is that of `InitialState`, 0 where this has none; gap_scale: length
     that the gap is measured against (mm); change: of the gap by the last change of the shear, over gap_scale;
-    coupled_step: the increment was solved by the coupled Newton method.
+    coupled_step: the increment was solved by the coupled Newton method; slipping: cells (nx, ny) that are expected to
+    slip besides those that have reached the friction limit.
     """
 
     pressure: FloatArray
@@ -81,3 +82,4 @@ class WorkingState:
     iterations_tangential: int = 0
     staggered_iterations: int = 0
     coupled_step: bool = False
+    slipping: BoolArray | None = None

@@ -29,9 +29,10 @@ from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 STIFFEST = 1e25
 """Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""
 
-REDUCTION, LATER_REDUCTION = 0.1, 0.03
+REDUCTION, LATER_REDUCTION = 0.2, 0.03
 """Factors by which CG reduces the residual of the Newton equation (TG5): in the first solve of an increment, and in
-later ones, whose zones hardly change."""
+later ones, whose zones hardly change. With a tenth in the first, mode I.2 on 256 x 256 points takes a tenth more
+applications and mode I.3 2 % more, mode I.1 3 % fewer."""
 
 PATIENCE = 5
 """Rounds without halving the residual after which rounding is allowed for (TG4) ..."""
