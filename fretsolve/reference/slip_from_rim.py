@@ -20,8 +20,11 @@ import numpy as np
 
 from fretsolve.system.arrays import DoubleArray
 
-ALONG, ACROSS = 300, 600
-"""Nodes of the quadratures over x and r. A step of b costs about 1e-4."""
+NODES = 300
+"""Nodes of the quadratures over x and r, between one step of b and the next."""
+
+RADII, STEP = 2001, 0.01
+"""Radii among which steps are sought, and the least one over the largest b."""
 
 CELLS_TRIED = 400
 """Radii at which bh is required to fall."""
@@ -43,9 +46,8 @@ class RimSlipBound:
     @cached_property
     def gross_slip_torque(self) -> float:
         """The torque (N mm) of gross slip about the middle, int b r dA."""
-        nodes, weights = _nodes(ACROSS)
-        r = 0.5 * self.contact_radius * (nodes + 1.0)
-        return math.pi * self.contact_radius * float(np.sum(weights * r**2 * self.bound(r)))
+        r, weights = self.points(0.0)
+        return 2.0 * math.pi * float(np.sum(weights * r**2 * self.bound(r)))
 
     @cached_property
     def slips_from_rim(self) -> bool:
@@ -55,10 +57,15 @@ class RimSlipBound:
 
     def transform(self, x: DoubleArray) -> DoubleArray:
         """Return bh (N/mm) at `x` (n,): with r^2 = x^2 + s^2 it is twice the integral of b over s."""
-        nodes, weights = _nodes(ACROSS)
-        half = 0.5 * np.sqrt(np.maximum(self.contact_radius**2 - x**2, 0.0))
-        r = np.hypot(x[:, None], half[:, None] * (nodes + 1.0))
-        return 2.0 * half * (self.bound(np.minimum(r, self.contact_radius)) @ weights)
+        nodes, weights = _nodes(NODES)
+        total, start = np.zeros_like(x), np.zeros_like(x)
+        for end in (*self._steps, self.contact_radius):
+            stop = np.sqrt(np.maximum(end**2 - x**2, 0.0))
+            half = 0.5 * (stop - start)
+            r = np.hypot(x[:, None], start[:, None] + half[:, None] * (nodes + 1.0))
+            total += 2.0 * half * (self.bound(np.minimum(r, self.contact_radius)) @ weights)
+            start = stop
+        return total
 
     def under(self, shear_force: float) -> RimSlip:
         """Return the contact under a force Q on first loading. Raises ValueError beyond gross slip."""
@@ -81,9 +88,29 @@ class RimSlipBound:
 
     def points(self, c: float) -> tuple[DoubleArray, DoubleArray]:
         """Return nodes and weights of a quadrature from c to a."""
-        nodes, weights = _nodes(ALONG)
-        half = 0.5 * (self.contact_radius - c)
-        return c + half * (nodes + 1.0), half * weights
+        nodes, weights = _nodes(NODES)
+        ends = np.array([c, *(step for step in self._steps if step > c), self.contact_radius])
+        half = 0.5 * np.diff(ends)[:, None]
+        return (ends[:-1, None] + half * (nodes + 1.0)).ravel(), (half * weights).ravel()
+
+    @cached_property
+    def _steps(self) -> tuple[float, ...]:
+        """The radii at which b steps."""
+        r = np.linspace(0.0, self.contact_radius, RADII)
+        values = self.bound(r)
+        least = STEP * float(np.abs(values).max())
+        steps = []
+        for i in np.flatnonzero(np.abs(np.diff(values)) > least):
+            low, high = float(r[i]), float(r[i + 1])
+            for _ in range(50):
+                ends, middle = self.bound(np.array([low, 0.5 * (low + high), high])), 0.5 * (low + high)
+                if abs(ends[1] - ends[0]) > abs(ends[2] - ends[1]):
+                    high = middle
+                else:
+                    low = middle
+            if abs(float(np.diff(self.bound(np.array([low, high])))[0])) > least:
+                steps.append(0.5 * (low + high))
+        return tuple(steps)
 
 
 @dataclass(frozen=True)
