@@ -151,6 +151,17 @@ def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
     )
 
 
+def stage_friction(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[float, ...]:
+    """Return the coefficients of friction that stages of a load path set, each once."""
+    found: list[float] = []
+    for step in load_path:
+        if isinstance(step, CycleSpec):
+            found += stage_friction(step.cycle.stages)
+        elif step.friction is not None:
+            found.append(step.friction)
+    return tuple(dict.fromkeys(found))
+
+
 def with_cycle_friction(stages: Sequence[Stage], coefficient: Callable[[int], float]) -> Iterator[Stage]:
     """Yield the stages with the coefficient of friction of their cycles among the targets.
 

@@ -46,6 +46,7 @@ from fretsolve.case.load_path_spec import (
     bulk_keys,
     check_load_path,
     stage_count,
+    stage_friction,
     unrolled,
     with_cycle_friction,
 )
@@ -283,7 +284,7 @@ class Case(CaseModel):
     @property
     def friction_varies(self) -> bool:
         """Whether the friction limit is anything but one coefficient times the pressure."""
-        return not self.friction.is_constant or any("friction" in dict(stage.targets) for stage in self.stages())
+        return not self.friction.is_constant or bool(stage_friction(self.load_path))
 
     def effective(self) -> dict[str, Any]:
         """Return the case with every default filled in, as a case file has it, in values that JSON can hold."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.load_path_spec import stage_friction
 from fretsolve.case.models import Case
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.friction.field import FrictionField, friction_field
@@ -105,6 +106,6 @@ def friction_law(case: Case) -> FrictionLaw | None:
     if spec.pair is not None:
         return FrictionLaw(case, None, math.sqrt(spec.pair[0] * spec.pair[1]))
     known = [spec.initial, spec.final, spec.coefficient, *(mu for _, mu in spec.cycles or ())]
-    known += [value for stage in case.stages() for name, value in stage.targets if name == "friction"]
+    known += stage_friction(case.load_path)
     known.append(None if field is None else field.largest())
     return FrictionLaw(case, field, max(value for value in known if isinstance(value, float)))

@@ -7,13 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
 from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
 
 SAME = 1e-6
 """Loads that differ by no more than this, relative to the load they go with, are equal."""

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,7 +32,9 @@ from fretsolve.reference.hertz import (
     love_cone_at,
 )
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
-from fretsolve.setup.friction_forms import FrictionForms
+
+if TYPE_CHECKING:
+    from fretsolve.setup.friction_forms import FrictionForms
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
@@ -156,6 +159,8 @@ class ClosedForms:
         return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
 
     def _friction_on(self, hertz: HertzContact) -> FrictionForms:
+        from fretsolve.setup.friction_forms import FrictionForms  # few cases need them
+
         return FrictionForms(self.case, hertz, self.case.surface[0].center)
 
     def contact_width(self, endless: float) -> float | None:

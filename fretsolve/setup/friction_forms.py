@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.case.load_path_spec import stage_friction
 from fretsolve.case.models import Case
 from fretsolve.friction.field import friction_field
 from fretsolve.friction.law import FrictionOnGrid
@@ -35,9 +36,7 @@ class FrictionForms:
     def is_fixed(self) -> bool:
         """Whether the limit depends on place and pressure alone, by a number or a formula, alike in all directions."""
         spec = self.case.friction
-        number = isinstance(spec.coefficient, float) and not any(
-            name == "friction" for stage in self.case.stages() for name, _ in stage.targets
-        )
+        number = isinstance(spec.coefficient, float) and not stage_friction(self.case.load_path)
         return number or spec.expression is not None
 
     @cached_property

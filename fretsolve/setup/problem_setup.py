@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
-from fretsolve.friction.law import FrictionLaw, friction_law
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
@@ -20,6 +20,9 @@ from fretsolve.setup.contact_size import Size, automatic_size
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.friction.law import FrictionLaw
 
 SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
@@ -73,6 +76,12 @@ def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> Closed
     return LineClosedForms(case, model, loads)
 
 
+def _friction_law(case: Case) -> FrictionLaw | None:
+    from fretsolve.friction.law import friction_law  # few cases have one
+
+    return friction_law(case)
+
+
 def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid:
     if not model.line:
         return Grid.from_size(points, size, case.grid.center)
@@ -89,7 +98,7 @@ def set_up(case: Case) -> ProblemSetup:
     leave the range of single precision.
     """
     asked, case = case, settled(case)
-    friction = friction_law(case) if case.friction_varies else None
+    friction = _friction_law(case) if case.friction_varies else None
     model = derive_model(case, None if friction is None else friction.largest)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = closed_forms_of(case, model, load_path.imposed)

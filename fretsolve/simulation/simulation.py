@@ -14,7 +14,6 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.friction.weakening import require_stable
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
@@ -80,6 +79,8 @@ def run(
         trend = _trend(change, setup, summaries)
         try:
             if setup.model.friction_evolves:
+                from fretsolve.friction.weakening import require_stable  # few cases need it
+
                 require_stable(setup.case.friction, fields, solver.level.operator)
             bound = None if friction is None else friction.bound(fields, increment.friction)
             begin = InitialState(

@@ -1,0 +1,99 @@
+"""Which closed forms hold where friction varies."""
+
+from __future__ import annotations
+
+import pytest
+from command_line import invoke
+from small_cases import CASE, write_case
+from solving import HERTZ, build
+
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.setup.warnings import case_warnings
+
+PULLED = [{"P": 400.0}, {"Qx": 15.0, "increments": 1}]
+
+
+def forms_of(friction, path=PULLED, **parts):
+    return set_up(build(friction=friction, grid={"points": 16}, load_path=path, **parts)).closed_forms
+
+
+def test_gross_slip_of_a_strip():
+    forms = forms_of({"expression": "0.1 + 0.2*(abs(y) < 0.1)"})
+    t = 0.1 / HERTZ.contact_radius
+    force, torque, delta_x = forms.gross_slip(400.0, forms.hertz[0])
+    assert force == pytest.approx(40.0 + 80.0 * 1.5 * (t - t**3 / 3.0), rel=1e-2)
+    assert (torque, delta_x) == (float("inf"), None)
+    assert forms.tangential(1) is None
+
+
+def test_gross_slip_on_an_ellipse_with_a_shear_limit():
+    """(3t - t^3)/2 of mu P with t the limit over mu p0, whatever the ratio of the axes."""
+    surface = {"ellipsoid": {"radius_x": 10.0, "radius_y": 30.0, "angle": 0.4}}
+    forms = forms_of({"coefficient": 0.1, "shear_limit": 60.0}, surface=surface)
+    hertz = forms.hertz[0]
+    t = 60.0 / (0.1 * hertz.max_pressure)
+    assert forms.gross_slip(400.0, hertz)[0] == pytest.approx(40.0 * (3.0 * t - t**3) / 2.0, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("friction", "path"),
+    [
+        ({"expression": "0.1 + 0.2*((x - 0.1)**2 + y**2 < 0.01)"}, PULLED),
+        ({"expression": "0.1 - 0.08*(r < 0.1)"}, PULLED),
+        ({"coefficient": [0.2, 0.1]}, PULLED),
+        ({"initial": 0.1, "final": 0.3, "slip": 1.0}, PULLED),
+        ({"cycles": [[1, 0.1], [5, 0.2]]}, PULLED),
+        (0.1, [*PULLED, {"friction": 0.2}]),
+    ],
+    ids=["beside the middle", "from the middle", "axes", "running in", "cycles", "stage"],
+)
+def test_partial_slip_is_refused(friction, path):
+    forms = forms_of(friction, path)
+    assert forms.tangential(1) is None
+    assert forms.smallest_stick is None
+    assert {form.source for form in forms.values()} == {"Hertz"}
+
+
+def test_torque_has_no_closed_form():
+    forms = forms_of({"coefficient": 0.1, "shear_limit": 100.0}, [{"P": 400.0}, {"Mz": 1.0}])
+    assert forms.tangential(1) is None
+
+
+def test_a_round_formula_about_the_contact_has_one():
+    surface = {"sphere": {"radius": 10.0, "center": [0.1, 0.0]}}
+    parts = {"surface": surface, "coupling": "none"}
+    there = forms_of({"expression": "0.1 + 0.2*((x - 0.1)**2 + y**2 < 0.01)"}, **parts).tangential(1)
+    here = forms_of({"expression": "0.1 + 0.2*(r < 0.1)"}, coupling="none").tangential(1)
+    assert there is not None
+    assert here is not None
+    assert there.stick_radius == pytest.approx(here.stick_radius, rel=1e-6)
+    assert forms_of({"expression": "0.1 + 0.2*(r < 0.1)"}, **parts).tangential(1) is None
+
+
+@pytest.mark.parametrize(
+    ("friction", "lines"),
+    [
+        (
+            "{coefficient: 0.1, shear_limit: 100 MPa}",
+            ["gross slip begins at Q = int b dA = 26.3437 N or at Mz = 5.0958", "(slip from the rim)"],
+        ),
+        ("{expression: '0.1 + y**2'}", ["no closed form holds for partial slip under this friction"]),
+        ("{coefficient: [0.2, 0.1]}", ["gross slip begins at Q = 80 N along the first axis, 40 N along the second"]),
+    ],
+)
+def test_validate_prints_them(tmp_path, friction, lines):
+    path = write_case(tmp_path, CASE.replace("friction: 0.1", f"friction: {friction}"))
+    told = invoke("validate", path).output
+    assert all(line in told for line in lines), told
+
+
+def test_a_force_beyond_is_warned_of():
+    setup = set_up(
+        build(
+            friction={"coefficient": 0.1, "shear_limit": 100.0},
+            grid={"points": 64},
+            load_path=[{"P": 400.0}, {"Qx": 30.0}],
+        )
+    )
+    (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
+    assert "30 N is not below the 26.3437 N (int b dA) that friction carries" in warning
