@@ -111,6 +111,12 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     return rows
 
 
+def require_known(rows: NDArray[Any]) -> None:
+    """Raise ValueError if a history has no number where only a line contact has none."""
+    for name in UNKNOWN_OF_A_LINE:
+        require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
+
+
 def content_of(
     rows: NDArray[Any], x: DoubleArray, y: DoubleArray, steps: Sequence[int], names: Sequence[str]
 ) -> dict[str, Any]:

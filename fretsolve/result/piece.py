@@ -217,6 +217,9 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
     except IsADirectoryError as error:
         raise FileError("a folder; the file of a result is needed", path) from error
     except (OSError, KeyError, RuntimeError) as error:
+        missing = isinstance(error, KeyError) and str(error.args[0] if error.args else "")
+        if missing and " " not in missing:
+            raise FileError(f"cannot read {what or 'the file'}: {shortened(missing)} is missing", path) from error
         message, what = " ".join(str(error).split()), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
         raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error

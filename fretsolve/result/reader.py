@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
-from fretsolve.result.checks import changed_content, content_of, require
+from fretsolve.result.checks import changed_content, content_of, require, require_known
 from fretsolve.result.header import CHECKSUM, LARGEST_HEADER, RunHeader, present_case, require_header_texts, unsealed
 from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
 from fretsolve.result.lock import is_locked
@@ -232,7 +232,9 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
             del attributes[CHECKSUM]
         else:
             attributes, content = _unchecked_attributes(out, file), None
-        attributes["format_version"] = int(attributes["format_version"])
+        version = str(attributes["format_version"])
+        require(version.isdecimal(), "format_version", "a whole number")
+        attributes["format_version"] = int(version)
         _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
         require_header_texts(attributes)
         return attributes, content
@@ -276,6 +278,9 @@ def _open_file(out: Path) -> Result:
     with ExitStack() as opened:
         piece = opened.enter_context(Piece(out))
         rows, (x, y) = piece.rows(), piece.grid()
+        if content is None:  # an earlier version, which knew all columns of every contact
+            with damage_reported(out, "history"):
+                require_known(rows)
         piece.require_fields((len(x), len(y)))
         opened.pop_all()
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import itertools
 import os
 import resource
 import signal
@@ -12,10 +13,14 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import PATIENCE, assert_same_result, environment, finish, python, saved_steps, start, wait_for
+from command_line import PATIENCE, assert_same_result, environment, finish, invoke, python, saved_steps, start, wait_for
+from fake_states import fake_header, fake_states
 from small_cases import CASE, LONG, write_case
+from sweeping import assert_as_serial, write_sweep
 
 from fretsolve import open_result
+from fretsolve.result import HistoryWriter
+from fretsolve.result.parts import parts_folder
 from fretsolve.system.signals import NOTICE
 
 INCREMENTS = 42
@@ -270,3 +275,37 @@ def test_too_low_a_limit_of_open_files(case: Path, files: int) -> None:
     assert code in (0, 4)
     assert messages.count("\n") == (code == 4)
     assert code == 0 or "Too many open files" in messages
+
+
+def test_two_sweeps_at_once_in_one_folder(tmp_path: Path) -> None:
+    """Whichever takes a case first, all have their results in the end, as if one process had worked."""
+    path = write_sweep(tmp_path)
+    with start("sweep", "run", path, "-j", 1) as one, start("sweep", "run", path, "-j", 1) as other:
+        for process in (one, other):
+            _, messages = process.communicate(timeout=PATIENCE)
+            assert process.returncode in (0, 75), messages
+            assert "Traceback" not in messages
+    assert finish("sweep", "run", path, "-q")[0] == 0
+    assert assert_as_serial(tmp_path / "sweep.sweep", tmp_path / "case.yaml") == 6
+    names = {entry.suffix for entry in (tmp_path / "sweep.sweep" / "results").iterdir()}
+    assert names == {".h5"}
+
+
+@pytest.mark.parametrize("jump", [-1e9, 1e9])
+def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jump: float) -> None:
+    """By thirty years at each look, to and fro; files seem to be of the future or long forgotten."""
+    looks = itertools.count()
+    real = time.time
+    monkeypatch.setattr(time, "time", lambda: real() + jump * (next(looks) % 2))
+    case, whole = write_case(tmp_path), tmp_path / "whole.h5"
+    assert invoke("run", case, "-q", "-o", whole).exit_code == 0
+    out = case.with_suffix(".h5")
+    with HistoryWriter.open(out, fake_header()) as writer:
+        for state in fake_states(3):
+            writer.append(state)
+    for file in parts_folder(out).iterdir():
+        os.utime(file, (real() + jump, real() + jump))
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert (len(writer.summaries), writer.notes) == (3, [])
+    assert invoke("export", whole, "--to", "npz").exit_code == 0
+    assert next(looks) > 1

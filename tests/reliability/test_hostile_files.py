@@ -85,7 +85,7 @@ def test_attributes_may_be_wiped_or_altered(out: Path) -> None:
     assert invoke("show", out, "--all").stdout == before
 
 
-@pytest.mark.parametrize("name", ["P", "P_error", "work_total"])
+@pytest.mark.parametrize("name", ["P", "P_error", "work_total", "delta_x"])
 def test_a_column_without_numbers_is_refused(tmp_path: Path, name: str) -> None:
     out = write_fake(tmp_path / "out.h5", errors=True)
     with h5py.File(out, "r+") as file:
