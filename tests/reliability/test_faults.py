@@ -200,7 +200,7 @@ def test_fault_at_every_change_of_an_export_leaves_whole_files(
     with monkeypatch.context() as patch:
         patch.setattr(atomic_files, "os", counter)
         assert invoke(*words).exit_code == 0
-    for number in range(len(counter.calls)):
+    for number in range(0, len(counter.calls), 1 if ALL else 4):
         for path, content in old.items():
             if path != out:
                 path.write_bytes(content)
