@@ -23,10 +23,8 @@ from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.area_contact import AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
-from fretsolve.simulation.zone_areas import zone_area
-from fretsolve.simulation.zone_edges import contact_edge, stick_edge
-from fretsolve.simulation.zone_extents import zone_extent
 from fretsolve.system.arrays import FloatArray, Vector
 
 LARGEST_GROWTH = 3.0
@@ -65,23 +63,22 @@ def run(
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     kernels = load(setup.compiled)
     arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
-    line = _line_contact(setup, *arguments) if setup.model.line else None
+    contact = _line_contact(setup, *arguments) if setup.model.line else _area_contact(setup, *arguments)
     friction = None if setup.friction is None else setup.friction.on(setup.grid)
-    solver = _increment_solver(setup, *arguments) if line is None else line.solver
-    fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(solver.separation)
+    fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
     summaries, plans = list(history), measured_plans()
     for step in range(len(summaries), setup.load_path.increments):
         began = _working_seconds()
         increment = setup.load_path.increment(step, summaries)
         before = setup.load_path.increment(step - 1, summaries).normal if step else None
-        rigid = _rigid(summaries) if line is None else line.rigid_start(fields, _rigid(summaries))
+        rigid = contact.rigid_start(fields, _rigid(summaries))
         trend = _trend(change, setup, summaries)
         try:
             if setup.model.friction_evolves:
                 from fretsolve.friction.weakening import require_stable  # few cases need it
 
-                require_stable(setup.case.friction, fields, solver.level.operator)
+                require_stable(setup.case.friction, fields, contact.solver.level.operator)
             bound = None if friction is None else friction.bound(fields, increment.friction)
             begin = InitialState(
                 fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound
@@ -90,7 +87,7 @@ def run(
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
 
                 begin = with_mismatch(begin, increment.stretch, setup.grid)
-            solved = solver.solve(increment, begin)
+            solved = contact.solver.solve(increment, begin)
             if friction is not None:
                 friction.require_known(solved.solution.pressure, setup.case)
         except NoSolutionError as error:
@@ -101,13 +98,12 @@ def run(
             save_wisdom()
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
-        sizes = _sizes(solved, setup) if line is None else line.sizes(solved)
+        sizes = contact.sizes(solved)
         change = _change(begin, solved) if _has_trend(setup, step + 1) else None
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
-        if line is not None:
-            summary = line.with_displacements(summary, solved)
+        summary = contact.with_displacements(summary, solved)
         del solved  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement, change=change)
@@ -149,13 +145,13 @@ def _change(initial: InitialState, solved: Solved) -> Change:
     return change
 
 
-def _increment_solver(setup: ProblemSetup, *arguments: Any) -> IncrementSolver:
-    """Return the solver of the increments of a contact on an area; arguments: those of `IncrementSolver`."""
+def _area_contact(setup: ProblemSetup, *arguments: Any) -> AreaContact:
+    """Return the contact on an area of a problem; arguments: those of `IncrementSolver`."""
     if setup.model.orthotropy is None:
-        return IncrementSolver(*arguments)
+        return AreaContact(setup, IncrementSolver(*arguments))
     from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver  # other cases need none of it
 
-    return OrthotropicIncrementSolver(*arguments)
+    return AreaContact(setup, OrthotropicIncrementSolver(*arguments))
 
 
 def _line_contact(setup: ProblemSetup, *arguments: Any) -> LineContact:
@@ -253,29 +249,6 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
     slip_path += before.slip_path
     work_density += before.work_density
     return slip_path, work_density, work
-
-
-def _sizes(solved: Solved, setup: ProblemSetup) -> dict[str, float]:
-    """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells."""
-    solution, evidence, materials = solved.solution, solved.evidence, setup.model.compliances
-    contact = contact_edge(solution.pressure, evidence.gap, setup.grid, materials)
-    limit = solution.friction_limit(setup.model.friction)
-    shear, slip, orthotropy = solution.shear, evidence.slip, setup.model.orthotropy
-    if orthotropy is not None:
-        shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
-    fields = solution.pressure, evidence.gap, shear, limit, slip, evidence.zone
-    stick = stick_edge(*fields, setup.grid, materials, contact)
-    contact_area, extent = zone_area(contact), zone_extent(contact)
-    found = [("contact", contact_area, extent)]
-    if stick is contact:
-        found.append(("stick", contact_area, extent))
-    else:
-        found.append(("stick", min(zone_area(stick), contact_area), zone_extent(stick)))
-    sizes: dict[str, float] = {}
-    for zone, area, extent in found:
-        sizes |= {f"{zone}_area": area, f"{zone}_radius": math.sqrt(area / math.pi)}
-        sizes |= {f"{zone}_{name}": value for name, value in extent._asdict().items()}
-    return sizes
 
 
 def _summary(

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
-from fretsolve.simulation.zone_edges import INSET, LEVER, ZoneEdge
+from fretsolve.simulation.zone_edges import ZoneEdge
 from fretsolve.system.arrays import FloatArray
 
 
@@ -22,7 +22,7 @@ def zone_area(edge: ZoneEdge | None) -> float:
     """
     if edge is None:
         return 0.0
-    front, run_x, run_y, lever = edge.front, edge.run_x, edge.run_y, edge.lever
+    front, run_x, run_y = edge.front, edge.run_x, edge.run_y
     (x, other_x, y, other_y), (dx, dy), count = edge.shares, edge.part.spacing, front.count
     x, y = x + other_x, y + other_y
     part_inside = np.where(count <= 2, 0.5 * x * y, 1.0 - 0.5 * (2.0 - x) * (2.0 - y))
@@ -31,7 +31,7 @@ def zone_area(edge: ZoneEdge | None) -> float:
     area = (front.whole + counted + part_inside[fits].sum()) * dx * dy
     length = np.maximum(np.hypot(run_x, run_y), TINY)
     cell = (run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY)
-    inset = (INSET + np.log(LEVER / lever) / 6.0) * cell
+    inset = edge.inset * cell
     turns = 0.25 * (np.count_nonzero(count[fits] == 1) - np.count_nonzero(count[fits] == 3))
     return float(max(area - _rim(length[fits], inset[fits], turns), 0.0))
 

@@ -79,7 +79,7 @@ class ZoneEdge:
     """The edge of a zone: the part of the grid around it, and the n squares between centres that it crosses.
 
     shares: inside of each square's links, as `Front.starts`, (4, n); run_x, run_y: of the edge within each square (mm);
-    lever: by its direction there, (n,).
+    inset: of the edge in cells, by its direction there, (n,).
     """
 
     part: CellPart
@@ -87,7 +87,7 @@ class ZoneEdge:
     shares: FloatArray
     run_x: FloatArray
     run_y: FloatArray
-    lever: FloatArray
+    inset: FloatArray
 
     @classmethod
     def placed(cls, part: CellPart, front: Front, share: Share) -> ZoneEdge:
@@ -103,7 +103,7 @@ class ZoneEdge:
             lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
             if part.is_row:
                 lever = np.full(lever.shape, LEVER_ALONG)
-        return cls(part, front, shares, run_x, run_y, lever)
+        return cls(part, front, shares, run_x, run_y, inset_by(lever))
 
 
 def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances) -> ZoneEdge | None:
@@ -140,23 +140,14 @@ def stick_edge(
         return contact
     part = CellPart.around(sticking, grid)
     front = Front.of(part)
-    at_edge = _contact_share(part, front.links, pressure, gap, materials)
-    to_slip = np.flatnonzero(part.cut(slipping, False)[front.links.outer])
-    if not to_slip.size:
-        return ZoneEdge.placed(part, front, at_edge)
-    friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
-    reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
-    links = front.links.some(to_slip)
-    at_slip = _slip_share(part, links, reserve, slip_x, slip_y, materials)
-    at_limit = np.flatnonzero(reserve[links.inner] <= AT_THE_LIMIT * friction_limit[links.inner])
-    if at_limit.size:
-        at_slip = _with_law_of_slip(at_slip, at_limit, links.some(at_limit), np.hypot(slip_x, slip_y))
-
-    def share(lever: FloatArray) -> FloatArray:
-        found = at_edge(lever)
-        found[to_slip] = at_slip(lever[to_slip])
-        return found
-
+    links = front.links
+    to_slip = np.flatnonzero(part.cut(slipping, False)[links.outer])
+    fields = limit, shear, slip
+    if to_slip.size == links.outer.size:
+        return ZoneEdge.placed(part, front, _slip_share(part, links, *fields, materials))
+    share = _contact_share(part, links, pressure, gap, materials)
+    if to_slip.size:
+        share = _replaced(share, to_slip, _slip_share(part, links.some(to_slip), *fields, materials))
     return ZoneEdge.placed(part, front, share)
 
 
@@ -279,12 +270,14 @@ def _contact_share(
 
 
 def _slip_share(
-    part: CellPart, links: Links, reserve: FloatArray, slip_x: FloatArray, slip_y: FloatArray, materials: Compliances
+    part: CellPart, links: Links, limit: FloatArray, shear: FloatArray, slip: FloatArray, materials: Compliances
 ) -> Share:
-    """Return the shares by slip and `reserve`.
+    """Return the shares by slip and the reserve of shear below the limit.
 
     The modulus is the contact modulus for a front across the slip, and that of antiplane shear for one along it.
     """
+    friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
+    reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
     inner, outer = links.inner, links.outer
     across, along = materials.contact_modulus, 2.0 / materials.torsional
     modulus_x, modulus_y = np.where(links.along_y, [[along], [across]], [[across], [along]])
@@ -306,20 +299,29 @@ def _slip_share(
         trusted = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
         return np.where(growing, gained, np.where(receding, trusted, found))
 
-    return share
+    at_limit = np.flatnonzero(first <= AT_THE_LIMIT * friction_limit[inner])
+    if not at_limit.size:
+        return share
+    distance, step = np.hypot(slip_x, slip_y), (outer - inner)[at_limit]
+    inside = share_by_slip(*(distance[outer[at_limit] + k * step] for k in range(3)))
+    return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
 
 
-def _with_law_of_slip(share: Share, places: IndexArray, links: Links, distance: FloatArray) -> Share:
-    """Return `share` with its values at `places` replaced by those of these `links` by the slip `distance` alone."""
-    step = links.outer - links.inner
-    inside = share_by_slip(*(distance[links.outer + k * step] for k in range(3)))
+def _replaced(share: Share, places: IndexArray, other: Share) -> Share:
+    """Return `share` with the values at some links, their `places`, from another one of these."""
 
     def replaced(lever: FloatArray) -> FloatArray:
         found = share(lever)
-        found[places] = inside + INSET + np.log(LEVER / lever[places]) / 6.0
+        found[places] = other(lever[places])
         return found
 
     return replaced
+
+
+def inset_by(lever: FloatArray) -> FloatArray:
+    """Return the inset of an edge in cells."""
+    inset: FloatArray = INSET + np.log(LEVER / lever) / 6.0
+    return inset
 
 
 def share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:

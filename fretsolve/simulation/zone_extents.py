@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.simulation.zone_edges import INSET, LEVER, MARGIN_CELLS, ZoneEdge
+from fretsolve.simulation.zone_edges import MARGIN_CELLS, ZoneEdge
 
 
 class Extent(NamedTuple):
@@ -28,39 +28,37 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     """Return the extent of the zone inside an edge."""
     if edge is None:
         return Extent()
-    part, front, down = edge.part, edge.front, edge.part.strides[0]
-    size = part.inside.size // down, down
+    part, front, (dx, dy), (x, y) = edge.part, edge.front, edge.part.spacing, edge.part.corner
+    down, links = part.strides[0], front.links
+    # the outer cells' places along their links, from the part's middle, in which the zone's own is, too
+    row, column = np.divmod(links.outer, down)
+    across = links.along_y.view(np.uint8)
+    middle = np.array([0.5 * (part.inside.size // down - 1), 0.5 * (down - 1)])
+    place = np.where(links.along_y, column, row) - middle[across]
     # crossings within two cells of the zone's ends, which are MARGIN_CELLS from the part's
-    links, ahead = front.links, front.links.outer > front.links.inner
-    row = links.inner // down
-    column = links.inner - row * down
-    place = np.where(links.along_y, column, row)
-    depth = np.where(ahead, np.where(links.along_y, size[1], size[0]) - 1 - place, place) - MARGIN_CELLS
-    near = np.flatnonzero(depth < 2)
-    # their shares inside; NaN, where no smooth edge fits, comes last
-    share = edge.shares.ravel()[front.crossed[near]] - INSET - np.log(LEVER / edge.lever[front.square[near]]) / 6.0
-    order = np.argsort(share)
-    near, share = near[order], share[order]
+    depth = (middle + (1.0 - MARGIN_CELLS))[across] - np.abs(place)
+    near = np.flatnonzero(depth < 1.5)
+    inside = edge.shares.ravel()[front.crossed[near]] - edge.inset[front.square[near]]
     # the farthest crossing of each row, towards -x, +x, -y, +y, in cells beyond the zone's outermost middles
     rows: list[dict[int, float]] = [{}, {}, {}, {}]
-    direction, line = 2 * links.along_y[near] + ahead[near], (row + column - place)[near]
-    for towards, number, inside, cells in zip(
-        direction.tolist(), line.tolist(), share.tolist(), depth[near].tolist(), strict=True
-    ):
-        ends = rows[towards]
-        if not math.isnan(inside):
-            ends[number] = max(inside - cells, ends.get(number, -math.inf))
-        elif number not in ends:  # cells are counted
-            ends[number] = 0.5 - cells
+    lines, towards = np.where(links.along_y, row, column)[near], 2 * across[near] + (place[near] > 0.0)
+    counted = []
+    for side, line, beyond in zip(towards.tolist(), lines.tolist(), (inside - depth[near]).tolist(), strict=True):
+        ends = rows[side]
+        if beyond > ends.get(line, -math.inf):
+            ends[line] = beyond
+        elif beyond != beyond:  # NaN, where no smooth edge fits
+            counted.append((ends, line))
+    if counted:
+        for (ends, line), cells in zip(counted, depth[near][np.isnan(inside)].tolist(), strict=True):
+            ends.setdefault(line, 0.5 - cells)
     low_x, high_x, low_y, high_y = map(_farthest, rows)
-    ends_x = MARGIN_CELLS - low_x, size[0] - 1 - MARGIN_CELLS + high_x
-    ends_y = MARGIN_CELLS - low_y, size[1] - 1 - MARGIN_CELLS + high_y
-    (dx, dy), (x, y) = part.spacing, part.corner
+    half_x, half_y = middle - MARGIN_CELLS
     return Extent(
-        0.5 * dx * (ends_x[1] - ends_x[0]),
-        0.5 * dy * (ends_y[1] - ends_y[0]),
-        x + 0.5 * dx * (ends_x[0] + ends_x[1]),
-        y + 0.5 * dy * (ends_y[0] + ends_y[1]),
+        dx * float(half_x + 0.5 * (low_x + high_x)),
+        dy * float(half_y + 0.5 * (low_y + high_y)),
+        x + dx * float(middle[0] + 0.5 * (high_x - low_x)),
+        y + dy * float(middle[1] + 0.5 * (high_y - low_y)),
     )
 
 

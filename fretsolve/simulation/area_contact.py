@@ -1,0 +1,72 @@
+"""Solve the increments of a contact on an area, and compute the sizes of its zones."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.result.state import Fields, Summary
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.zone_areas import zone_area
+from fretsolve.simulation.zone_edges import ZoneEdge, contact_edge, stick_edge
+from fretsolve.simulation.zone_extents import Extent, zone_extent
+from fretsolve.system.arrays import FloatArray, Vector
+
+
+class _Outline(NamedTuple):
+    """The edge of a contact with the fields that it follows from, the area inside (mm^2) and its extent."""
+
+    pressure: FloatArray
+    gap: FloatArray
+    edge: ZoneEdge | None
+    area: float
+    extent: Extent
+
+
+class AreaContact:
+    """A contact on an area with the solver of its increments."""
+
+    def __init__(self, setup: ProblemSetup, solver: IncrementSolver):
+        self.solver = solver
+        self._setup = setup
+        self._outline: _Outline | None = None
+
+    def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
+        """Return the rigid displacements that the next increment counts from: those of the history, `rigid`."""
+        return rigid
+
+    def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
+        """Return a row of the history with the rigid displacements as they are meant: the solution's."""
+        return summary
+
+    def sizes(self, solved: Solved) -> dict[str, float]:
+        """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells."""
+        solution, evidence, setup = solved.solution, solved.evidence, self._setup
+        contact = self._outline = self._contact(solution.pressure, evidence.gap)
+        limit = solution.friction_limit(setup.model.friction)
+        shear, slip, orthotropy = solution.shear, evidence.slip, setup.model.orthotropy
+        if orthotropy is not None:
+            shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
+        fields = solution.pressure, evidence.gap, shear, limit, slip, evidence.zone
+        stick = stick_edge(*fields, setup.grid, setup.model.compliances, contact.edge)
+        found = [("contact", contact.area, contact.extent)]
+        if stick is contact.edge:
+            found.append(("stick", contact.area, contact.extent))
+        else:
+            found.append(("stick", min(zone_area(stick), contact.area), zone_extent(stick)))
+        sizes: dict[str, float] = {}
+        for zone, area, extent in found:
+            sizes |= {f"{zone}_area": area, f"{zone}_radius": math.sqrt(area / math.pi)}
+            sizes |= {f"{zone}_{name}": value for name, value in extent._asdict().items()}
+        return sizes
+
+    def _contact(self, pressure: FloatArray, gap: FloatArray) -> _Outline:
+        """Return the outline of the contact: the last one, if shear moves uncoupled surfaces at a constant load."""
+        last = self._outline
+        if last is not None and np.array_equal(pressure, last.pressure) and np.array_equal(gap, last.gap):
+            return last
+        edge = contact_edge(pressure, gap, self._setup.grid, self._setup.model.compliances)
+        return _Outline(pressure, gap, edge, zone_area(edge), zone_extent(edge))
