@@ -26,14 +26,14 @@ MATCHED = -0.3 / 3.1
 """De_yy over De_xx with which an eccentric circle sticks."""
 
 CERTIFIED = {
-    (3.333685e-4, "matched"): (0.1001, 0.50802, 7.87),
-    (3.333685e-4, "uniaxial"): (0.0987, 0.50810, 15.1),
-    (3.333685e-4, "none across"): (0.1008, 0.50807, 11.1),
-    (6.667370e-4, "matched"): (0.2002, 0.52306, 8.49),
-    (6.667370e-4, "uniaxial"): (0.1961, 0.52336, 26.3),
-    (6.667370e-4, "none across"): (0.2015, 0.52327, 14.8),
+    (3.333685e-4, "matched"): (0.1001, 0.7384, 0.50802, 7.87),
+    (3.333685e-4, "uniaxial"): (0.0987, 0.7378, 0.50810, 15.1),
+    (3.333685e-4, "none across"): (0.1008, 0.7381, 0.50807, 11.1),
+    (6.667370e-4, "matched"): (0.2002, 0.7383, 0.52306, 8.49),
+    (6.667370e-4, "uniaxial"): (0.1961, 0.7360, 0.52336, 26.3),
+    (6.667370e-4, "none across"): (0.2015, 0.7380, 0.52327, 14.8),
 }
-"""Middle of the stick zone over a, delta_x (um) and largest |qy| (MPa) of an independent solve on 80 cells per a."""
+"""Middle and radius of the stick zone over a (counted), delta_x (um) and largest |qy| (MPa) of an independent solve on 80 cells per a."""
 
 RATIOS = {"matched": MATCHED, "uniaxial": -0.3, "none across": 0.0}
 
@@ -73,16 +73,20 @@ def certified() -> None:
     """Print the comparison with the certified values."""
     a = HERTZ.contact_radius
     print("| De_xx | tension across | bulk stress xx, MPa | middle of the stick zone/a: certified, closed form, found"
-          " | delta_x, um: certified, closed form, found | largest qy, MPa: certified, found |")  # fmt: skip
-    print("| --- | --- | --- | --- | --- | --- |")
-    for (mismatch, kind), (center, delta_x, across) in CERTIFIED.items():
+          " | its radius/a: certified, closed form, counted, found | delta_x, um: certified, closed form, found | largest qy, MPa: certified, found |")  # fmt: skip
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for (mismatch, kind), (center, radius, delta_x, across) in CERTIFIED.items():
         bulk, form = stresses(mismatch, RATIOS[kind]), closed_form(mismatch)
         state = last(case_of(80, bulk))
-        closed = (f"{form.stick_center / a:.4f}", f"{1e3 * form.delta_x:.5f}") if kind == "matched" else ("-", "-")
+        closed = ("-", "-", "-")
+        if kind == "matched":
+            closed = f"{form.stick_center / a:.4f}", f"{1e3 * form.delta_x:.5f}", f"{form.stick_radius / a:.4f}"
         found = state.summary
+        counted = np.sqrt(found.stick_cells / np.pi) / 80
         middle = f"{center:.4f}, {closed[0]}, {found.stick_center_x / a:.4f}"
         print(
             f"| {mismatch:.6e} | {kind} | {bulk['xx']:.3f} | {middle} |"
+            f" {radius:.4f}, {closed[2]}, {counted:.4f}, {found.stick_radius / a:.4f} |"
             f" {delta_x:.5f}, {closed[1]}, {1e3 * found.delta_x:.5f} |"
             f" {across:g}, {np.abs(state.fields.shear[1]).max():.3g} |"
         )

@@ -44,21 +44,26 @@ class TestCertified:
     """Against an independent solve with 80 cells per radius and its closed forms."""
 
     @pytest.mark.parametrize(
-        ("mismatch", "ratio", "xx", "center", "delta_x", "across"),
+        ("mismatch", "ratio", "xx", "center", "radius", "delta_x", "across"),
         [
-            (3.333685e-4, MATCHED, 71.141, 0.1001, 0.50802, 7.87),
-            (3.333685e-4, -0.3, 66.674, 0.0987, 0.50810, 15.1),
-            (3.333685e-4, 0.0, 73.268, 0.1008, 0.50807, 11.1),
-            (6.667370e-4, MATCHED, 142.281, 0.2002, 0.52306, 8.49),
-            (6.667370e-4, -0.3, 133.347, 0.1961, 0.52336, 26.3),
-            (6.667370e-4, 0.0, 146.536, 0.2015, 0.52327, 14.8),
+            (3.333685e-4, MATCHED, 71.141, 0.1001, 0.7384, 0.50802, 7.87),
+            (3.333685e-4, -0.3, 66.674, 0.0987, 0.7378, 0.50810, 15.1),
+            (3.333685e-4, 0.0, 73.268, 0.1008, 0.7381, 0.50807, 11.1),
+            (6.667370e-4, MATCHED, 142.281, 0.2002, 0.7383, 0.52306, 8.49),
+            (6.667370e-4, -0.3, 133.347, 0.1961, 0.7360, 0.52336, 26.3),
+            (6.667370e-4, 0.0, 146.536, 0.2015, 0.7380, 0.52327, 14.8),
         ],
     )
-    def test_values(self, mismatch, ratio, xx, center, delta_x, across):
+    def test_values(self, mismatch, ratio, xx, center, radius, delta_x, across):
         assert stresses(mismatch, ratio * mismatch)["xx"] == pytest.approx(xx, abs=6e-4)
         state, _ = sheared(mismatch, ratio, 80)
         summary = state.summary
         assert summary.stick_center_x / A == pytest.approx(center, abs=7e-4)  # counted cells there, 1/80 each
+        # counted there, which is 0.0015 to 0.0016 above the closed form in the matched rows; the closed form is met
+        cells = np.sqrt(summary.stick_cells / np.pi) / 80
+        assert cells == pytest.approx(radius, abs=5e-4)
+        if ratio == MATCHED:
+            assert summary.stick_radius / A == pytest.approx(0.73681, abs=3e-4)
         assert 1e3 * summary.delta_x == pytest.approx(delta_x, abs=2e-5)
         assert np.abs(state.fields.shear[1]).max() == pytest.approx(across, rel=0.01)
 
