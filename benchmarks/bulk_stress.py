@@ -33,7 +33,8 @@ CERTIFIED = {
     (6.667370e-4, "uniaxial"): (0.1961, 0.7360, 0.52336, 26.3),
     (6.667370e-4, "none across"): (0.2015, 0.7380, 0.52327, 14.8),
 }
-"""Middle and radius of the stick zone over a (counted), delta_x (um) and largest |qy| (MPa) of an independent solve on 80 cells per a."""
+"""Middle and radius (counted) of the stick zone over a, delta_x (um)
+and largest |qy| (MPa) of an independent solve on 80 cells per a."""
 
 RATIOS = {"matched": MATCHED, "uniaxial": -0.3, "none across": 0.0}
 
@@ -73,7 +74,8 @@ def certified() -> None:
     """Print the comparison with the certified values."""
     a = HERTZ.contact_radius
     print("| De_xx | tension across | bulk stress xx, MPa | middle of the stick zone/a: certified, closed form, found"
-          " | its radius/a: certified, closed form, counted, found | delta_x, um: certified, closed form, found | largest qy, MPa: certified, found |")  # fmt: skip
+          " | its radius/a: certified, closed form, counted, found"
+          " | delta_x, um: certified, closed form, found | largest qy, MPa: certified, found |")  # fmt: skip
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for (mismatch, kind), (center, radius, delta_x, across) in CERTIFIED.items():
         bulk, form = stresses(mismatch, RATIOS[kind]), closed_form(mismatch)
