@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import percent
+from fretsolve.case.dimensions import NUMBER, percent
 from fretsolve.case.history import DIMENSIONS_BY_NAME
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
@@ -58,8 +58,8 @@ def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield one line per stage: its targets and its number of increments."""
     stages, path = setup.case.stages(), setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_LISTED]:
-        dimensions = {**DIMENSIONS_BY_NAME, **setup.case.dimensions}
-        targets = ", ".join(f"{name} -> {value:g} {dimensions[name].unit}" for name, value in stage.targets)
+        dimensions = {**DIMENSIONS_BY_NAME, **setup.case.dimensions, "friction": NUMBER}
+        targets = ", ".join(f"{name} -> {value:g} {dimensions[name].unit}".rstrip() for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
         chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"

@@ -133,14 +133,16 @@ class ClosedForms:
         pressed = max(load.get("P", stiffness * load.get("delta_z", 0.0)) for load in self.loads)
         return solve(pressed) if pressed > 0.0 and not any(map(_is_tilted, self.loads)) else None
 
-    def gross_slip(self, P: float, hertz: HertzContact | None = None) -> tuple[float, float, float | None]:
+    def gross_slip(
+        self, P: float, hertz: HertzContact | None = None, coefficient: float | None = None
+    ) -> tuple[float, float, float | None]:
         """Return force (N), torque (N mm) and displacement (mm) of gross slip under P (N), on Hertz's contact if it is.
 
         The torque is infinite, and the displacement under the force is None, where no closed form gives them. Where
-        friction varies, the force may be infinite too.
+        friction varies, the force may be infinite too. coefficient: that a stage has set.
         """
         if self.case.friction_varies:
-            return self._varied_gross_slip(hertz)
+            return self._varied_gross_slip(hertz, coefficient)
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
             return friction * P, math.inf, None
@@ -149,8 +151,10 @@ class ClosedForms:
             delta_x = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential).delta_x
         return friction * P, gross_slip_torque(hertz, friction), delta_x
 
-    def _varied_gross_slip(self, hertz: HertzContact | None) -> tuple[float, float, float | None]:
-        force = None if hertz is None else self._friction_on(hertz).gross_slip_force
+    def _varied_gross_slip(
+        self, hertz: HertzContact | None, coefficient: float | None
+    ) -> tuple[float, float, float | None]:
+        force = None if hertz is None else self._friction_on(hertz, coefficient).gross_slip_force
         if hertz is None or force is None:
             return math.inf, math.inf, None
         bound = self._friction_on(hertz).rim_slip(self.model.compliances.tangential)
@@ -158,10 +162,10 @@ class ClosedForms:
             return force, math.inf, None
         return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
 
-    def _friction_on(self, hertz: HertzContact) -> FrictionForms:
+    def _friction_on(self, hertz: HertzContact, coefficient: float | None = None) -> FrictionForms:
         from fretsolve.setup.friction_forms import FrictionForms  # few cases need them
 
-        return FrictionForms(self.case, hertz, self.case.surface[0].center)
+        return FrictionForms(self.case, hertz, self.case.surface[0].center, coefficient)
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.

@@ -128,7 +128,8 @@ def _applications(setup: ProblemSetup) -> dict[ModelPart, int]:
     model, increments = setup.model, setup.load_path.increments
     coupling = model.terms.normal_tangential_coupling
     stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    pressed = sum(count for stage, count in stages if any(name not in SHEARING for name, _ in stage.targets))
+    unpressed = {*SHEARING, "friction"}
+    pressed = sum(count for stage, count in stages if any(name not in unpressed for name, _ in stage.targets))
     in_turn = model.has_shear and coupling
     return {
         "normal problem": COUPLED_APPLICATIONS * increments if in_turn else APPLICATIONS * pressed,

@@ -26,11 +26,18 @@ NODES = 400
 
 @dataclass(frozen=True)
 class FrictionForms:
-    """The friction limit of a case on Hertz's contact. center: of the contact (mm)."""
+    """The friction limit of a case on Hertz's contact. center: of the contact (mm); stage_coefficient: of a stage."""
 
     case: Case
     hertz: HertzContact
     center: tuple[float, float]
+    stage_coefficient: float | None = None
+
+    @property
+    def number(self) -> float | None:
+        """The coefficient, where it is one number: that of the stage, or of the case."""
+        of_case = self.case.friction.coefficient
+        return of_case if self.stage_coefficient is None and isinstance(of_case, float) else self.stage_coefficient
 
     @cached_property
     def is_fixed(self) -> bool:
@@ -41,8 +48,8 @@ class FrictionForms:
 
     @cached_property
     def gross_slip_force(self) -> float | None:
-        """The force (N) of gross slip, int b dA; None unless the limit is fixed."""
-        if not self.is_fixed:
+        """The force (N) of gross slip, int b dA; None unless the coefficient is a number or a formula."""
+        if self.number is None and self.case.friction.expression is None:
             return None
         nodes, weights = np.polynomial.legendre.leggauss(NODES)
         rho, turn = 0.5 * (nodes + 1.0), np.arange(4 * ANGLES) * (2.0 * math.pi / (4 * ANGLES))
@@ -87,8 +94,7 @@ class FrictionForms:
     def _coefficient(self) -> Callable[[DoubleArray, DoubleArray], DoubleArray]:
         field = friction_field(self.case) if self.case.friction.expression is not None else None
         if field is None or field.formula is None:
-            coefficient = self.case.friction.coefficient
-            return lambda x, y: np.full(np.broadcast_shapes(x.shape, y.shape), coefficient, np.float64)
+            return lambda x, y: np.full(np.broadcast_shapes(x.shape, y.shape), self.number, np.float64)
         formula, (x0, y0) = field.formula, self.center
 
         def value(x: DoubleArray, y: DoubleArray) -> DoubleArray:

@@ -90,7 +90,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     varies = setup.case.friction_varies
     limit, of_torque = ("int b dA", "int b r dA") if varies else ("mu P", "3 pi mu P a/16")
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
-        most_force, most_torque, _ = forms.gross_slip(load.get("P", hertz.load if hertz else math.inf), hertz)
+        pressed = load.get("P", hertz.load if hertz else math.inf)
+        most_force, most_torque, _ = forms.gross_slip(pressed, hertz, load.get("friction"))
         Qx, Qy, Mz = (abs(load.get(name, 0.0)) for name in ("Qx", "Qy", "Mz"))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if Qx >= Qy else "Qy"

@@ -87,6 +87,15 @@ def test_validate_prints_them(tmp_path, friction, lines):
     assert all(line in told for line in lines), told
 
 
+def test_a_stage_that_lowers_friction_too_far_is_warned_of():
+    path = [{"P": 400.0}, {"Qx": 36.0}, {"friction": 0.08}]
+    setup = set_up(build(friction=0.2, grid={"points": 64}, load_path=path))
+    (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
+    assert warning.startswith("load_path.2: 36 N is not below the 32 N (int b dA) that friction carries")
+    held = set_up(build(friction=0.2, grid={"points": 64}, load_path=[*path[:2], {"friction": 0.1}]))
+    assert not [text for text in case_warnings(held) if "gross slip" in text]
+
+
 def test_a_force_beyond_is_warned_of():
     setup = set_up(
         build(
@@ -97,3 +106,8 @@ def test_a_force_beyond_is_warned_of():
     )
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
     assert "30 N is not below the 26.3437 N (int b dA) that friction carries" in warning
+
+
+def test_validate_names_the_friction_of_stages(tmp_path):
+    path = write_case(tmp_path, CASE.replace("{Qx: 20 N, increments: 4}", "{friction: 0.05}"))
+    assert "stage 2: friction -> 0.05 in 1 increment (auto)\n" in invoke("validate", path).output
