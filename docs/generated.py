@@ -25,6 +25,7 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
+from fretsolve.result.cycles import CYCLES
 from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, Quantity
 
 Schema = Mapping[str, Any]
@@ -149,6 +150,11 @@ def history() -> Iterator[str]:
 def errors() -> Iterator[str]:
     """Return the columns of the error bars."""
     yield from _quantities(ERRORS)
+
+
+def cycles() -> Iterator[str]:
+    """Return the columns of ``/cycles``."""
+    yield from _quantities(CYCLES)
 
 
 def fields() -> Iterator[str]:
@@ -331,6 +337,7 @@ PARTS: Mapping[str, Callable[[], Iterator[str]]] = {
     "line case file": line_case_file,
     "history": history,
     "errors": errors,
+    "cycles": cycles,
     "fields": fields,
     "commands": commands,
     "python functions": python_functions,

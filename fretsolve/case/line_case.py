@@ -27,10 +27,11 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, PAIRS
-from fretsolve.case.load_path_spec import BulkStress, Cycle, CycleSpec, StageSpec, check_load_path, step_tag
+from fretsolve.case.load_path_spec import AmplitudeCycle, BulkStress, Cycle, CycleSpec, StageSpec, cycle_tag, step_tag
 from fretsolve.case.models import Case, Expectation, GridSpec
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.case.surface_specs import CylinderSurface, HeightsSurface, PunchSurface
+from fretsolve.case.unrolled_path import check_load_path
 
 
 @dataclass(frozen=True)
@@ -236,20 +237,45 @@ class LineStageSpec(_LineModel, StageSpec):
     )
 
 
+class LineAmplitudeSpec(LineStageSpec):
+    """Amplitudes of load components that move in phase (one below 0 moves the other way), or their means."""
+
+    nothing: ClassVar[str] = "no component is given"
+    others: ClassVar[str] = "bulk_1, bulk_2"
+    friction: ClassVar[None] = None  # type: ignore[misc]
+    increments: ClassVar[None] = None  # type: ignore[misc]
+    spacing: ClassVar[None] = None  # type: ignore[misc]
+
+
 class LineCycle(Cycle):
     """Stages that are repeated."""
 
     stages: tuple[LineLoadStep, ...] = Field(
         min_length=1,
-        description="the stages of one cycle, a list",
+        description="the stages of one cycle, a list; or an amplitude",
         examples=[[{"Qx": "-18 N/mm", "increments": 20}, {"Qx": "18 N/mm", "increments": 20}]],
+    )
+
+
+class LineAmplitudeCycle(AmplitudeCycle):
+    """A cycle about a mean: from where it stands to mean + amplitude, then on each repetition to mean - amplitude and
+    back."""
+
+    amplitude: LineAmplitudeSpec = Field(  # type: ignore[assignment]
+        description="amplitudes of the load components that move", examples=[{"Qx": "18 N/mm"}]
+    )
+    mean: LineAmplitudeSpec | None = Field(  # type: ignore[assignment]
+        default=None, description="their means, 0 if left out", examples=[{"Qx": "5 N/mm"}]
     )
 
 
 class LineCycleSpec(CycleSpec):
     """An entry of the load path that is a cycle."""
 
-    cycle: LineCycle
+    cycle: Annotated[
+        Annotated[LineCycle, Tag("(stages)")] | Annotated[LineAmplitudeCycle, Tag("(amplitude)")],
+        Discriminator(cycle_tag),
+    ] = Field(description="stages, or an amplitude, that are repeated")
 
 
 LineLoadStep = Annotated[

@@ -1,21 +1,19 @@
-"""The load path: stages and cycles as the case file has them, and unrolled."""
+"""The load path as the case file has it: stages, and cycles of stages or of an amplitude."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
+from pydantic.config import JsonDict
 
 from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
 from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, PRESSURE
 from fretsolve.case.history import BULK, PAIRS
-from fretsolve.case.quantities import InUnits, refused, shown
-from fretsolve.errors import KeyPath
+from fretsolve.case.quantities import InUnits, refused
 
-LARGEST_STAGE_COUNT = 100_000
+MOST_CYCLES, LOOP_TOLERANCE = 20, 0.01
+"""Of a cycle that runs until it is periodic, by default: the most cycles, and the change that counts as none."""
 
 Force = Annotated[float, InUnits(FORCE)]
 Moment = Annotated[float, InUnits(MOMENT)]
@@ -50,6 +48,9 @@ class StageSpec(CaseModel):
     model_config = ConfigDict(
         json_schema_extra={"minProperties": 1, "allOf": [{"not": {"required": list(pair)}} for pair in PAIRS]}
     )
+
+    nothing: ClassVar[str] = "the stage moves nothing"
+    others: ClassVar[str] = "bulk_1, bulk_2, friction"
 
     P: Annotated[float, InUnits(FORCE, least=0)] | None = Field(default=None, description="normal force, compressive")
     delta_z: Length | None = Field(default=None, description="approach of the bodies", examples=["9 um"])
@@ -92,27 +93,154 @@ class StageSpec(CaseModel):
         named = {name for name, _ in self.targets}
         if not named:
             components = ", ".join(name for pair in PAIRS for name in pair)
-            raise refused(f"the stage moves nothing; at least one of {components}, bulk_1, bulk_2, friction is needed")
+            raise refused(f"{self.nothing}; at least one of {components}, {self.others} is needed")
         if both := [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]:
             raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
 
 
-class Cycle(CaseModel):
+class AmplitudeSpec(StageSpec):
+    """Amplitudes of load components that move in phase (one below 0 moves the other way), or their means."""
+
+    nothing: ClassVar[str] = "no component is given"
+    others: ClassVar[str] = "bulk_1, bulk_2"
+    friction: ClassVar[None] = None  # type: ignore[misc]
+    increments: ClassVar[None] = None  # type: ignore[misc]
+    spacing: ClassVar[None] = None  # type: ignore[misc]
+
+
+class Repetition(CaseModel):
+    """How often a cycle is run."""
+
+    times: Count | None = Field(default=None, description="number of repetitions, such as 3", examples=[3])
+    until: Literal["periodic"] | None = Field(
+        default=None,
+        description="instead of times: periodic, to repeat the cycle until its dissipated energy and the values at its"
+        " end change by less than the tolerance from one cycle to the next",
+        examples=["periodic"],
+    )
+    at_most: Annotated[int, Field(strict=True, ge=2, le=10**9)] | None = Field(
+        default=None, description=f"with until: the most repetitions, {MOST_CYCLES} if it is left out", examples=[20]
+    )
+    tolerance: Annotated[float, InUnits(NUMBER, above=0, below=1)] | None = Field(
+        default=None,
+        description="with until: the change that counts as none, over the energy and the ranges of the cycle, 1 % if it"
+        " is left out",
+        examples=["1 %"],
+    )
+
+    @property
+    def most(self) -> int:
+        """The number of repetitions, or the most of them."""
+        return self.times or self.at_most or MOST_CYCLES
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults_of_until(cls, value: Any) -> Any:
+        if isinstance(value, dict) and value.get("until") == "periodic":
+            return {"at_most": MOST_CYCLES, "tolerance": LOOP_TOLERANCE, **value}
+        return value
+
+    @model_validator(mode="after")
+    def _times_or_until(self) -> Self:
+        if self.until is None:
+            given = [name for name in ("at_most", "tolerance") if getattr(self, name) is not None]
+            refused_at(((name,), "only until: periodic takes it; remove it, or add until: periodic") for name in given)
+            if self.times is None:
+                raise ValidationError.from_exception_data(
+                    "case", [{"type": "missing", "loc": ("times",), "input": None}]
+                )
+        elif self.times is not None:
+            refused_at([(("times",), "times and until exclude each other; at_most limits a cycle with until")])
+        return self
+
+
+_REPEATED: JsonDict = {"oneOf": [{"required": ["times"]}, {"required": ["until"]}]}
+
+
+class Cycle(Repetition):
     """Stages that are repeated."""
 
-    times: Count = Field(description="number of repetitions, such as 3", examples=[3])
+    model_config = ConfigDict(json_schema_extra=_REPEATED)
+
     stages: tuple[LoadStep, ...] = Field(
         min_length=1,
-        description="the stages of one cycle, a list",
+        description="the stages of one cycle, a list; or an amplitude",
         examples=[[{"Qx": "-36 N", "increments": 20}, {"Qx": "36 N", "increments": 20}]],
     )
+
+    @model_validator(mode="after")
+    def _loop_is_simple(self) -> Self:
+        if self.until is not None and any(isinstance(step, CycleSpec) for step in self.stages):
+            refused_at([(("until",), "its stages hold cycles, of which each may have its own; remove it here")])
+        return self
+
+
+class AmplitudeCycle(Repetition):
+    """A cycle about a mean: from where it stands to mean + amplitude, then on each repetition to mean - amplitude and
+    back."""
+
+    model_config = ConfigDict(json_schema_extra=_REPEATED)
+
+    amplitude: AmplitudeSpec = Field(
+        description="amplitudes of the load components that move", examples=[{"delta_x": "2 um"}]
+    )
+    mean: AmplitudeSpec | None = Field(
+        default=None, description="their means, 0 if left out", examples=[{"delta_x": "1 um"}]
+    )
+    increments: Annotated[Count | None, auto("20")] = Field(
+        default=None,
+        description="increments of one repetition, in two equal halves, and a quarter of them on the way to the first"
+        " end (rounded up), or auto: as many as the case needs",
+        examples=[20],
+    )
+    spacing: Literal["equal", "graded"] | None = Field(default=None, description="as in a stage")
+
+    @property
+    def middle(self) -> dict[str, float]:
+        """The means by the names of the components."""
+        return {} if self.mean is None else dict(self.mean.targets)
+
+    def targets(self, sign: float) -> tuple[tuple[str, float], ...]:
+        """Return the components at an end of the cycle: mean + sign * amplitude."""
+        return tuple((name, self.middle.get(name, 0.0) + sign * value) for name, value in self.amplitude.targets)
+
+    def count(self, parts: int) -> int | None:
+        """Return the increments of a half (2) or a quarter (4) of the cycle, None if they are automatic."""
+        return None if self.increments is None else -(-self.increments // parts)
+
+    @model_validator(mode="after")
+    def _mean_of_what_moves(self) -> Self:
+        moved = dict(self.amplitude.targets)
+        problems = [
+            (("amplitude", name), "the amplitude is 0; another value is needed, or leave it out")
+            for name, value in moved.items()
+            if value == 0.0 and name in type(self.amplitude).model_fields
+        ]
+        problems += [
+            (("mean", name), "it has no amplitude; a stage before the cycle sets what stays as it is")
+            for name in self.middle
+            if name not in moved
+        ]
+        refused_at(problems)
+        if self.amplitude.P is not None and (mean := self.middle.get("P", 0.0)) < self.amplitude.P:
+            message = f"{self.amplitude.P:g} is more than the mean of P ({mean:g}), so that P would fall below 0"
+            refused_at([(("amplitude", "P"), f"{message}; a larger mean or a smaller amplitude is needed")])
+        return self
+
+
+def cycle_tag(value: object) -> str:
+    """Return which kind of cycle `value` is."""
+    amplitude = "amplitude" in value if isinstance(value, dict) else isinstance(value, AmplitudeCycle)
+    return "(amplitude)" if amplitude else "(stages)"
 
 
 class CycleSpec(CaseModel):
     """An entry of the load path that is a cycle."""
 
-    cycle: Cycle
+    cycle: Annotated[
+        Annotated[Cycle, Tag("(stages)")] | Annotated[AmplitudeCycle, Tag("(amplitude)")], Discriminator(cycle_tag)
+    ] = Field(description="stages, or an amplitude, that are repeated")
 
 
 def step_tag(value: object) -> str:
@@ -126,114 +254,3 @@ LoadStep = Annotated[
     Annotated[StageSpec, Tag("(stage)")] | Annotated[CycleSpec, Tag("(cycle)")], Discriminator(step_tag)
 ]
 Cycle.model_rebuild()
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A stage of the unrolled load path, numbered from 1.
-
-    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad, MPa);
-    increments: None for as many as the case needs; spacing: None for what goes with that.
-    """
-
-    number: int
-    key: KeyPath
-    targets: tuple[tuple[str, float], ...]
-    increments: int | None
-    spacing: Literal["equal", "graded"] | None = None
-
-
-def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
-    """Return the stages in the order in which they are run."""
-    return tuple(
-        Stage(number, key, stage.targets, stage.increments, stage.spacing)
-        for number, (key, stage) in enumerate(_walk(load_path, ("load_path",)), start=1)
-    )
-
-
-def stage_friction(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[float, ...]:
-    """Return the coefficients of friction that stages of a load path set, each once."""
-    found: list[float] = []
-    for step in load_path:
-        if isinstance(step, CycleSpec):
-            found += stage_friction(step.cycle.stages)
-        elif step.friction is not None:
-            found.append(step.friction)
-    return tuple(dict.fromkeys(found))
-
-
-def with_cycle_friction(stages: Sequence[Stage], coefficient: Callable[[int], float]) -> Iterator[Stage]:
-    """Yield the stages with the coefficient of friction of their cycles among the targets.
-
-    Cycles are counted over the path from 1; the stages before the first one, and those after a cycle, belong to it.
-    """
-    number = 0
-    last: KeyPath = ()
-    for stage in stages:
-        key, outer = stage.key, stage.key.index("cycle") if "cycle" in stage.key else 0
-        if outer and (key[:outer] != last[:outer] or key == last or _place(key, outer) < _place(last, outer)):
-            number += 1
-        last = key if outer else ()
-        yield replace(stage, targets=(*stage.targets, ("friction", coefficient(max(number, 1)))))
-
-
-def _place(key: KeyPath, outer: int) -> int:
-    """Return which entry of the cycle at `outer` a key is in."""
-    return int(key[outer + 2])
-
-
-def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]:
-    """Return where bulk stresses stand in a load path, as (0, "bulk_2")."""
-    found = (
-        (*key, name)
-        for key, stage in _walk(load_path, ())
-        for name in ("bulk_1", "bulk_2")
-        if getattr(stage, name) is not None
-    )
-    return tuple(dict.fromkeys(found))
-
-
-def stage_count(load_path: Any) -> int:
-    """Return the number of stages of a load path, validated or as written in the file."""
-    cycles = map(_cycle, load_path if isinstance(load_path, list | tuple) else ())
-    return sum(1 if cycle is None else stage_count(cycle[0]) * cycle[1] for cycle in cycles)
-
-
-def stage_key(load_path: Any, number: str | int) -> KeyPath:
-    """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
-    count = stage_count(load_path)
-    if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
-        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
-    return next(islice(_walk(load_path, ("load_path",)), number - 1, None))[0]
-
-
-def _walk(steps: Any, parent: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
-    """Yield the place of each stage in turn, and the stage, from steps that are validated or as written."""
-    for index, step in enumerate(steps if isinstance(steps, list | tuple) else ()):
-        key, cycle = (*parent, index), _cycle(step)
-        if cycle is None:
-            yield key, step
-        else:
-            for _ in range(cycle[1] if cycle[0] else 0):
-                yield from _walk(cycle[0], (*key, "cycle", "stages"))
-
-
-def _cycle(step: Any) -> tuple[Any, int] | None:
-    """Return the stages of a cycle and how often they are run; None for a stage."""
-    if isinstance(step, CycleSpec):
-        return step.cycle.stages, step.cycle.times
-    cycle = step.get("cycle") if isinstance(step, dict) else None
-    if not isinstance(cycle, dict):
-        return None
-    times = cycle.get("times")
-    return cycle.get("stages"), times if isinstance(times, int) else 1
-
-
-def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
-    """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
-    if (count := stage_count(load_path)) > LARGEST_STAGE_COUNT:
-        raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible")
-    key, first = next(_walk(load_path, ()))
-    if first.P is None and first.delta_z is None:
-        refused_at([(key, "the first stage presses nothing together; P or delta_z is needed in it")])
-    return load_path

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from fretsolve.case.load_path_spec import stage_key
 from fretsolve.case.models import Case
 from fretsolve.case.problems import CaseErrors, nearest, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, parse, read_text
-from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.case.unrolled_path import stage_key
+from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 
 File = TypeVar("File", bound=BaseModel)
 
@@ -139,7 +139,12 @@ def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
     `stage.N` is where stage N stands, counted from 1 as in results; `surface.0` is also a surface that stands alone.
     """
     if key[0] == "stage" and len(key) > 1:
-        return stage_key(data.get("load_path"), key[1]) + key[2:]
+        place = stage_key(data.get("load_path"), key[1])
+        if place[-1] == "cycle" and key[2:] not in (("increments",), ("spacing",)):
+            part = key[2] if len(key) > 2 else "Qx"
+            message = f"stage {key[1]} belongs to a cycle with an amplitude, so it has increments and spacing alone"
+            raise LookupError(f"{message}; {dotted(place)}.amplitude.{part} sets what moves")
+        return place + key[2:]
     if key[:2] == ("surface", 0) and isinstance(data.get("surface"), dict):
         return key[:1] + key[2:]
     return (key[0], RENAMED[key[:2]], *key[2:]) if key[:2] in RENAMED else key

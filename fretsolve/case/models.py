@@ -39,9 +39,13 @@ from fretsolve.case.dimensions import NUMBER, PRESSURE, Dimension
 from fretsolve.case.fatigue_spec import FatigueSpec
 from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.history import HISTORY_DIMENSIONS
-from fretsolve.case.load_path_spec import (
-    CycleSpec,
-    LoadStep,
+from fretsolve.case.load_path_spec import CycleSpec, LoadStep
+from fretsolve.case.problems import nearest
+from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
+from fretsolve.case.source import CaseSource, Place
+from fretsolve.case.stress_spec import StressSpec
+from fretsolve.case.surface_specs import Surfaces
+from fretsolve.case.unrolled_path import (
     Stage,
     bulk_keys,
     check_load_path,
@@ -50,11 +54,6 @@ from fretsolve.case.load_path_spec import (
     unrolled,
     with_cycle_friction,
 )
-from fretsolve.case.problems import nearest
-from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
-from fretsolve.case.source import CaseSource, Place
-from fretsolve.case.stress_spec import StressSpec
-from fretsolve.case.surface_specs import Surfaces
 from fretsolve.errors import KeyPath
 
 FEWEST_ERROR_BAR_POINTS = 16

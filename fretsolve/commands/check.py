@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Expectation
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
+from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import Summary
 from fretsolve.setup.cost_estimate import require_memory
 from fretsolve.setup.problem_setup import set_up
@@ -107,7 +108,7 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     """Solve a case as far as it has a solution, and compare with the values that it expects."""
     expectations: Sequence[Expectation] = ()
-    ends: Sequence[int] = ()
+    loads: LoadPath | None = None
     summaries: list[Summary] = []
     failure = None
     try:
@@ -118,16 +119,19 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
             )
         setup = set_up(case)
         require_memory(setup)
-        expectations, ends = case.expect, setup.load_path.last_steps
+        expectations, loads = case.expect, setup.load_path
         print_warnings(path, *case_warnings(setup))
         for state in run(setup):
             summaries.append(state.summary)
+        loads = loads.followed(summaries)
     except FretsolveError as error:
         failure = error
     comparisons = []
+    stages = zip(loads.stages, loads.last_steps, strict=True) if loads is not None else ()
+    ends = {stage.number: last for stage, last in stages}
     for expected in expectations:
-        stage = expected.stage or len(ends)
-        step = ends[stage - 1]
+        stage = expected.stage or max(ends)
+        step = ends.get(stage, len(summaries))
         found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
         comparisons.append(Comparison(expected, stage, found))
     return CheckedCase(path, tuple(comparisons), failure, sum(summary.wall_time for summary in summaries))

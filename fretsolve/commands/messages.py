@@ -74,6 +74,9 @@ class QuietMessages:
         for text in (too_few, reached if reached and not reached.met else None):
             if text is not None:
                 self.warn(str(text))
+        for text, periodic in result.cycles.outcomes if result.cycles is not None else ():
+            if not periodic:
+                self.warn(text)
 
 
 class TextMessages(QuietMessages):
@@ -95,7 +98,8 @@ class TextMessages(QuietMessages):
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-        print(f"{self.increments} increment{'s' if self.increments > 1 else ''}{done}", flush=True)
+        most = "at most " if any(stage.cycle and stage.cycle.until for stage in setup.load_path.stages) else ""
+        print(f"{most}{self.increments} increment{'s' if self.increments > 1 else ''}{done}", flush=True)
         super().start(writer)
         if self.verbose:
             for line in stage_lines(setup):

@@ -43,7 +43,8 @@ def print_report(
     console = report_console(file)
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
-    for table in (*history_tables(result, every_increment=every_increment, width=console.width), *_error_table(result)):
+    tables = history_tables(result, every_increment=every_increment, width=console.width)
+    for table in (*tables, *_cycle_tables(result, console.width), *_error_table(result)):
         console.print()
         console.print(table)
     for line in _totals(result):
@@ -89,6 +90,16 @@ def history_tables(result: Result, *, every_increment: bool = False, width: int 
         columns.append((*_heading(name), result.units(name), *cells))
     columns.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
     return [_table([*fixed, *part]) for part in _split(columns, width - sum(map(_width, fixed)))]
+
+
+def _cycle_tables(result: Result, width: int) -> list[Table]:
+    """Return the table of cycles, or several of at most `width` characters; none without a cycle."""
+    if (cycles := result.cycles) is None:
+        return []
+    from fretsolve.export.cycle_report import cycle_columns  # few results have cycles
+
+    number, *columns = cycle_columns(cycles)
+    return [_table([number, *part]) for part in _split(columns, width - _width(number))]
 
 
 def _heading(name: str) -> tuple[str, str]:
@@ -143,6 +154,7 @@ def _totals(result: Result) -> list[str]:
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
+    lines += [] if result.cycles is None else [outcome for outcome, _ in result.cycles.outcomes]
     return [
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.friction_spec import FrictionSpec
-from fretsolve.case.load_path_spec import stage_friction
 from fretsolve.case.models import Case
+from fretsolve.case.unrolled_path import stage_friction
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.friction.field import FrictionField, friction_field
 from fretsolve.model.grid import Grid

@@ -8,12 +8,15 @@ value that the contact had at the start of the stage.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
+import numpy as np
+
 from fretsolve.case.history import PAIRS, SHEARING
-from fretsolve.case.load_path_spec import Stage
+from fretsolve.case.unrolled_path import CyclePass, Stage
 from fretsolve.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
@@ -85,11 +88,13 @@ class LoadPath:
     def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
         self._model = model
         self._planned: list[_PlannedStage] = []
+        self._may_end: dict[int, CyclePass] = {}
+        self._left_out: Collection[int] | None = None
         self.path_dependent = False
         self.slip_width = 0.0
         imposed = list(accumulate(stages, _after, initial=INITIAL))
         gradings = stage_gradings(model.friction, imposed, LINE if model.line else SPHERE)
-        first, moved = 0, set[str]()
+        moved = set[str]()
         for stage, (before, after), grading in zip(stages, pairwise(imposed), gradings, strict=True):
             # A tangential component that returns to 0 still counts: shear stays behind.
             moved |= {name for name, value in stage.targets if name in SHEARING and value}
@@ -104,22 +109,69 @@ class LoadPath:
             count = stage.increments or max(drawn, needed)
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             chosen = grading if spacing == "graded" else None
-            self._planned.append(_PlannedStage(stage, first, count, needed, before, after, chosen))
-            first += count
-        self.increments = first
-        self.last_steps = tuple(planned.first + planned.increments - 1 for planned in self._planned)
-        self.counts = tuple(planned.increments for planned in self._planned)
-        self.needed = tuple(planned.needed for planned in self._planned)
-        self.imposed = tuple(imposed[1:])
-        self.graded = tuple(planned.grading is not None for planned in self._planned)
+            self._planned.append(_PlannedStage(stage, 0, count, needed, before, after, chosen))
+        self._place(self._planned)
 
-    def with_counts(self, counts: Sequence[int]) -> LoadPath:
-        """Return the same stages with other numbers of increments, one per stage, graded alike."""
+    def _place(self, planned: Sequence[_PlannedStage]) -> None:
+        """Let stages follow each other, and set the attributes of each stage."""
+        firsts = accumulate((stage.increments for stage in planned), initial=0)
+        self._planned = [replace(stage, first=first) for stage, first in zip(planned, firsts, strict=False)]
+        self.increments = sum(stage.increments for stage in planned)
+        self.last_steps = tuple(stage.first + stage.increments - 1 for stage in self._planned)
+        self.counts = tuple(stage.increments for stage in planned)
+        self.needed = tuple(stage.needed for stage in planned)
+        self.imposed = tuple(stage.after for stage in planned)
+        self.graded = tuple(stage.grading is not None for stage in planned)
+        self._may_end = {}
+        for stage, following in pairwise([*self._planned, None]):
+            if stage is not None and stage.stage.cycle is not None and stage.stage.cycle.until is not None:
+                ends = following is None or following.stage.cycle != stage.stage.cycle
+                if ends and stage.stage.cycle.turn > 1:
+                    self._may_end[stage.first + stage.increments - 1] = stage.stage.cycle
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """The stages."""
+        return tuple(planned.stage for planned in self._planned)
+
+    def after(self, history: Sequence[Summary]) -> LoadPath:
+        """Return the path without the repetitions that are left of a cycle which the last increment shows periodic.
+
+        history: the summaries of all steps so far. It is this path itself unless such a cycle ends there.
+        """
+        if self._left_out is not None:
+            return self.without(self._left_out) if self._left_out else self
+        cycle = self._may_end.get(len(history) - 1)
+        if cycle is None or not _is_periodic(self.stages, history, cycle):
+            return self
+        return self.without({stage.number for stage in self.stages if _is_later(stage.cycle, cycle)})
+
+    def followed(self, history: Sequence[Summary]) -> LoadPath:
+        """Return the path as `after` leaves it after each step of `history`."""
+        path, step = self, -1
+        while ends := [end for end in path._may_end if step < end < len(history)]:
+            step = min(ends)
+            path = path.after(history[: step + 1])
+        return path
+
+    def without(self, numbers: Collection[int]) -> LoadPath:
+        """Return the path without the stages of these numbers; the others keep theirs."""
+        shorter = copy(self)
+        shorter._place([planned for planned in self._planned if planned.stage.number not in numbers])
+        return shorter
+
+    def with_counts(self, counts: Sequence[int], left_out: Collection[int] | None = None) -> LoadPath:
+        """Return the same stages with other numbers of increments, one per stage, graded alike.
+
+        left_out: numbers of stages that `after` leaves out, which may grow, instead of what the history shows.
+        """
         stages = [
             replace(planned.stage, increments=count, spacing="graded" if planned.grading else "equal")
             for planned, count in zip(self._planned, counts, strict=True)
         ]
-        return LoadPath(stages, self._model)
+        path = LoadPath(stages, self._model)
+        path._left_out = left_out
+        return path
 
     def growth(self, step: int) -> float | None:
         """Return the load step at `step` over the one before it, None where that is of another stage."""
@@ -174,6 +226,20 @@ class LoadPath:
             begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
             values[name] = end if part == 1.0 else begin + (end - begin) * part
         return planned, values
+
+
+def _is_later(cycle: CyclePass | None, than: CyclePass) -> bool:
+    return cycle is not None and cycle.cycle == than.cycle and cycle.turn > than.turn
+
+
+def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
+    """Return whether `cycle`, with which the history ends, changes nothing any more."""
+    from fretsolve.result.cycles import CHANGE_COLUMNS, change_over_cycle, cycles_in  # few paths need them
+
+    columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
+    found = cycles_in(stages, columns["stage"])
+    change = change_over_cycle(columns, found[-2], found[-1])
+    return cycle.until is not None and change.largest <= cycle.until
 
 
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:

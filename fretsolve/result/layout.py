@@ -178,7 +178,8 @@ def has_bulk_stress(effective_case: Mapping[str, Any]) -> bool:
         step = steps.pop()
         if "bulk_1" in step or "bulk_2" in step:
             return True
-        steps += step.get("cycle", {}).get("stages", ())
+        if "cycle" in step:
+            steps += step["cycle"].get("stages", [step["cycle"].get("amplitude", {})])
     return False
 
 

@@ -31,6 +31,7 @@ from fretsolve.result.layout import (
     RESTART,
     STEP,
     FieldQuantity,
+    Quantity,
     X,
     Y,
     chunk_shape,
@@ -152,7 +153,9 @@ def write_result(
             column = create_column(history, known[name], rows[name], scale)
             scale = scale or column
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
-        for quantity, dataset in _write_fields(fields, header, steps, sources, unsaved):
+        written = _write_fields(fields, header, steps, sources, unsaved)
+        _write_cycles(file, header, rows, steps, ended=failure is None)
+        for quantity, dataset in written:
             dataset.attrs.update(quantity.attributes)
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
@@ -160,6 +163,30 @@ def write_result(
             kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS}
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
                 dataset.attrs.update(kept[name].attributes)
+
+
+def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
+    """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
+    case = json.loads(header.effective_case)
+    if not any("cycle" in step for step in case.get("load_path", ())):
+        return
+    from fretsolve.result.cycles import cycle_table, stages_of  # few results need them
+
+    def slip(step: int) -> NDArray[Any] | None:
+        if "slip_x" not in file["fields"] or step not in steps:
+            return None
+        return np.array([file[f"fields/slip_{axis}"][steps.index(step)] for axis in "xy"])
+
+    history = {name: rows[name] for name in rows.dtype.names or ()}
+    line = case.get("plane") == "strain"
+    table = cycle_table(history, stages_of(case), slip, ended=ended, line=line)
+    if table is None:
+        return
+    group, scale = file.create_group("cycles"), None
+    for name, values in table.columns.items():
+        quantity = Quantity(name, table.units[name], table.meanings[name], str(values.dtype))
+        column = create_column(group, quantity, values, scale)
+        scale = scale or column
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:

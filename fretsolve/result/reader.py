@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     import xarray
 
     from fretsolve.case.models import Case
+    from fretsolve.result.cycles import CycleTable
 
 READ_ATTEMPTS = 20
 """Number of looks before giving up if a run merges or finishes its parts at the same moment."""
@@ -88,6 +89,18 @@ class Result(AbstractContextManager["Result"]):
             return case_model(self.effective_case).model_validate(self.effective_case)
         except ValidationError:
             return None
+
+    @cached_property
+    def cycles(self) -> CycleTable | None:
+        """The table of the cycles that are complete, None if there is none."""
+        from fretsolve.result.cycles import cycle_table, stages_of  # few results need them
+
+        def slip(step: int) -> NDArray[Any] | None:
+            return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
+
+        case = self.effective_case
+        line = case.get("plane") == "strain"
+        return cycle_table(self.history, stages_of(case), slip, ended=self.status == "complete", line=line)
 
     @property
     def increments(self) -> int:

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.case.load_path_spec import stage_friction
 from fretsolve.case.models import Case
+from fretsolve.case.unrolled_path import stage_friction
 from fretsolve.friction.field import friction_field
 from fretsolve.friction.law import FrictionOnGrid
 from fretsolve.reference.hertz import HertzContact

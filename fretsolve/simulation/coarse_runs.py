@@ -6,7 +6,7 @@ They advance with the run whose errors they show, so that it can be stopped afte
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from itertools import accumulate, compress
 from operator import or_
@@ -104,9 +104,10 @@ class CoarseRuns:
             fewer = halved(counts, slips)
             enough = min(compress(counts, slips), default=1) >= FEWEST_HALVED
             other = twice(counts) if setup.load_path.path_dependent or fewer == counts or not enough else fewer
-        self.third = CoarseRun(coarser(setup, 3, counts), threads)
-        self.half = CoarseRun(coarser(setup, 2, fewer), threads)
-        self.other_increments = CoarseRun(coarser(setup, 3, other), threads) if other else None
+        self._left_out = set[int]()
+        self.third = CoarseRun(coarser(setup, 3, counts, self._left_out), threads)
+        self.half = CoarseRun(coarser(setup, 2, fewer, self._left_out), threads)
+        self.other_increments = CoarseRun(coarser(setup, 3, other, self._left_out), threads) if other else None
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
 
@@ -119,6 +120,12 @@ class CoarseRuns:
     def all(self) -> list[CoarseRun]:
         """The runs."""
         return [coarse for coarse in (self.third, self.other_increments, self.half) if coarse is not None]
+
+    def leave_out(self, numbers: Collection[int]) -> None:
+        """Leave out the stages of these numbers, as the run does whose cycles are periodic."""
+        self._left_out |= set(numbers)
+        for coarse in self.all:
+            coarse.setup = replace(coarse.setup, load_path=coarse.setup.load_path.without(self._left_out))
 
     def refinement(self, coarse: CoarseRun) -> float:
         """Return the points per side of the run over those of a coarse one."""
@@ -172,14 +179,17 @@ def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
     return tuple(setup.model.coupled or sheared for sheared in accumulate(moved, or_))
 
 
-def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
-    """Return the problem on a `factor`-th of the points per side (rounded up), with `counts` increments per stage."""
+def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out: Collection[int] = ()) -> ProblemSetup:
+    """Return the problem on a `factor`-th of the points per side (rounded up), with `counts` increments per stage.
+
+    left_out: see `LoadPath.with_counts`.
+    """
     nx, ny = (max(min(points, FEWEST_POINTS), -(-points // factor)) for points in setup.grid.shape)
     grid = setup.grid.cut_into(nx, ny)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
     case = setup.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})
-    return replace(setup, case=case, grid=grid, load_path=setup.load_path.with_counts(counts))
+    return replace(setup, case=case, grid=grid, load_path=setup.load_path.with_counts(counts, left_out))
 
 
 def twice(counts: tuple[int, ...]) -> tuple[int, ...]:

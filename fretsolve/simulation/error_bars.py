@@ -17,6 +17,7 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
+from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
@@ -74,9 +75,11 @@ class ErrorBars:
         self._ratios: DoubleArray = third / half
         self._summaries: list[Summary] = []
         self._largest = np.zeros(len(ESTIMATED))
+        self._path = setup.load_path
         for summary in history:
             self._add(summary)
         if history:
+            self._follow(self._path.followed(history))
             # Catch up now: the cost of the increments that are there already is not that of the next one.
             self._runs.change_by_increments(history[-1].step)
             self._runs.half_less_third(history[-1].step)
@@ -103,6 +106,7 @@ class ErrorBars:
         errors = np.linalg.norm([others, SAFETY * change, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, LINKED_CORRECTED * linked], axis=0)
         change[imposed] = 0.0
+        self._follow(self._path.after(self._summaries))
         return SummaryErrors(
             *errors.tolist(),
             *(values + change)[CORRECTABLE].tolist(),
@@ -114,9 +118,15 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
 
+    def _follow(self, path: LoadPath) -> None:
+        """Let the coarse runs leave out the cycles that the run leaves out."""
+        if path is not self._path:
+            self._runs.leave_out({stage.number for stage in set(self._path.stages) - set(path.stages)})
+            self._path = path
+
     def _imposed(self, step: int) -> BoolArray:
         """Return which of the values the path imposes."""
-        increment = self._setup.load_path.increment(step, self._summaries)
+        increment = self._path.increment(step, self._summaries)
         forced = (*increment.normal.forced, *increment.tangential.forced)
         names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
         return np.array([name in names for name in ESTIMATED])

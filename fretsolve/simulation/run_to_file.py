@@ -83,7 +83,7 @@ def solve_missing(
             failure = error
         if pending is not None:
             pending.result()
-    complete = len(writer.summaries) == setup.load_path.increments
+    complete = len(writer.summaries) == setup.load_path.followed(writer.summaries).increments
     if failure is not None:
         writer.finish("failed", str(failure), failure.kind)
     elif complete:

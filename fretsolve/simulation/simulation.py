@@ -18,7 +18,7 @@ from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
-from fretsolve.model.load_path import Increment
+from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
@@ -68,12 +68,13 @@ def run(
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
     summaries, plans = list(history), measured_plans()
-    for step in range(len(summaries), setup.load_path.increments):
+    path = setup.load_path.followed(summaries)
+    while (step := len(summaries)) < (path := path.after(summaries)).increments:
         began = _working_seconds()
-        increment = setup.load_path.increment(step, summaries)
-        before = setup.load_path.increment(step - 1, summaries).normal if step else None
+        increment = path.increment(step, summaries)
+        before = path.increment(step - 1, summaries).normal if step else None
         rigid = contact.rigid_start(fields, _rigid(summaries))
-        trend = _trend(change, setup, summaries)
+        trend = _trend(change, path, summaries)
         try:
             if setup.model.friction_evolves:
                 from fretsolve.friction.weakening import require_stable  # few cases need it
@@ -99,7 +100,7 @@ def run(
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved)
-        change = _change(begin, solved) if _has_trend(setup, step + 1) else None
+        change = _change(begin, solved) if _has_trend(setup, path, step + 1) else None
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
@@ -109,20 +110,20 @@ def run(
         yield State(summary, fields, displacement, change=change)
 
 
-def _has_trend(setup: ProblemSetup, step: int) -> bool:
+def _has_trend(setup: ProblemSetup, path: LoadPath, step: int) -> bool:
     """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding."""
-    model, solver, growth = setup.model, setup.case.solver, setup.load_path.growth(step)
+    model, solver, growth = setup.model, setup.case.solver, path.growth(step)
     usual = model.has_shear and model.bulk is None and not model.line and model.orthotropy is None
     usual = usual and math.prod(setup.grid.shape) >= LEAST_CELLS
     accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
     return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
 
 
-def _trend(change: Change | None, setup: ProblemSetup, summaries: Sequence[Summary]) -> Trend | None:
+def _trend(change: Change | None, path: LoadPath, summaries: Sequence[Summary]) -> Trend | None:
     """Return what the next increment is expected to change, from the change over the last one."""
     if change is None:
         return None
-    growth = setup.load_path.growth(len(summaries))
+    growth = path.growth(len(summaries))
     assert growth is not None  # else there is no change
     return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
 
@@ -280,7 +281,7 @@ def _summary(
 def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
     """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
     stage = increment.stage
-    key: KeyPath = (*stage.key, error.component) if error.component in dict(stage.targets) else stage.key
+    key: KeyPath = stage.place(error.component)
     if isinstance(error, GridEdgeError):
         on_grid = error.component is None
         key = ("grid", "size") if on_grid else ("surface",)

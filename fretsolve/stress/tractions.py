@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.case.load_path_spec import CycleSpec, stage_count
+from fretsolve.case.load_path_spec import AmplitudeCycle, CycleSpec
 from fretsolve.case.models import Case
+from fretsolve.case.unrolled_path import stage_count
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result
@@ -124,10 +125,11 @@ def cycle_stages(case: Case | None, reached: int) -> tuple[int, int] | None:
     for step in case.load_path if case is not None else ():
         count = stage_count((step,))
         if isinstance(step, CycleSpec):
-            length = count // step.cycle.times
-            whole = min(step.cycle.times, (reached - before) // length)
+            first = int(isinstance(step.cycle, AmplitudeCycle))  # the way to the first end
+            length = (count - first) // step.cycle.most
+            whole = min(step.cycle.most, (reached - before - first) // length)
             if whole > 0:
-                found = before + (whole - 1) * length, before + whole * length
+                found = before + first + (whole - 1) * length, before + first + whole * length
         before += count
     return found
 

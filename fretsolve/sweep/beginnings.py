@@ -45,9 +45,11 @@ class Beginning:
 def beginnings_of(setup: ProblemSetup, header: RunHeader, seconds: float) -> tuple[Beginning, ...]:
     """Return the beginnings of a case, one for each stage but the last, where they take long enough to be shared.
 
-    None with error bars, which need all stages. seconds: estimated time of the case.
+    None with error bars, which need all stages, and none where cycles end by themselves. seconds: estimated time of the
+    case.
     """
-    if setup.case.solver.error_bars:
+    periodic = any(stage.cycle is not None and stage.cycle.until for stage in setup.load_path.stages)
+    if setup.case.solver.error_bars or periodic:
         return ()
     case = {name: value for name, value in json.loads(header.effective_case).items() if name not in OF_THE_PATH}
     model, axes = setup.model, (header.x.tolist(), header.y.tolist())

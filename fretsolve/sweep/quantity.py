@@ -17,6 +17,7 @@ from fretsolve.errors import CaseError, SlidingError
 from fretsolve.export.selection import relevant_columns, total_cost
 from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
 from fretsolve.result import Result, open_result
+from fretsolve.result.cycles import CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import best_column
@@ -34,9 +35,9 @@ NAMES = tuple(
 CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
 """Columns that can be collected too, from runs with error bars."""
 
-_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES)
+_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)
 
-_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS)}
+_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
 
 RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
@@ -47,7 +48,10 @@ LAST_STAGE = 1_000_000_000
 
 @dataclass(frozen=True)
 class StageQuantity:
-    """A column of the history, by name, at the end of a stage (from 1, cycles unrolled; or `LAST_STAGE`)."""
+    """A column of the history, by name, at the end of a stage (from 1, cycles unrolled; or `LAST_STAGE`).
+
+    For a column of the table of cycles, `stage` is the number of the cycle (or `LAST_STAGE`, for the last one).
+    """
 
     name: str
     stage: int
@@ -58,14 +62,19 @@ class StageQuantity:
         return _COLUMN_UNITS[self.name]
 
     def __str__(self) -> str:
-        return f"{self.name}@{self.stage}"
+        return f"{self.name}@{self.stage}" if self.stage != LAST_STAGE else self.name
 
 
 def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
-    """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`. Raises CaseError."""
+    """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
     if name not in _ALL_NAMES:
-        raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, NAMES)}", text)
+        known = (*NAMES, *CYCLE_NAMES)
+        raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, known)}", text)
+    if name in CYCLE_NAMES:
+        if at and not (stage.isdecimal() and len(stage) < 10 and int(stage) >= 1):
+            raise _refused(f"there is no cycle {stage!r}; one from 1 on is needed", text)
+        return StageQuantity(name, int(stage) if at else LAST_STAGE)
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
         ends = "on" if stages == LAST_STAGE else f"to {stages}"
         raise _refused(f"there is no stage {stage!r}; one from 1 {ends} is needed", text)
@@ -154,6 +163,9 @@ def read_outcome(
         history, complete = result.history, result.status == "complete"
         steps = stage_ends(history["stage"]) if last_steps is None else last_steps
         ends = dict(enumerate(steps, start=1))
+        if last_steps is None or complete:  # cycles that end by themselves leave stages out
+            steps = stage_ends(history["stage"])
+            ends = dict(zip(history["stage"][steps].tolist(), steps, strict=True))
         if complete:
             ends[LAST_STAGE] = result.increments - 1
         elif last_steps is None and ends:
@@ -170,9 +182,15 @@ def read_outcome(
 
             worst = read_worst(fatigue_path(result.path))
 
+        cycles = result.cycles if any(one.name in CYCLE_NAMES for one in quantities) else None
+
         def at_end(name: str, stage: int) -> float:
             if name in worst:
                 return worst[name]
+            if name.removesuffix(ERROR_SUFFIX) in CYCLE_NAMES:
+                column = cycles.columns.get(name) if cycles is not None else None
+                place = -1 if stage == LAST_STAGE else stage - 1
+                return float(column[place]) if column is not None and place < len(column) else math.nan
             step = ends.get(stage, result.increments)
             if (as_run := name.removesuffix(ERROR_SUFFIX)) in stresses:
                 return stresses[as_run].get(step, (math.nan, math.nan))[name != as_run]
@@ -184,9 +202,16 @@ def read_outcome(
             as_run = name.removesuffix(CORRECTED_SUFFIX)
             if name in worst:
                 return abs(worst[name])
+            if name in CYCLE_NAMES:
+                return float(np.nan_to_num(abs(cycles.columns[name])).max()) if cycles is not None else 0.0
             if name in stresses:
                 return max((value for value, _ in stresses[name].values()), default=0.0)
             return 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
+
+        def unit(one: StageQuantity) -> str:
+            if one.name in CYCLE_NAMES and cycles is not None:
+                return cycles.units[one.name]
+            return one.units if key_beside(one.name) or one.name in CYCLE_NAMES else result.units(one.name)
 
         round_off = {name for pair in PAIRS for name in pair}.difference(relevant_columns(result))
         return Outcome(
@@ -197,8 +222,8 @@ def read_outcome(
             np.array([peak(one.name) for one in quantities]),
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
-            len(steps) if complete else 0,
-            {one.name: one.units if key_beside(one.name) else result.units(one.name) for one in quantities},
+            int(history["stage"][-1]) if complete else 0,
+            {one.name: unit(one) for one in quantities},
         )
 
 

@@ -19,6 +19,7 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import DIMENSIONS
 from fretsolve.case.quantities import QuantityError, split_quantity, to_internal
 from fretsolve.errors import CaseError, FileError
+from fretsolve.result.cycles import CYCLE_NAMES
 from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.quantity import LAST_STAGE, Outcome, read_outcome, read_quantity
@@ -166,7 +167,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
         outcomes.append(known.get(state.row.id) or Outcome(nothing, nothing, state.increments))
     stages = max((outcome.stages for outcome in outcomes), default=0)
     for one in wanted.values():
-        if stages and stages < one.stage < LAST_STAGE:
+        if one.name not in CYCLE_NAMES and stages and stages < one.stage < LAST_STAGE:
             raise CaseError(f"--quantity {one}: there is no stage {one.stage}; the cases have stages 1 to {stages}")
     values, errors = (np.array(rows) for rows in zip(*((one.values, one.errors) for one in outcomes), strict=True))
     units = {one.name: one.units for one in wanted.values()}

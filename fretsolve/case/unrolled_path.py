@@ -1,0 +1,207 @@
+"""The load path unrolled: its stages one after another, those of cycles as often as they are run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count, islice
+from typing import Any, Literal, NamedTuple
+
+from fretsolve.case.base import refused_at
+from fretsolve.case.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec
+from fretsolve.case.quantities import refused, shown
+from fretsolve.errors import KeyPath
+
+LARGEST_STAGE_COUNT = 100_000
+
+
+@dataclass(frozen=True)
+class CyclePass:
+    """One repetition of a cycle that holds no other cycle.
+
+    cycle: which one, counted from 1 along the path; turn: which repetition of it, from 1; until: the tolerance with
+    which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the file.
+    """
+
+    cycle: int
+    turn: int
+    until: float | None
+    key: KeyPath
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of the unrolled load path, numbered from 1.
+
+    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad, MPa);
+    increments: None for as many as the case needs; spacing: None for what goes with that. part: within `key`, where
+    the components stand; cycle: the repetition of a cycle that it belongs to, if any; outer: which repetition of
+    an outermost cycle, counted from 1 along the path, 0 for none.
+    """
+
+    number: int
+    key: KeyPath
+    targets: tuple[tuple[str, float], ...]
+    increments: int | None
+    spacing: Literal["equal", "graded"] | None = None
+    part: KeyPath = ()
+    cycle: CyclePass | None = None
+    outer: int = 0
+
+    def place(self, name: str | None) -> KeyPath:
+        """Return where a component stands in the case file; the stage itself, if it does not name the component."""
+        return (*self.key, *self.part, name) if name is not None and name in dict(self.targets) else self.key
+
+
+class _Leg(NamedTuple):
+    """The way to an end of a cycle that is given by its amplitude: mean + sign * amplitude."""
+
+    cycle: AmplitudeCycle
+    sign: float
+    parts: int
+
+
+class _Repeated(NamedTuple):
+    """A cycle, validated or as written. stages: of one repetition; times: the most repetitions; until: see `CyclePass`.
+
+    legs: of a cycle with an amplitude, the way to its first end, and the two of a repetition.
+    """
+
+    stages: Any
+    times: int
+    until: float | None
+    legs: tuple[Any, Any, Any] | None = None
+
+
+class _Step(NamedTuple):
+    key: KeyPath
+    stage: Any
+    cycle: CyclePass | None
+    outer: int = 0
+
+
+def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
+    """Return the stages in the order in which they are run."""
+    return tuple(_stage(number, step) for number, step in enumerate(_walk(load_path, ("load_path",)), start=1))
+
+
+def _stage(number: int, step: _Step) -> Stage:
+    key, spec, cycle, outer = step
+    if isinstance(spec, _Leg):
+        whole, increments = spec.cycle, spec.cycle.count(spec.parts)
+        return Stage(number, key, whole.targets(spec.sign), increments, whole.spacing, ("amplitude",), cycle, outer)
+    return Stage(number, key, spec.targets, spec.increments, spec.spacing, (), cycle, outer)
+
+
+def stage_friction(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[float, ...]:
+    """Return the coefficients of friction that stages of a load path set, each once."""
+    found: list[float] = []
+    for step in load_path:
+        if isinstance(step, StageSpec):
+            found += [] if step.friction is None else [step.friction]
+        elif isinstance(step.cycle, Cycle):
+            found += stage_friction(step.cycle.stages)
+    return tuple(dict.fromkeys(found))
+
+
+def with_cycle_friction(stages: Sequence[Stage], coefficient: Callable[[int], float]) -> Iterator[Stage]:
+    """Yield the stages with the coefficient of friction of their cycles among the targets.
+
+    Cycles are counted over the path from 1; the stages before the first one, and those after a cycle, belong to it.
+    """
+    number = 1
+    for stage in stages:
+        number = stage.outer or number
+        yield replace(stage, targets=(*stage.targets, ("friction", coefficient(number))))
+
+
+def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]:
+    """Return where bulk stresses stand in a load path, as (0, "bulk_2")."""
+    found = []
+    for key, stage, *_ in _walk(load_path, ()):
+        of_amplitude = isinstance(stage, _Leg)
+        holder, part = (stage.cycle.amplitude, ("amplitude",)) if of_amplitude else (stage, ())
+        found += [(*key, *part, name) for name in ("bulk_1", "bulk_2") if getattr(holder, name) is not None]
+    return tuple(dict.fromkeys(found))
+
+
+def stage_count(load_path: Any) -> int:
+    """Return the number of stages of a load path, validated or as written in the file."""
+    cycles = map(_repeated, load_path if isinstance(load_path, list | tuple) else ())
+    return sum(1 if cycle is None else _count(cycle) for cycle in cycles)
+
+
+def _count(cycle: _Repeated) -> int:
+    return 1 + 2 * cycle.times if cycle.legs else stage_count(cycle.stages) * cycle.times
+
+
+def stage_key(load_path: Any, number: str | int) -> KeyPath:
+    """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
+    count = stage_count(load_path)
+    if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
+        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
+    return next(islice(_walk(load_path, ("load_path",)), number - 1, None)).key
+
+
+def stage_keys(load_path: Any) -> tuple[KeyPath, ...]:
+    """Return where the stages stand in a load path as written, each place once."""
+    if stage_count(load_path) > LARGEST_STAGE_COUNT:
+        return ()
+    return tuple(dict.fromkeys(step.key for step in _walk(load_path, ("load_path",))))
+
+
+def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> Iterator[_Step]:
+    """Yield each stage in turn with its place, from steps that are validated or as written.
+
+    numbers: of the cycles that hold no other cycle; None for the outermost steps.
+    """
+    outermost, passes = numbers is None, 0
+    numbers = numbers or count(1)
+    for index, step in enumerate(steps if isinstance(steps, list | tuple) else ()):
+        key, cycle = (*parent, index), _repeated(step)
+        if cycle is None:
+            yield _Step(key, step, None)
+            continue
+        inside = (*key, "cycle")
+        nested = any(_repeated(one) is not None for one in cycle.stages or ()) if cycle.legs is None else False
+        number = 0 if nested else next(numbers)
+        if cycle.legs is not None:
+            yield _Step(inside, cycle.legs[0], None, passes + 1 if outermost else 0)
+        for turn in range(1, (cycle.times if cycle.stages or cycle.legs else 0) + 1):
+            run = None if nested else CyclePass(number, turn, cycle.until, inside)
+            passes += 1
+            if cycle.legs is not None:
+                steps_of_it = iter([_Step(inside, leg, run) for leg in cycle.legs[1:]])
+            else:
+                steps_of_it = _walk(cycle.stages, (*inside, "stages"), numbers)
+            for one in steps_of_it:
+                yield one._replace(cycle=one.cycle if nested else run, outer=passes if outermost else 0)
+
+
+def _repeated(step: Any) -> _Repeated | None:
+    """Return what a cycle repeats; None for a stage."""
+    if isinstance(step, CycleSpec):
+        until = step.cycle.tolerance if step.cycle.until else None
+        if isinstance(step.cycle, AmplitudeCycle):
+            legs = _Leg(step.cycle, 1.0, 4), _Leg(step.cycle, -1.0, 2), _Leg(step.cycle, 1.0, 2)
+            return _Repeated((), step.cycle.most, until, legs)
+        return _Repeated(step.cycle.stages, step.cycle.most, until)
+    cycle = step.get("cycle") if isinstance(step, dict) else None
+    if not isinstance(cycle, dict):
+        return None
+    times = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
+    times = times if isinstance(times, int) else 1
+    stages = cycle.get("stages")
+    if "amplitude" in cycle:
+        return _Repeated((), times, None, (cycle, cycle, cycle))
+    return _Repeated(stages if isinstance(stages, list | tuple) else (), times, None)
+
+
+def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
+    """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
+    if (count := stage_count(load_path)) > LARGEST_STAGE_COUNT:
+        raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible")
+    first = next(_walk(load_path, ()))
+    if not {"P", "delta_z"} & dict(_stage(1, first).targets).keys():
+        refused_at([(first.key, "the first stage presses nothing together; P or delta_z is needed in it")])
+    return load_path

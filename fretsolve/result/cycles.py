@@ -1,0 +1,402 @@
+"""The cycles of a result: where they are in its history, what each dissipates, and whether they still change.
+
+A cycle is one repetition of an innermost `cycle` of the load path. Its loop is that of the force over the displacement
+along the direction in which the contact is moved, or of the torque over the rotation where no force is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.case.dimensions import percent
+from fretsolve.case.history import PAIRS, TANGENTIAL
+from fretsolve.result.layout import Quantity
+from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.verdict import LEAST_MOTION_SCALE
+from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
+    from fretsolve.case.unrolled_path import Stage
+
+History = Mapping[str, NDArray[Any]]
+
+CHANGE_COLUMNS = ("stage", "contact_radius", "work_total", *(name for pair in PAIRS for name in pair))
+"""Columns that `change_over_cycle` needs."""
+
+CYCLES = (
+    Quantity("cycle", "1", "cycle, counted from 1 along the load path", "int64"),
+    Quantity("first_step", "1", "increment after which it begins, -1 for the start of the path", "int64"),
+    Quantity("last_step", "1", "increment with which it ends", "int64"),
+    Quantity("stage", "1", "stage with which it ends", "int64"),
+    Quantity("dissipated_energy", "mJ", "energy dissipated in the cycle"),
+    Quantity("energy_ratio", "1", "area of the loop over force range times displacement range"),
+    Quantity("sliding_ratio", "1", "width of the loop at its mean force over the displacement range"),
+    Quantity("sliding_amplitude", "mm", "half of the width of the loop at its mean force"),
+    Quantity("slip_amplitude", "mm", "largest local slip amplitude, half of the slip between the ends of the loop"),
+    Quantity("reversal_stiffness", "N/mm", "slope of the loop just after a reversal, the mean of its reversals"),
+    Quantity("force_range", "N", "largest less smallest force"),
+    Quantity("displacement_range", "mm", "largest less smallest displacement"),
+    Quantity("force_drift", "N", "force at the end less that at the beginning"),
+    Quantity("displacement_drift", "mm", "displacement at the end less that at the beginning"),
+)
+"""Columns of the table of cycles."""
+
+OF_TORSION = {"N": "N mm", "mm": "rad", "N/mm": "N mm/rad"}
+OF_A_LINE = {"N": "N/mm", "mJ": "mJ/mm", "N/mm": "N/mm/mm"}
+"""Other units of columns: of torque and rotation, and per mm of a line contact."""
+
+CYCLE_NAMES = tuple(one.name for one in CYCLES if one.dtype == "float64")
+"""Columns that say how a cycle went."""
+
+WITH_ERRORS = tuple(name for name in CYCLE_NAMES if name != "slip_amplitude" and not name.endswith("_drift"))
+"""Columns that have error bars where the history has."""
+
+STRAIGHT = 0.5
+"""Second force step after a reversal over the first one from which both tell the slope at the reversal."""
+
+
+@dataclass(frozen=True)
+class CycleSteps:
+    """A cycle in a history: from the increment `first` (-1: the start) to `last`.
+
+    number: of the cycles in the history, from 1; run: which `cycle` of the load path, from 1; turn: which repetition of
+    it; until: the tolerance of one that runs until it is periodic, and most: its most repetitions. moved: components
+    that its stages name; key: where it stands in the case.
+    """
+
+    number: int
+    first: int
+    last: int
+    run: int
+    turn: int
+    until: float | None
+    moved: frozenset[str]
+    key: str
+    most: int
+
+
+@dataclass(frozen=True)
+class CycleChange:
+    """The change from one cycle to the next: of the dissipated energy, over itself, and of the value at the end that
+    changes most, `name`, over the range of its kind in the cycle."""
+
+    energy: float
+    value: float
+    name: str
+
+    @property
+    def largest(self) -> float:
+        """The larger one of both."""
+        return max(self.energy, self.value)
+
+
+@dataclass(frozen=True, eq=False)
+class CycleTable:
+    """The cycles of a result. columns: by the names of `CYCLES`, and of error bars, each ``(cycles,)``, NaN where a
+    value does not exist; units: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and
+    whether it is."""
+
+    columns: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str]
+    meanings: Mapping[str, str]
+    outcomes: tuple[tuple[str, bool], ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.columns["cycle"])
+
+
+def stages_of(effective_case: Mapping[str, Any]) -> tuple[Stage, ...]:
+    """Return the stages of a case, none if it has no cycle or is not understood."""
+    if not any("cycle" in step for step in effective_case.get("load_path", ())):
+        return ()
+    from pydantic import ValidationError
+
+    from fretsolve.case.loading import case_model
+
+    try:
+        return case_model(effective_case).model_validate(effective_case).stages()
+    except ValidationError:
+        return ()
+
+
+def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: bool = True) -> list[CycleSteps]:
+    """Return the cycles that a history holds whole. ended: whether its last stage has ended."""
+    ends = np.flatnonzero(np.append(np.diff(stage_column) != 0, ended))[: len(stage_column)]
+    last_of = dict(zip(stage_column[ends].tolist(), ends.tolist(), strict=True))
+    first_of = dict(zip(*np.unique(stage_column, return_index=True), strict=True)) if len(stage_column) else {}
+    members: dict[tuple[int, int], list[Stage]] = {}
+    most: dict[int, int] = {}
+    for stage in stages:
+        if stage.cycle is not None:
+            members.setdefault((stage.cycle.cycle, stage.cycle.turn), []).append(stage)
+            most[stage.cycle.cycle] = stage.cycle.turn
+    found: list[CycleSteps] = []
+    for (run, turn), inside in members.items():
+        if all(stage.number in last_of for stage in inside):
+            one = inside[0].cycle
+            assert one is not None  # see above
+            moved = frozenset(name for stage in inside for name, _ in stage.targets if name != "friction")
+            first, last = int(first_of[inside[0].number]) - 1, last_of[inside[-1].number]
+            key = ".".join(map(str, one.key))
+            found.append(CycleSteps(len(found) + 1, first, last, run, turn, one.until, moved, key, most[run]))
+    return found
+
+
+def change_over_cycle(history: History, before: CycleSteps, now: CycleSteps) -> CycleChange:
+    """Return the change from a cycle to the next one; history: has `CHANGE_COLUMNS`."""
+    energies = [_difference(history["work_total"], one) for one in (before, now)]
+    largest = max(map(abs, energies))
+    rows = slice(max(now.first, 0), now.last + 1)
+
+    def span(*names: str) -> float:
+        return max(float(np.nan_to_num(np.ptp(history[name][rows]))) for name in names)
+
+    radius, force, approach = (
+        float(np.nan_to_num(abs(history[n][rows]).max())) for n in ("contact_radius", "P", "delta_z")
+    )
+    shear = max(span("Qx", "Qy"), span("Mz") / radius if radius else 0.0, LEAST_MOTION_SCALE * force)
+    motion = max(span("delta_x", "delta_y"), span("phi_z") * radius, LEAST_MOTION_SCALE * approach)
+    scales = {"P": force, "Mx": force * radius, "My": force * radius, "Qx": shear, "Qy": shear, "Mz": shear * radius}
+    scales |= dict.fromkeys(("delta_z", "delta_x", "delta_y"), motion)
+    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), motion / radius if radius else 0.0)
+    changes = {
+        name: float(np.nan_to_num(abs(history[name][now.last] - history[name][before.last]))) / scale
+        for name, scale in scales.items()
+        if scale > 0.0
+    }
+    worst = max(changes, key=changes.__getitem__, default="P")
+    energy = abs(energies[1] - energies[0]) / largest if largest else 0.0
+    return CycleChange(energy, changes.get(worst, 0.0), worst)
+
+
+def cycle_table(
+    history: History,
+    stages: Sequence[Stage],
+    slip: Callable[[int], NDArray[Any] | None],
+    *,
+    ended: bool,
+    line: bool = False,
+) -> CycleTable | None:
+    """Return the table of the cycles in a history, None if there is none.
+
+    slip: returns the slip ``(2, nx, ny)`` after an increment, None where it is not stored; ended: whether the last
+    stage has ended; line: whether it is a line contact.
+    """
+    cycles = cycles_in(stages, history["stage"], ended=ended)
+    if not cycles:
+        return None
+    torsion = not any(_is_sheared(history, one) for one in cycles) and bool(np.any(history["Mz"]))
+    rows = [_measured(history, one, slip, torsion=torsion) for one in cycles]
+    known = {one.name: replace(one, units=_units(one, torsion=torsion, line=line)) for one in CYCLES}
+    names = [name for name in known if name in rows[0]]
+    columns = {name: np.array([row[name] for row in rows], known[name].dtype) for name in names}
+    units, meanings = {name: known[name].units for name in names}, {name: known[name].long_name for name in names}
+    for name in (name for name in WITH_ERRORS if name + ERROR_SUFFIX in rows[0]):
+        columns[name + ERROR_SUFFIX] = np.array([row[name + ERROR_SUFFIX] for row in rows])
+        units[name + ERROR_SUFFIX] = units[name]
+        meanings[name + ERROR_SUFFIX] = f"estimated error of {meanings[name]}"
+    return CycleTable(columns, units, meanings, tuple(_outcomes(history, cycles)))
+
+
+def _units(one: Quantity, *, torsion: bool, line: bool) -> str:
+    if one.name == "slip_amplitude":
+        return one.units
+    units = OF_A_LINE.get(one.units, one.units) if line else one.units
+    return OF_TORSION.get(units, units) if torsion else units
+
+
+def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str, bool]]:
+    """Return for each cycle that was to run until it is periodic whether it is, in words."""
+    found = []
+    for run in dict.fromkeys(one.run for one in cycles if one.until is not None):
+        last = [one for one in cycles if one.run == run][-2:]
+        if len(last) < 2 or last[1].until is None:
+            continue
+        change, turn = change_over_cycle(history, *last), last[1].turn
+        changes = (
+            f"from cycle {turn - 1} to {turn} the dissipated energy changes by {percent(change.energy)}, {change.name}"
+            f" at the end by {percent(change.value)} of its scale, tolerance {percent(last[1].until)}"
+        )
+        if change.largest <= last[1].until:
+            found.append((f"{last[1].key}: periodic after {turn} cycles of at most {last[1].most}: {changes}", True))
+        elif turn == last[1].most:
+            text = f"{last[1].key}: not periodic after {turn} cycles: {changes}; at_most: {2 * turn} would go on"
+            found.append((text, False))
+    return found
+
+
+def _is_sheared(history: History, cycle: CycleSteps) -> bool:
+    """Return whether a tangential force or displacement moves in a cycle, more than what a torque causes."""
+    named = cycle.moved & {"Qx", "Qy", "delta_x", "delta_y"}
+    return bool(named) or not cycle.moved & {"Mz", "phi_z"}
+
+
+def _measured(
+    history: History, cycle: CycleSteps, slip: Callable[[int], NDArray[Any] | None], *, torsion: bool
+) -> dict[str, float]:
+    """Return a row of the table."""
+    force, motion = _loop(history, cycle, torsion=torsion)
+    begin, end = _ends(motion if np.isfinite(motion).all() else force)
+    force_range, motion_range = float(np.ptp(force)), float(np.ptp(motion))
+    energy, box = _difference(history["work_total"], cycle), force_range * motion_range
+    # Where one load alone moves, friction dissipates what its loop encloses, and does so more exactly than a polygon.
+    area = energy if len(cycle.moved) == 1 and cycle.moved <= TANGENTIAL else abs(float(np.trapezoid(force, motion)))
+    sliding = _half_width(force, motion, begin, end)
+    stiffness, stiffness_error = _reversal_stiffness(force, motion)
+    row = {
+        "cycle": cycle.number,
+        "first_step": cycle.first,
+        "last_step": cycle.last,
+        "stage": int(history["stage"][cycle.last]),
+        "dissipated_energy": energy,
+        "energy_ratio": area / box if box > 0.0 else math.nan,
+        "sliding_ratio": 2.0 * sliding / motion_range if motion_range > 0.0 else math.nan,
+        "sliding_amplitude": sliding,
+        "slip_amplitude": _slip_amplitude(slip, *(cycle.first + place for place in (begin, end))),
+        "reversal_stiffness": stiffness,
+        "force_range": force_range,
+        "displacement_range": motion_range,
+        "force_drift": float(force[-1] - force[0]),
+        "displacement_drift": float(motion[-1] - motion[0]),
+    }
+    if "work_total" + ERROR_SUFFIX not in history:
+        return row
+    return row | _errors(history, cycle, row, stiffness_error, (begin, end), torsion=torsion)
+
+
+def _errors(
+    history: History,
+    cycle: CycleSteps,
+    row: Mapping[str, float],
+    of_slope: float,
+    places: tuple[int, int],
+    *,
+    torsion: bool,
+) -> dict[str, float]:
+    """Return the error bars of a row. of_slope: the error of the stiffness by the increments; places: of both ends."""
+
+    def bar(name: str, place: int) -> float:
+        step = cycle.first + place
+        return float(history[name + ERROR_SUFFIX][step]) if step >= 0 else 0.0
+
+    def of_range(names: Sequence[str]) -> float:
+        both = [math.hypot(*(bar(name, place) for name in names)) for place in places]
+        return math.hypot(*both)
+
+    force = of_range(("Mz",) if torsion else ("Qx", "Qy"))
+    motion = of_range(("phi_z",) if torsion else ("delta_x", "delta_y"))
+    total, bars = float(history["work_total"][cycle.last]), history["work_total" + ERROR_SUFFIX]
+    before = float(bars[cycle.first]) if cycle.first >= 0 else 0.0
+    # Its error is mostly the same part of the energy in each increment.
+    relative = float(bars[cycle.last]) / total if total else 0.0
+    energy = max(abs(float(bars[cycle.last]) - before), relative * abs(row["dissipated_energy"]))
+
+    def share(value: float, name: str) -> float:
+        return value / abs(row[name]) if row[name] else 0.0
+
+    of_energy, of_force = share(energy, "dissipated_energy"), share(force, "force_range")
+    of_motion = share(motion, "displacement_range")
+    # The width of the loop is that of its area: energy over force.
+    of_width = math.hypot(of_energy, of_force)
+    found = {
+        "dissipated_energy": energy,
+        "energy_ratio": row["energy_ratio"] * math.hypot(of_energy, of_force, of_motion),
+        "sliding_ratio": row["sliding_ratio"] * math.hypot(of_width, of_motion),
+        "sliding_amplitude": row["sliding_amplitude"] * of_width,
+        "reversal_stiffness": math.hypot(of_slope, row["reversal_stiffness"] * math.hypot(of_force, of_motion)),
+        "force_range": force,
+        "displacement_range": motion,
+    }
+    return {name + ERROR_SUFFIX: value for name, value in found.items()}
+
+
+def _difference(column: NDArray[Any], cycle: CycleSteps) -> float:
+    return float(column[cycle.last]) - (float(column[cycle.first]) if cycle.first >= 0 else 0.0)
+
+
+def _loop(history: History, cycle: CycleSteps, *, torsion: bool) -> tuple[DoubleArray, DoubleArray]:
+    """Return force and displacement along the direction of the loop, or torque and rotation, from its begin on."""
+
+    def rows(name: str) -> DoubleArray:
+        inside = np.asarray(history[name][max(cycle.first, 0) : cycle.last + 1], np.float64)
+        return inside if cycle.first >= 0 else np.concatenate([[0.0], inside])
+
+    if torsion:
+        return rows("Mz"), rows("phi_z")
+    forces, motions = np.array([rows("Qx"), rows("Qy")]), np.array([rows("delta_x"), rows("delta_y")])
+    leading = motions if np.isfinite(motions).all() else forces
+    spans = leading - leading[:, :1]
+    farthest = int(np.hypot(*spans).argmax())
+    direction = spans[:, farthest]
+    length = float(np.hypot(*direction))
+    # From the first end to the other one forces fall, so that they have the sign of the history.
+    unit = -direction / length if length > 0.0 else np.array([1.0, 0.0])
+    if unit[np.abs(unit).argmax()] < 0.0:
+        unit = -unit
+    return unit @ forces, unit @ motions
+
+
+def _ends(motion: DoubleArray) -> tuple[int, int]:
+    """Return the places of the ends of a loop, the first one first."""
+    low, high = int(motion.argmin()), int(motion.argmax())
+    return min(low, high), max(low, high)
+
+
+def _half_width(force: DoubleArray, motion: DoubleArray, begin: int, end: int) -> float:
+    """Return half of the width of a loop at the mean of its largest and smallest force.
+
+    begin, end: the places of its ends, between which one branch lies; the other one is what is left.
+    """
+    middle = 0.5 * float(force.max() + force.min())
+    closed_force, closed_motion = (np.concatenate([one[end:], one[1 : begin + 1]]) for one in (force, motion))
+    going = _crossing(force[begin : end + 1], motion[begin : end + 1], middle)
+    return 0.5 * abs(going - _crossing(closed_force, closed_motion, middle))
+
+
+def _crossing(force: DoubleArray, motion: DoubleArray, middle: float) -> float:
+    """Return where a branch first crosses a force, between increments along straight lines; NaN if it does not."""
+    over = force - middle
+    crossed = np.flatnonzero((over[:-1] * over[1:] <= 0.0) & (over[:-1] != over[1:]))
+    if not len(crossed):
+        return math.nan
+    at = int(crossed[0])
+    share = over[at] / (over[at] - over[at + 1])
+    return float(motion[at] + share * (motion[at + 1] - motion[at]))
+
+
+def _reversal_stiffness(force: DoubleArray, motion: DoubleArray) -> tuple[float, float]:
+    """Return the mean slope of a loop just after its reversals, and its error by the increments.
+
+    The compliance over the first one and two increments after a reversal grows in proportion to the force at first, as
+    slip begins at the edge; so the slope at the reversal follows from both.
+    """
+    turns = [0, *(np.flatnonzero(np.diff(motion)[:-1] * np.diff(motion)[1:] < 0.0) + 1).tolist()]
+    slopes, errors = [], []
+    for turn, following in zip(turns, [*turns[1:], len(motion) - 1], strict=True):
+        steps = np.arange(turn + 1, min(following, turn + 2) + 1)
+        forces, motions = np.abs(force[steps] - force[turn]), np.abs(motion[steps] - motion[turn])
+        if not len(steps) or not forces[0] > 0.0 or not motions[0] > 0.0:
+            continue
+        compliance = near = float(motions[0] / forces[0])
+        if len(steps) == 2 and forces[1] - forces[0] > STRAIGHT * forces[0]:
+            far = float(motions[1] / forces[1])
+            compliance = near - (far - near) * float(forces[0] / (forces[1] - forces[0]))
+        if compliance > 0.0:
+            slopes.append(1.0 / compliance)
+            errors.append(abs(1.0 / compliance - 1.0 / near))
+    return (float(np.mean(slopes)), float(np.max(errors))) if slopes else (math.nan, math.nan)
+
+
+def _slip_amplitude(slip: Callable[[int], NDArray[Any] | None], first: int, second: int) -> float:
+    """Return half of the largest slip between two increments, NaN where it is not stored."""
+    fields = [slip(step) if step >= 0 else None for step in (first, second)]
+    if fields[0] is None or fields[1] is None:
+        return math.nan
+    between = np.asarray(fields[1], np.float64) - fields[0]
+    return 0.5 * float(np.hypot(between[0], between[1]).max(initial=0.0))

@@ -1,0 +1,155 @@
+"""The table of cycles, from histories whose loops are known: Mindlin's, with and without gross slip."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fretsolve.case.models import Case
+from fretsolve.result.cycles import CHANGE_COLUMNS, change_over_cycle, cycle_table, cycles_in, stages_of
+
+BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
+LIMIT, ONSET = 40.0, 1.1e-3
+"""Friction limit (N), and displacement (mm) at which all slips: the displacement under Q is d (1 - (1 - Q/mu P)^(2/3)),
+its slope at Q = 0 is 2 d/(3 mu P)."""
+
+
+def case_of(cycle: dict, **more: object) -> dict:
+    path = [{"P": 400.0}, {"cycle": cycle}]
+    case = {"bodies": BODIES, "surface": {"sphere": {"radius": 10.0}}, "grid": {"points": 16}, "load_path": path}
+    return Case.model_validate(case | {"friction": 0.1} | more).effective()
+
+
+def loading(force: np.ndarray) -> np.ndarray:
+    """Displacement on first loading; later branches are twice as large (Masing)."""
+    return ONSET * (1.0 - (1.0 - force / LIMIT) ** (2.0 / 3.0))
+
+
+def loop(amplitude: float, points: int, turns: int = 1, beyond: float = 0.0) -> dict[str, np.ndarray]:
+    """History of cycles between plus and minus a force, which slides on by `beyond` (mm) at both ends."""
+    rise = np.linspace(0.0, amplitude, points + 1)
+    forces, motions, stages = [0.0, *rise[1:]], [0.0, *loading(rise[1:])], [1, *[2] * points]
+    for half in range(2 * turns):
+        sign = -1.0 if half % 2 == 0 else 1.0
+        forces += list(forces[-1] + sign * 2.0 * rise[1:])
+        motions += list(motions[-1] + sign * 2.0 * loading(rise[1:]))
+        stages += [3 + half] * points
+        if beyond:
+            forces.append(forces[-1])
+            motions.append(motions[-1] + sign * 2.0 * beyond)
+            stages.append(3 + half)
+    forces, motions = np.array(forces), np.array(motions)
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (forces[1:] + forces[:-1]) * np.diff(motions))])
+    history = {name: np.zeros(len(forces)) for name in CHANGE_COLUMNS}
+    history |= {"stage": np.array(stages), "Qx": forces, "delta_x": motions, "work_total": work}
+    return history | {"P": np.full(len(forces), 400.0), "contact_radius": np.full(len(forces), 0.3)}
+
+
+def table_of(history: dict[str, np.ndarray], cycle: dict, **options: object):
+    case = case_of(cycle)
+    return cycle_table(history, stages_of(case), lambda step: None, ended=True, **options)
+
+
+def test_ratios_at_the_border_of_gross_slip() -> None:
+    """A Mindlin loop with the force mu P encloses 1/5 of its box, and is 0.26 of it wide at Q = 0."""
+    table = table_of(loop(LIMIT, 200), {"amplitude": {"Qx": LIMIT}, "times": 1, "increments": 400})
+    row = {name: float(column[0]) for name, column in table.columns.items()}
+    assert row["energy_ratio"] == pytest.approx(0.2, rel=2e-3)
+    assert row["sliding_ratio"] == pytest.approx(2.0 * 0.5 ** (2.0 / 3.0) - 1.0, rel=1e-4)
+    assert row["sliding_amplitude"] == pytest.approx(row["sliding_ratio"] * ONSET)
+    assert row["reversal_stiffness"] == pytest.approx(1.5 * LIMIT / ONSET, rel=1e-4)
+    assert (row["force_range"], row["displacement_range"]) == pytest.approx((2.0 * LIMIT, 2.0 * ONSET))
+    assert math.isnan(row["slip_amplitude"])  # no slip is stored
+    assert (row["cycle"], row["stage"], row["first_step"], row["last_step"]) == (1, 4, 200, 600)
+
+
+@pytest.mark.parametrize("points", [5, 10, 20])
+def test_stiffness_at_reversal_is_extrapolated_from_few_increments(points: int) -> None:
+    table = table_of(loop(36.0, points), {"amplitude": {"Qx": 36.0}, "times": 1})
+    exact = 1.5 * LIMIT / ONSET
+    secant = 36.0 / points * 2.0 / (2.0 * float(loading(np.array(36.0 / points))))
+    found = float(table.columns["reversal_stiffness"][0])
+    assert abs(found - exact) < 0.35 * abs(secant - exact)
+
+
+def test_gross_slip_widens_the_loop() -> None:
+    slid = table_of(loop(LIMIT, 200, turns=2, beyond=1e-3), {"amplitude": {"delta_x": 2e-3}, "times": 2})
+    width = ONSET * (2.0 * 0.5 ** (2.0 / 3.0) - 1.0) + 1e-3
+    np.testing.assert_allclose(slid.columns["sliding_amplitude"][1], width, rtol=1e-3)
+    energy = 4.0 * LIMIT * (1e-3 + 0.2 * ONSET)
+    np.testing.assert_allclose(slid.columns["dissipated_energy"], energy, rtol=2e-3)
+
+
+def test_area_is_that_of_the_polygon_where_several_loads_move() -> None:
+    history = loop(36.0, 100)
+    alone = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 1}).columns["energy_ratio"][0]
+    history["work_total"] = 3.0 * history["work_total"]  # what the torque dissipates comes on top
+    both = table_of(history, {"amplitude": {"Qx": 36.0, "Mz": 1.0}, "times": 1}).columns["energy_ratio"][0]
+    assert both == pytest.approx(alone, rel=1e-6)
+
+
+def test_torsion_has_its_own_units() -> None:
+    history = loop(36.0, 10)
+    history |= {"Mz": history["Qx"], "phi_z": history["delta_x"]}
+    history |= {name: np.zeros(len(history["Qx"])) for name in ("Qx", "delta_x")}
+    table = table_of(history, {"amplitude": {"Mz": 36.0}, "times": 1})
+    assert [table.units[name] for name in ("force_range", "displacement_range", "reversal_stiffness")] == [
+        "N mm",
+        "rad",
+        "N mm/rad",
+    ]
+    assert table.columns["force_range"][0] == pytest.approx(72.0)
+
+
+def test_line_contact_has_its_energy_and_no_displacement() -> None:
+    history = loop(18.0, 10)
+    history["delta_x"] = history["delta_y"] = np.full(len(history["Qx"]), np.nan)
+    table = table_of(history, {"amplitude": {"Qx": 18.0}, "times": 1}, line=True)
+    assert table.units["dissipated_energy"] == "mJ/mm"
+    assert table.columns["force_range"][0] == pytest.approx(36.0)
+    assert all(np.isnan(table.columns[name][0]) for name in ("energy_ratio", "sliding_ratio", "reversal_stiffness"))
+
+
+def test_slip_amplitude_is_half_of_the_slip_between_the_ends() -> None:
+    history = loop(36.0, 5)
+    case = case_of({"amplitude": {"Qx": 36.0}, "times": 1})
+    slip = {5: np.full((2, 3, 3), 1e-3), 10: np.full((2, 3, 3), -2e-3)}
+    table = cycle_table(history, stages_of(case), slip.get, ended=True)
+    assert table.columns["slip_amplitude"][0] == pytest.approx(0.5 * 3e-3 * math.sqrt(2.0))
+
+
+def test_only_whole_cycles_count() -> None:
+    history, case = loop(36.0, 5, turns=2), case_of({"amplitude": {"Qx": 36.0}, "times": 2})
+    assert [one.turn for one in cycles_in(stages_of(case), history["stage"])] == [1, 2]
+    assert [one.turn for one in cycles_in(stages_of(case), history["stage"], ended=False)] == [1]
+    assert cycles_in(stages_of(case), history["stage"][:9]) == []
+    assert stages_of({"load_path": [{"P": 400.0}]}) == ()
+
+
+def test_bars_follow_those_of_the_history() -> None:
+    history = loop(36.0, 10, turns=2)
+    for name in ("Qx", "Qy", "delta_x", "delta_y", "work_total"):
+        history[f"{name}_error"] = 0.01 * np.abs(history[name])
+    history["Qx_error"][:] = 0.0  # it is imposed
+    columns = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 2}).columns
+    np.testing.assert_allclose(columns["dissipated_energy_error"], 0.01 * columns["dissipated_energy"])
+    np.testing.assert_allclose(columns["force_range_error"], 0.0)
+    np.testing.assert_allclose(
+        columns["displacement_range_error"], 0.01 * columns["displacement_range"] / math.sqrt(2.0)
+    )
+    np.testing.assert_allclose(columns["energy_ratio_error"], columns["energy_ratio"] * 0.01 * math.sqrt(1.5))
+    assert "slip_amplitude_error" not in columns
+
+
+def test_change_from_one_cycle_to_the_next() -> None:
+    history, stages = loop(36.0, 5, turns=2), stages_of(case_of({"amplitude": {"Qx": 36.0}, "times": 2}))
+    found = cycles_in(stages, history["stage"])
+    same = change_over_cycle(history, *found)
+    assert same.largest < 1e-12
+    ratcheted = history | {"delta_x": history["delta_x"] + 1e-4 * (history["stage"] >= 5)}
+    change = change_over_cycle(ratcheted, *cycles_in(stages, ratcheted["stage"]))
+    assert change.name == "delta_x"
+    assert change.value == pytest.approx(1e-4 / np.ptp(ratcheted["delta_x"][15:]), rel=1e-9)
+    assert change.energy < 1e-12
