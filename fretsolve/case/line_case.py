@@ -275,7 +275,10 @@ class LineCycleSpec(CycleSpec):
     cycle: Annotated[
         Annotated[LineCycle, Tag("(stages)")] | Annotated[LineAmplitudeCycle, Tag("(amplitude)")],
         Discriminator(cycle_tag),
-    ] = Field(description="stages, or an amplitude, that are repeated")
+    ] = Field(
+        description="stages, or an amplitude, that are repeated",
+        examples=[{"amplitude": {"Qx": "18 N/mm"}, "times": 3, "increments": 20}],
+    )
 
 
 LineLoadStep = Annotated[

@@ -240,7 +240,10 @@ class CycleSpec(CaseModel):
 
     cycle: Annotated[
         Annotated[Cycle, Tag("(stages)")] | Annotated[AmplitudeCycle, Tag("(amplitude)")], Discriminator(cycle_tag)
-    ] = Field(description="stages, or an amplitude, that are repeated")
+    ] = Field(
+        description="stages, or an amplitude, that are repeated",
+        examples=[{"amplitude": {"delta_x": "2 um"}, "times": 3, "increments": 20}],
+    )
 
 
 def step_tag(value: object) -> str:
