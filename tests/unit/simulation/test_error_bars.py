@@ -187,7 +187,7 @@ def test_bars_go_on_where_a_run_goes_on() -> None:
 def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     setup = setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 3}])
 
-    def slides(one: ProblemSetup, factor: int, counts: tuple[int, ...]) -> ProblemSetup:
+    def slides(one: ProblemSetup, factor: int, counts: tuple[int, ...], *left_out: object) -> ProblemSetup:
         coarse = coarser(one, factor, counts)
         path = build(grid={"points": 8}, load_path=[{"P": 400}, {"Qx": 59, "increments": 3}])
         return replace(coarse, case=path, load_path=set_up(path).load_path.with_counts(counts))
