@@ -107,8 +107,8 @@ def edge_rows() -> Iterator[str]:
         grid, fields = sphere(cells)
         whole = slice(0, grid.nx), slice(0, grid.ny)
         extrapolation = EdgeExtrapolation(grid, whole, whole, {2: NU}, ("p", "qx"))
-        value, error = extrapolation.estimates(fields, {2: np.zeros(3)})[2, "tension"]
-        yield f"| {cells} | {value:.4f} | {100 * (value / EXACT_TENSION - 1):+.2f} | {error:.3f} |"
+        found = extrapolation.estimates(fields, {2: np.zeros(3)})[2, "tension"]
+        yield f"| {cells} | {found.value:.4f} | {100 * (found.value / EXACT_TENSION - 1):+.2f} | {found.error:.3f} |"
 
 
 def inside_rows() -> Iterator[str]:

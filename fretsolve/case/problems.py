@@ -100,7 +100,8 @@ class _Reader:
                 return f"key {shown(name)} cannot stand beside the other keys here; remove it"
             return f"unknown key {shown(name)}; {nearest(name, allowed)}"
         if kind == "literal_error":
-            allowed = re.findall("'([^']*)'", limits["expected"])  # pydantic's 'a', 'b' or 'c'
+            # pydantic's 'a', 'b' or 'c', or 1 or 2
+            allowed = re.findall("'([^']*)'", limits["expected"]) or re.split(", | or ", limits["expected"])
             return f"{value} is not allowed; {nearest(str(details['input']), allowed)}"
         if kind == "greater_than_equal":
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"

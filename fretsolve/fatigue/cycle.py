@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Sequence
+
 import numpy as np
 
 from fretsolve.errors import CaseError
@@ -16,6 +18,14 @@ def require_states(count: int) -> None:
     """Raise CaseError if a cycle has too few states."""
     if count < FEWEST_STATES:
         raise CaseError(f"the cycle has {count} stored states; {FEWEST_STATES} or more are needed (output.every)")
+
+
+def require_reversals(ends: Sequence[int], stored: Container[int]) -> None:
+    """Raise CaseError if fields are not stored at the ends of a cycle's stages, where loads turn."""
+    missing = [str(step) for step in ends if step not in stored]
+    if missing:
+        noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
+        raise CaseError(f"output.every leaves out {noun}, where a stage of the cycle begins or ends; 1 is needed")
 
 
 def opening(first: DoubleArray, last: DoubleArray, ranges: DoubleArray) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
-from fretsolve.fatigue.cycle import require_states
+from fretsolve.fatigue.cycle import require_reversals, require_states
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.names import fatigue_path
 from fretsolve.fatigue.of_result import FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
@@ -51,12 +51,16 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
         except CaseError as error:
             raise case.source.problem(error.message, (*KEY, "average")) from None
-    states = _states(setup)
+    stored, ends = _cycle(setup)
+    states = len(stored)
     try:
         require_states(states)
+        require_reversals(ends, stored)
     except CaseError as error:
         raise case.source.problem(error.message, ("output", "every")) from None
-    problem = room_problem(request.bodies, request.stress_depths, states, grid.shape, free_disk)
+    problem = room_problem(
+        request.bodies, request.stress_depths(0.5 * max(grid.dx, grid.dy)), states, grid.shape, free_disk
+    )
     if problem is not None:
         raise case.source.problem(problem, KEY)
 
@@ -74,11 +78,13 @@ def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
     return target
 
 
-def _states(setup: ProblemSetup) -> int:
-    """Return how many states of the last cycle the result will hold, with the one before it."""
+def _cycle(setup: ProblemSetup) -> tuple[list[int], list[int]]:
+    """Return the increments of the last cycle that will be stored, with the one before it, and its stages' ends."""
     path, every = setup.load_path, setup.case.output.every
     stages = cycle_stages(setup.case, len(path.last_steps))
     assert stages is not None  # the case has been checked
-    first, last = (path.last_steps[stage - 1] if stage else -1 for stage in stages)
-    stored = [step for step in range(max(first, 0), last + 1) if (step + 1) % every == 0]
-    return len(stored) + (last == path.increments - 1 and (last + 1) % every != 0)
+    first, last = stages
+    ends = [path.last_steps[stage - 1] for stage in range(max(first, 1), last + 1)]
+    begin = ends[0] if first else 0
+    stored = [step for step in range(begin, ends[-1] + 1) if (step + 1) % every == 0 or step == path.increments - 1]
+    return stored, ends

@@ -12,17 +12,17 @@ from typing import Any
 from fretsolve.case.material_spec import Material
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
-from fretsolve.fatigue.cycle import require_states
+from fretsolve.fatigue.cycle import require_reversals, require_states
 from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.request import StressRequest, stress_request
+from fretsolve.stress.request import StressRequest, least_depth, stress_request
 from fretsolve.stress.stress_file import bodies_of
-from fretsolve.stress.tractions import TractionHistory, last_cycle
+from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
 
-AVERAGE_DEPTHS = 9
-"""Depths that are computed for an average, evenly over its range."""
+AVERAGE_DEPTHS = 17
+"""Depths that are computed for an average, graded towards the surface, where stresses change most."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,15 @@ class FatigueRequest:
     bodies: tuple[Body, ...] = ()
     depths: tuple[float, ...] = ()
 
-    @property
-    def stress_depths(self) -> tuple[float, ...]:
-        """Depths at which stresses are computed."""
+    def stress_depths(self, least: float) -> tuple[float, ...]:
+        """Return the depths at which stresses are computed; least: that of the first one below the surface (mm)."""
         if self.average is None:
             return self.depths
         first, last = self.average.depth_range
-        spread = AVERAGE_DEPTHS if last > first else 1
-        return tuple(first + (last - first) * k / max(spread - 1, 1) for k in range(spread))
+        if first == last:
+            return (last,)
+        graded = (last * (k / (AVERAGE_DEPTHS - 1)) ** 2 for k in range(AVERAGE_DEPTHS))
+        return tuple(depth for depth in graded if depth in (first, last) or depth >= least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,16 +88,21 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     result = tractions.result
     try:
         steps = last_cycle(result)
-        require_states(len(steps))
     except CaseError as error:
         advice = "`fretsolve stress --step` writes stresses of chosen increments, which `fretsolve fatigue` takes too"
         raise CaseError(f"{error.message}; {advice}", (), result.path) from None
+    try:
+        require_states(len(steps))
+        require_reversals(cycle_ends(result), result.steps)
+    except CaseError as error:
+        raise CaseError(error.message, (), result.path) from None
     try:
         if request.average is not None:
             request.average.require_length((tractions.grid.dx, tractions.grid.dy))
     except CaseError as error:
         raise CaseError(error.message, (), result.path) from None
-    found = stress_request(tractions, steps, request.bodies, request.stress_depths)
+    depths = request.stress_depths(least_depth(tractions))
+    found = stress_request(tractions, steps, request.bodies, depths)
     for body in found.bodies:
         elastic = result.effective_case["bodies"][body - 1]
         request.material.with_elastic_constants(elastic).require(request.criteria)

@@ -18,6 +18,7 @@ from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
 from fretsolve.plots.snapshot import outer_edges
 from fretsolve.result import Result
+from fretsolve.stress.names import is_made_from
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5
 
@@ -34,20 +35,26 @@ def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | No
     """
     path = fatigue_path(result.path)
     try:
+        if path.exists() and not is_made_from(result, path):
+            raise PictureError(f"{path.name} is not of this result; `fretsolve fatigue --overwrite` writes it again")
         with open_hdf5(path) as file:
-            number, body = next(reversed(fatigue_bodies(file, path).items()))
-            names = _chosen(body, fields)
+            bodies = fatigue_bodies(file, path)
             panels = [
-                (name, kind)
-                for name in names
-                for kind, there in (("section", len(body.depths) > 1), ("layer", len(body.y) > 1))
-                if there
+                (number, name, kind)
+                for number, body in reversed(bodies.items())
+                for name in _chosen(body, fields)
+                for kind in _kinds(body)
             ]
             with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
-                for axes, (name, kind) in zip(drawn.axes, panels, strict=False):
-                    _draw(drawn, axes, body, name, kind, upwards=number == 1)
+                for axes, (number, name, kind) in zip(drawn.axes, panels, strict=False):
+                    title = f"body {number}, {name.replace('_', '-')}" if len(bodies) > 1 else name.replace("_", "-")
+                    if kind == "curve":
+                        _draw_curve(axes, bodies[number], name, title)
+                    else:
+                        _draw(drawn, axes, bodies[number], name, kind, title, upwards=number == 1)
                 average = str(file.attrs.get("average", ""))
-                drawn.heading(title_of(result), f"body {number}" + (f", {average}" if average else ""))
+                of_body = " and ".join(f"body {number}" for number in bodies)
+                drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
                 drawn.legend(
                     [
                         Line2D([], [], color="black", marker="+", linestyle="", label="worst place"),
@@ -66,6 +73,12 @@ def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | No
 _OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=2.4, foreground="black")]
 
 
+def _kinds(body: BodyFatigue) -> list[str]:
+    """Return the panels of a criterion: a section and a layer, or a curve where neither is there."""
+    there = [("section", len(body.depths) > 1), ("layer", len(body.y) > 1)]
+    return [kind for kind, is_there in there if is_there] or ["curve"]
+
+
 def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
     """Return the datasets to draw."""
     names = tuple(dataset_name(name) for name in fields or ())
@@ -74,15 +87,31 @@ def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
     return names or body.criteria
 
 
-def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, *, upwards: bool) -> None:
-    """Draw one panel; upwards: in body 1, whose depth is along -z."""
+def _shown(body: BodyFatigue, name: str) -> tuple[DoubleArray, bool, str]:
+    """Return the utilisation of a criterion, or the parameter if it has no limit; which of them; and their label."""
     limited = f"{name}_utilisation" in body.group
-    values = body.field(f"{name}_utilisation" if limited else name)
+    label = "utilisation" if limited else f"{body.attribute(name, 'units')}".replace("1", "parameter")
+    return body.field(f"{name}_utilisation" if limited else name), limited, label
+
+
+def _draw_curve(axes: Axes, body: BodyFatigue, name: str, title: str) -> None:
+    """Draw a criterion over x, at the only depth and y."""
+    values, limited, label = _shown(body, name)
+    curve = values[0, :, 0]
+    axes.plot(body.x, curve, color="black")
+    worst = int(curve.argmax())
+    axes.plot(body.x[worst], curve[worst], "k+", markersize=8.0)
+    if limited:
+        axes.axhline(1.0, color="black", linewidth=0.8, linestyle=":")
+    axes.set(xlabel="x (mm)", ylabel=label, title=f"{title} at depth {body.depths[0]:.3g} mm")
+
+
+def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, *, upwards: bool) -> None:
+    """Draw one panel; upwards: in body 1, whose depth is along -z."""
+    values, limited, label = _shown(body, name)
     place = np.unravel_index(int(body.field(name).argmax()), values.shape)
     depth, i, j = (int(part) for part in place)
     normal = body.field(f"{name}_normal")[place] if f"{name}_normal" in body.group else None
-    label = "utilisation" if limited else f"{body.attribute(name, 'units')}".replace("1", "parameter")
-    title = name.replace("_", "-")
     if kind == "section":
         shown, across = values[:, :, j], body.depths
         axes.pcolormesh(body.x, across, shown, shading="nearest", rasterized=True, norm=_norm(values), cmap="cividis")

@@ -257,6 +257,9 @@ def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:
     """Return the attributes of a file of an earlier version, which has them only there. Raises FileError."""
     try_attributes(out)
     attributes = dict(file.attrs)
+    if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
+        what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
+        raise FileError(f"a file of {what}, not the result that they were computed from", out)
     if "format_version" not in attributes or "fretsolve_version" not in attributes:
         raise FileError("an HDF5 file, but not a result of fretsolve", out)
     return attributes

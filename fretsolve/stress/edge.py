@@ -5,20 +5,24 @@ about c sqrt(h). The solver's own cells at the edge are loaded or not, as their 
 largest of their stresses depends on how the edge cuts them. Tractions averaged over blocks of 2 x 2 and of 4 x 4 cells
 hardly do, and less so the mean over the ways to cut the grid into blocks:
 
-    M = M_2 + (M_2 - M_4)/(sqrt(2) - 1)
+    S = S_2 + (S_2 - S_4)/(sqrt(2) - 1)
 
-M are the principal stresses where the tension is largest, from which von Mises and Tresca follow. Without shear the
-stress outside of the contact is smooth, the error is that of c h, and (M_2 - M_4) is added once.
+S are the principal stresses from the tractions alone, at several places around the contact: at each of them, and for
+each way to cut the grid, those of the block near it whose tension is largest. In their directions they are added to the
+bulk stress, and the invariants are those of the sum, each where it is largest. Without shear the stress outside of the
+contact is smooth, the error is that of c h, and (S_2 - S_4) is added once.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from fretsolve.model.grid import Grid
+from fretsolve.stress.blocks import in_blocks
 from fretsolve.stress.halfspace.influence import Body, Traction
 from fretsolve.stress.halfspace.layers import LayerConvolution, LayerKernels, Window
 from fretsolve.stress.invariants import invariant, principal
@@ -34,9 +38,61 @@ LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
 
 EXTRAPOLATION = 1.0 / (math.sqrt(2.0) - 1.0)
 
-EDGE_SHARE, PRESSED_EDGE_SHARE = 0.25, 0.5
-"""Error of an extrapolated value over what the extrapolation adds to the largest principal stress, and that without
-shear."""
+NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
+"""Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
+what is loaded: the edge near it is in one of them, and in an area contact one of them fits the edge well."""
+
+PLACES = 8
+"""Places that are looked at, of each of two kinds."""
+
+LEAST_RISE = 0.5
+"""Share of the largest change of a stress that must be in the direction of its tension at a trailing edge."""
+
+EDGE_SHARE, PRESSED_EDGE_SHARE = 0.3, 0.5
+"""Error of an extrapolated value over what the extrapolation adds, and that without shear, for exact tractions."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeEstimate:
+    """An invariant at the edge of contact (MPa), its estimated error, and its place (2,) in cells."""
+
+    value: float
+    error: float
+    place: DoubleArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """Blocks at the edge of contact. stress: ``(6, blocks)`` in MPa; middles: ``(2, blocks)`` in cells.
+
+    reach: cells within which blocks are near one another.
+    """
+
+    stress: DoubleArray
+    middles: DoubleArray
+    reach: float
+
+    def near(self, places: DoubleArray) -> DoubleArray:
+        """Return the stress of the block near each of `places` whose tension is largest, ``(6, places)``."""
+        tension = principal(self.stress)[0]
+        chosen = []
+        for place in places.T:
+            distance = np.abs(self.middles - place[:, None]).max(axis=0)
+            inside = distance <= max(self.reach, float(distance.min()))
+            chosen.append(int(np.where(inside, tension, -np.inf).argmax()))
+        return self.stress[:, chosen]
+
+    def tops(self, rank: DoubleArray, most: int) -> DoubleArray:
+        """Return the middles of blocks whose rank is the highest near them, ``(2, up to most)``, the highest first."""
+        left = np.ones(rank.shape, bool)
+        found: list[int] = []
+        while left.any() and len(found) < most:
+            best = int(np.where(left, rank, -np.inf).argmax())
+            near = np.abs(self.middles - self.middles[:, best, None]).max(axis=0) <= self.reach
+            if rank[best] >= rank[near].max():
+                found.append(best)
+            left &= ~near
+        return self.middles[:, found]
 
 
 class EdgeExtrapolation:
@@ -59,6 +115,8 @@ class EdgeExtrapolation:
         self._shifts = LINE_SHIFTS if plane_strain else SHIFTS
         self._margins = EDGE_CELLS, 0 if plane_strain else EDGE_CELLS
         self._plane_strain = plane_strain
+        widths = [one.stop - one.start for one in loaded]
+        self.reach = NEIGHBOURHOOD if plane_strain else max(NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE * min(widths))
         self._loaded, self._wanted = loaded, wanted
         self._convolutions: dict[int, LayerConvolution] = {}
         self._kernels: dict[tuple[int, Body], LayerKernels] = {}
@@ -81,39 +139,48 @@ class EdgeExtrapolation:
 
     def estimates(
         self, fields: Mapping[Traction, DoubleArray], bulk: Mapping[Body, DoubleArray]
-    ) -> dict[tuple[Body, Invariant], tuple[float, float]]:
-        """Return the invariants where the tension at the edge is largest, each with its estimated error (MPa).
+    ) -> dict[tuple[Body, Invariant], EdgeEstimate]:
+        """Return the largest value of each invariant at the edge of contact, none without an edge.
 
         fields: tractions, some of which are not 0; bulk: bulk stress xx, yy, xy of each body.
         """
         sheared = any(np.any(field) for name, field in fields.items() if name != "p")
         factor, share = (EXTRAPOLATION, EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
-        means = {side: self._mean(side, fields, bulk) for side in self._shifts}
-        estimates: dict[tuple[Body, Invariant], tuple[float, float]] = {}
-        for body in self._ratios:
-            fine, coarse = means[2][body], means[4][body]
-            added = factor * max(float(fine[0] - coarse[0]), 0.0)
-            values = fine + factor * (fine - coarse) if added else fine
-            whole = np.concatenate([values, np.zeros(3)])
+        blocks = {side: [self._at_edge(side, shift, fields) for shift in self._shifts[side]] for side in self._shifts}
+        estimates: dict[tuple[Body, Invariant], EdgeEstimate] = {}
+        for body, of_bulk in bulk.items():
+            added = np.zeros((6, 1))
+            added[[0, 1, 3], 0] = of_bulk
+            finest = blocks[2][0][body]
+            if not finest.stress.size:
+                continue
+            places = self._places(finest, added)
+            chosen = {side: [one[body].near(places) for one in blocks[side]] for side in blocks}
+            fine, coarse = (np.mean([principal(one) for one in chosen[side]], axis=0) for side in blocks)
+            # Without shear there is a tension all around the contact, and no leading edge.
+            rise = rises(fine, fine - coarse) if sheared else np.maximum((fine - coarse)[0], 0.0)
+            rising = rise > 0.0
+            if not rising.any():
+                continue
+            places, values = places[:, rising], (fine + factor * (fine - coarse))[:, rising]
+            stress = _turned(values, chosen[2][0][:, rising]) + added
+            errors = share * factor * rise[rising]
             for name in INVARIANTS:
-                estimates[body, name] = float(invariant(name, whole[:, None])[0]), share * added
+                values = invariant(name, stress)
+                best = int(values.argmax())
+                estimates[body, name] = EdgeEstimate(float(values[best]), float(errors[best]), places[:, best])
         return estimates
 
-    def _mean(
-        self, side: int, fields: Mapping[Traction, DoubleArray], bulk: Mapping[Body, DoubleArray]
-    ) -> dict[Body, DoubleArray]:
-        """Return the principal stresses of each body where the tension is largest, as the mean over all shifts."""
-        found = [self._at_edge(side, shift, fields, bulk) for shift in self._shifts[side]]
-        return {body: np.mean([one[body] for one in found], axis=0) for body in bulk}
+    def _places(self, blocks: _Blocks, added: DoubleArray) -> DoubleArray:
+        """Return the places where the largest stress may be, ``(2, places)`` in cells."""
+        # With the bulk stress, which is uniform, and without it, since that is what the extrapolation changes.
+        ranks = principal(blocks.stress + added)[0], principal(blocks.stress)[0]
+        return np.concatenate([blocks.tops(rank, PLACES) for rank in ranks], axis=1)
 
     def _at_edge(
-        self,
-        side: int,
-        shift: tuple[int, int],
-        fields: Mapping[Traction, DoubleArray],
-        bulk: Mapping[Body, DoubleArray],
-    ) -> dict[Body, DoubleArray]:
-        """Return the principal stresses where the tension at the edge is largest, of one way to cut the grid."""
+        self, side: int, shift: tuple[int, int], fields: Mapping[Traction, DoubleArray]
+    ) -> dict[Body, _Blocks]:
+        """Return the blocks at the edge of contact, for one way to cut the grid, without bulk stress."""
         convolution = self._convolutions[side]
         nx, ny = (window.stop - window.start for window in convolution.source)
         blocks = {name: in_blocks(field, self._block(side), shift, (nx, ny)) for name, field in fields.items()}
@@ -121,13 +188,19 @@ class EdgeExtrapolation:
             np.pad(blocks["p"] > 0.0, [(margin, margin) for margin in self._margins])
         ) & self._wanted_blocks(side, shift)
         spectra = convolution.forward(blocks)
-        found = {}
-        for body, of_bulk in bulk.items():
-            stress = convolution.stress(self._kernels[side, body], spectra)[:, edge]
-            stress[[0, 1, 3]] += of_bulk[:, None]
-            values = principal(stress)
-            found[body] = values[:, values[0].argmax()] if edge.any() else np.zeros(3)
-        return found
+        numbers = np.nonzero(edge)
+        middles = [
+            of.start - by + width * (number - margin + 0.5)
+            for number, of, by, width, margin in zip(
+                numbers, self._loaded, shift, self._block(side), self._margins, strict=True
+            )
+        ]
+        return {
+            body: _Blocks(
+                convolution.stress(self._kernels[side, body], spectra)[:, edge], np.stack(middles), self.reach
+            )
+            for body in self._ratios
+        }
 
     def _block(self, side: int) -> tuple[int, int]:
         """Return the cells of a block along x and along y."""
@@ -144,14 +217,22 @@ class EdgeExtrapolation:
         return blocks
 
 
-def in_blocks(
-    field: DoubleArray, sides: tuple[int, int], shift: tuple[int, int], shape: tuple[int, int]
-) -> DoubleArray:
-    """Return means of a field over blocks of `sides` cells, ``shape``, the first of which begins `shift` before it."""
-    whole = np.zeros((shape[0] * sides[0], shape[1] * sides[1]))
-    whole[shift[0] : shift[0] + field.shape[0], shift[1] : shift[1] + field.shape[1]] = field
-    means: DoubleArray = whole.reshape(shape[0], sides[0], shape[1], sides[1]).mean(axis=(1, 3))
-    return means
+def rises(values: DoubleArray, change: DoubleArray) -> DoubleArray:
+    """Return by how much smaller cells raise a tension, as they do at a trailing edge, 0 elsewhere.
+
+    values, change: principal stresses, the largest first, ``(3, places)``. At a leading edge there is no tension, and
+    the stress is largest inside of the contact.
+    """
+    trailing = (change[0] <= values[0]) & (change[0] >= LEAST_RISE * np.abs(change).max(axis=0))
+    return np.where(trailing, change[0], 0.0)
+
+
+def _turned(values: DoubleArray, stress: DoubleArray) -> DoubleArray:
+    """Return stresses ``(6, places)`` of principal `values` ``(3, places)`` in the directions of those of `stress`."""
+    matrices = stress[[0, 3, 4, 3, 1, 5, 4, 5, 2]].T.reshape(-1, 3, 3)
+    directions = np.linalg.eigh(matrices)[1][:, :, ::-1]
+    turned = np.einsum("pik,kp,pjk->ijp", directions, values, directions)
+    return np.asarray(turned[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
 
 
 def edge_cells(contact: BoolArray) -> BoolArray:

@@ -9,22 +9,29 @@ tension of a sliding contact is largest, converges with the square root of the s
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.stress.edge import EdgeExtrapolation, edge_cells, in_blocks
+from fretsolve.stress.blocks import merged
+from fretsolve.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells
 from fretsolve.stress.evaluate import Layer
-from fretsolve.stress.halfspace.influence import Body, Traction
-from fretsolve.stress.halfspace.layers import LayerConvolution, Window
+from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.halfspace.layers import LayerConvolution
 from fretsolve.stress.invariants import largest
 from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.stress.request import StressRequest
+from fretsolve.stress.surface_bars import Doubts, SurfaceBars, averaged
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 EDGE_LEAD = 0.25
 """By how much of its error an extrapolated value at the edge must exceed those of all cells to count as the largest."""
+
+SOLVED_FACTOR, SOLVED_LINE_FACTOR = 2.0, 4.0
+"""Error at the edge with the tractions of the solver over that with exact ones, and that in line contacts. A cell at
+the edge is loaded or not, and a slip zone may be a few cells wide; in an area contact that varies along the edge
+(docs/verification.md)."""
 
 Key = tuple[Body, Invariant]
 
@@ -34,8 +41,8 @@ class Peak:
     """The largest value of an invariant in an increment (MPa).
 
     value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
-    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where that is, or at the edge
-    where the tension is largest (mm). deepest: it is at the largest depth of several, so that it may grow below.
+    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
+    deepest: it is at the largest depth of several, so that it may grow below.
     """
 
     value: float
@@ -57,7 +64,10 @@ class PeakSearch:
         keys = [(body, name) for body in request.bodies for name in INVARIANTS]
         self._values = {key: np.full(shape, -np.inf) for key in keys}
         self._cells = {key: np.zeros((*shape, 2), np.intp) for key in keys}
-        self._at_edge: dict[tuple[Body, Invariant, int], tuple[float, tuple[int, int]]] = {}
+        self._solved_factor = SOLVED_LINE_FACTOR if tractions.plane_strain else SOLVED_FACTOR
+        self._surface: SurfaceBars | None = None
+        self._doubts: dict[tuple[Body, Invariant, int], Doubts] = {}
+        self._at_edge: dict[tuple[Body, Invariant, int], float] = {}
 
     def add(self, layer: Layer) -> None:
         """Note the largest values of a layer, and on the surface also those at the edge of contact."""
@@ -66,11 +76,15 @@ class PeakSearch:
             self._values[layer.body, name][place] = value
             self._cells[layer.body, name][place] = cell
         if self._request.depths[layer.depth_index] == 0.0:
+            if self._surface is None:
+                self._surface = SurfaceBars(self._tractions, self._request)
+            step = self._request.steps[layer.step_index]
+            for name, doubts in self._surface.doubts(layer.body, step, layer.stress).items():
+                self._doubts[layer.body, name, layer.step_index] = doubts
             cells = np.argwhere(self._edge(layer.step_index))
             if len(cells):
-                for name, (value, (index, _)) in largest(layer.stress[:, *cells.T][:, :, None]).items():
-                    row, column = (int(one) for one in cells[index])
-                    self._at_edge[layer.body, name, layer.step_index] = value, (row, column)
+                for name, (value, _) in largest(layer.stress[:, *cells.T][:, :, None]).items():
+                    self._at_edge[layer.body, name, layer.step_index] = value
 
     def peaks(self) -> dict[Key, list[Peak]]:
         """Return the peaks of each increment, once all layers are added."""
@@ -82,9 +96,21 @@ class PeakSearch:
         }
         for (body, name, index), peak in self._extrapolated().items():
             # A value elsewhere that is as large is better known.
-            if peak.value - EDGE_LEAD * peak.error > found[body, name][index].value:
+            if peak.value - EDGE_LEAD / self._solved_factor * peak.error > found[body, name][index].value:
                 found[body, name][index] = peak
+        for (body, name, index), doubts in self._doubts.items():
+            found[body, name][index] = self._doubted(found[body, name][index], doubts)
         return found
+
+    def _doubted(self, peak: Peak, doubts: Doubts) -> Peak:
+        """Return a peak with the error that the doubts about the surface leave it."""
+        grid = self._tractions.grid
+        place = np.array([(peak.x - grid.x[0]) / grid.dx, (peak.y - grid.y[0]) / grid.dy]) + 0.5
+        if peak.at_edge:
+            error = max(peak.error, doubts.most(place, NEIGHBOURHOOD) - peak.value)
+        else:
+            error = max(peak.error, doubts.most() - peak.value, doubts.error if peak.depth == 0.0 else 0.0)
+        return replace(peak, error=error)
 
     def _edge(self, index: int) -> BoolArray:
         """Return the cells of the target that lie at the edge of contact."""
@@ -125,10 +151,14 @@ class PeakSearch:
             step = request.steps[index]
             fields = tractions.read(step, request.source, request.tractions)
             bulk = {body: tractions.bulk_stress(body, step) for body in request.bodies}
-            for (body, name), (value, error) in extrapolation.estimates(fields, bulk).items():
-                on_cells, _ = self._at_edge[body, name, index]
-                _, cell = self._at_edge[body, "tension", index]
-                found[body, name, index] = Peak(value, error, on_cells, *self._place(cell), 0.0, at_edge=True)
+            for (body, name), one in extrapolation.estimates(fields, bulk).items():
+                grid, on_cells = tractions.grid, self._at_edge[body, name, index]
+                x, y = (
+                    float(axis[0] + side * (cells - 0.5))
+                    for axis, side, cells in zip((grid.x, grid.y), (grid.dx, grid.dy), one.place, strict=True)
+                )
+                error = self._solved_factor * one.error
+                found[body, name, index] = Peak(one.value, error, on_cells, x, y, 0.0, at_edge=True)
         return found
 
     def _place(self, cell: Sequence[int]) -> tuple[float, float]:
@@ -140,7 +170,7 @@ class PeakSearch:
         """Return the largest values of each increment at some depths, from tractions averaged over 2 x 2 cells."""
         request, grid = self._request, self._tractions.grid
         sides = 2, 1 if self._tractions.plane_strain else 2
-        source, target = _merged(request.source, sides), _merged(request.target, sides)
+        source, target = merged(request.source, sides), merged(request.target, sides)
         convolution = LayerConvolution(
             (sides[0] * grid.dx, sides[1] * grid.dy),
             source,
@@ -154,25 +184,12 @@ class PeakSearch:
             kernels[body, index] = convolution.kernels(convolution.potentials(depth, {body: nu}), depth, nu, body)
         found: dict[tuple[Body, int], list[dict[Invariant, float]]] = {place: [] for place in places}
         for step in request.steps:
-            spectra = convolution.forward(self._averaged(step, source, sides))
+            spectra = convolution.forward(averaged(self._tractions, request, step, sides))
             for (body, index), known in kernels.items():
                 stress = convolution.stress(known, spectra)
                 stress[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
                 found[body, index].append({name: value for name, (value, _) in largest(stress).items()})
         return found
-
-    def _averaged(self, step: int, source: Window, sides: tuple[int, int]) -> dict[Traction, DoubleArray]:
-        """Return the tractions of an increment, averaged over blocks of `sides` cells, in a window of such blocks."""
-        fields = self._tractions.read(step, self._request.source, self._request.tractions)
-        shift = self._request.source[0].start % sides[0], self._request.source[1].start % sides[1]
-        shape = source[0].stop - source[0].start, source[1].stop - source[1].start
-        return {name: in_blocks(field, sides, shift, shape) for name, field in fields.items()}
-
-
-def _merged(window: Window, sides: tuple[int, int]) -> Window:
-    """Return the blocks of `sides` cells that cover a window."""
-    first, second = (slice(one.start // side, -(-one.stop // side)) for one, side in zip(window, sides, strict=True))
-    return first, second
 
 
 def _between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:

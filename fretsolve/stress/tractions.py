@@ -15,6 +15,7 @@ from fretsolve.case.unrolled_path import stage_count
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result
+from fretsolve.result.state import stage_ends
 from fretsolve.stress.halfspace.influence import TRACTIONS, Body, Traction
 from fretsolve.stress.halfspace.layers import Window
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -139,14 +140,26 @@ def last_cycle(result: Result) -> tuple[int, ...]:
 
     Raises CaseError if there is none.
     """
+    first, last = _cycle_of(result)
+    stage = result.history["stage"]
+    inside = (stage > first) & (stage <= last)
+    before = int(inside.argmax()) - 1
+    return tuple(step for step in result.steps if inside[step] or step == before)
+
+
+def cycle_ends(result: Result) -> tuple[int, ...]:
+    """Return the increments at which the stages of the last cycle begin and end. Raises CaseError if there is none."""
+    first, last = _cycle_of(result)
+    ends = stage_ends(result.history["stage"])
+    return tuple(int(ends[stage - 1]) for stage in range(max(first, 1), last + 1))
+
+
+def _cycle_of(result: Result) -> tuple[int, int]:
+    """Return the stages of the last cycle that the result holds whole, from after the first to the second one."""
     reached = int(result.history["stage"][-1]) if result.increments else 0
     if result.status != "complete":
         reached -= 1  # the last stage may not have ended
     found = cycle_stages(result.case, reached)
     if found is None:
         raise CaseError("the load path has no cycle that the result holds", (), result.path)
-    stage = result.history["stage"]
-    inside = (stage > found[0]) & (stage <= found[1])
-    first = int(inside.argmax())
-    chosen = [step for step in result.steps if inside[step] or step == first - 1]
-    return tuple(chosen)
+    return found

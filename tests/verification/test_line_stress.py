@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from command_line import invoke
 
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
@@ -13,6 +14,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.stress.edge import EdgeExtrapolation
 from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.stress_file import read_peaks
 
 CERTIFIED = [
     ((-0.5, 0.3), (-0.451585, -0.809578, 0.140230), (0.537391, 0.140230, -0.451585)),
@@ -82,9 +84,9 @@ def test_full_sliding_on_the_surface():
         whole = slice(0, grid.nx), slice(0, 1)
         extrapolation = EdgeExtrapolation(grid, whole, whole, {2: NU}, ("p", "qx"), plane_strain=True)
         tractions["qy"][:] = 0.0
-        value, error = extrapolation.estimates(tractions, {2: np.zeros(3)})[2, "tension"]
-        assert abs(value - 2.0 * mu) < error
-        assert value == pytest.approx(2.0 * mu, rel=6e-2)
+        found = extrapolation.estimates(tractions, {2: np.zeros(3)})[2, "tension"]
+        assert abs(found.value - 2.0 * mu) < found.error
+        assert found.value == pytest.approx(2.0 * mu, rel=6e-2)
 
 
 @pytest.mark.parametrize("body", [1, 2])
@@ -143,3 +145,22 @@ def test_a_fretting_loop_with_bulk_stress():
                 values.append(influence[point].stress(fields)[0] + state.summary.bulk_2_xx)
     for point, values in found.items():
         assert (min(values), max(values)) == pytest.approx(certified[point], abs=0.006)
+
+
+@pytest.mark.parametrize("points", [48, 64, 128])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_largest_tension_of_a_solved_contact_under_bulk_stress(tmp_path, sign, points):
+    """At the trailing edge, also where bulk stress compresses it; exact by Hills and Nowell's eccentric stick zone."""
+    case = tmp_path / "case.yaml"
+    steel = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
+    case.write_text(
+        f"plane: strain\nbodies: [{steel}, {steel}]\nsurface: {{cylinder: {{radius: 10 mm}}}}\n"
+        f"grid: {{points: {points}}}\nfriction: 0.3\noutput: {{stress: {{depths: [0 mm]}}}}\n"
+        f"load_path: [{{P: 100}}, {{Qx: {sign * 18}, bulk_2: {{xx: {sign * 141.944}}}, increments: 4}}]\n"
+    )
+    assert invoke("run", case, "-q").exit_code == 0
+    value, error = read_peaks(tmp_path / "case.stress.h5")["max_tension"][4]
+    # In half-widths: stick zone of half-width c about e = 0.2, at a distance of X from the trailing edge.
+    c, X = math.sqrt(0.4), 1.0 + sign * 0.2
+    exact = 2.0 * 0.3 * 591.4314 * (1.0 - X + math.sqrt(X * X - c * c)) + sign * 141.944
+    assert abs(value - exact) < error < 0.6 * exact + 40.0

