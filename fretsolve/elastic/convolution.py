@@ -34,8 +34,9 @@ from fretsolve.system.arrays import ComplexArray, FloatArray
 CACHE_BYTES = 400 * 1024
 """Size of the buffer of a block of rows or columns: three or four fit into the second-level cache of a core."""
 
-MOST_BATCHED_POINTS = 300 * 300
-"""Largest padded grid that is transformed as a whole, by `BatchedConvolution`. Larger ones gain by blocks."""
+MOST_BATCHED_POINTS, COMPILED = 300 * 300, 0.2
+"""Largest padded grid that is transformed as a whole, by `BatchedConvolution`, and factor on it with compiled kernels.
+Larger ones gain by blocks: with compiled kernels a third on 192 x 192 and 256 x 256 padded points."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,8 @@ class PaddedConvolution:
         self._team = team or ThreadTeam()
         self._kernels = self._team.kernels.spectral
         mx, my = self.padded
-        self._batched = BatchedConvolution(shape, self.padded, self._float) if mx * my <= MOST_BATCHED_POINTS else None
+        most = MOST_BATCHED_POINTS * (COMPILED if self._team.kernels.compiled else 1.0)
+        self._batched = BatchedConvolution(shape, self.padded, self._float) if mx * my <= most else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = _parts(self._pairs, size * my)

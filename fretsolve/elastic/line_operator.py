@@ -17,7 +17,7 @@ from fretsolve.elastic.fftw import fast_length
 from fretsolve.elastic.influence import ScaledSpectra
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
-from fretsolve.elastic.preconditioner import APART, Preconditioner
+from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
@@ -135,7 +135,7 @@ class LinePreconditioner(Preconditioner):
         team: ThreadTeam | None = None,
         dtype: type[np.floating] = np.float64,
     ):
-        points, side = fast_length(grid.nx + APART), grid.dx
+        points, side = fast_length(grid.nx), grid.dx
         self._convolution = PaddedConvolution(grid.shape, dtype, team, (points, 1))
         self._in_plane = False
         wave_number = 2.0 * math.pi * np.fft.rfftfreq(points, side)[None, :]

@@ -73,8 +73,8 @@ def test_a_component_of_zero_costs_nothing(monkeypatch):
     assert convolved == [1]
 
 
-def test_the_padding_is_a_few_cells():
-    assert inverse((20, 30))._convolution.padded == (24, 32)
+def test_there_is_no_padding_but_to_a_fast_length():
+    assert inverse((20, 30))._convolution.padded == (20, 32)
 
 
 @pytest.mark.parametrize("shape", [(6, 6), (7, 6)])
