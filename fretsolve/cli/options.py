@@ -12,6 +12,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,7 +22,7 @@ from click.core import ParameterSource
 from fretsolve.cli.streams import tolerant_streams
 from fretsolve.errors import EXIT_BUG, CaseError, FileError, FretsolveError, printable
 from fretsolve.system.files import reason_of
-from fretsolve.system.signals import end_by
+from fretsolve.system.signals import Interrupts, end_by
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -31,15 +32,19 @@ class CommandLine(click.Group):
 
     def main(self, *args: Any, **options: Any) -> Any:
         """Run the command line and exit; see `click.Command.main`."""
-        with tolerant_streams(), warnings.catch_warnings():
+        with tolerant_streams(), warnings.catch_warnings(), Interrupts() as interrupts:
             if not os.environ.get("FRETSOLVE_DEBUG"):
                 warnings.showwarning = lambda *_, **__: None  # those of libraries, which say nothing to a user
-            code = _exit_code(lambda: super(CommandLine, self).main(*args, **options | {"standalone_mode": False}))
+            run = partial(super().main, *args, **options | {"standalone_mode": False})
+            code = _exit_code(run, interrupts)
         sys.exit(code)
 
 
-def _exit_code(command: Callable[[], int | None]) -> int:
-    """Run `command` and return its exit code; print the message of the error that ended it, if any."""
+def _exit_code(command: Callable[[], int | None], interrupts: Interrupts) -> int:
+    """Run `command` and return its exit code; print the message of the error that ended it, if any.
+
+    An error that follows Ctrl-C ends the process by the signal.
+    """
     try:
         code = command() or 0
         sys.stdout.flush()
@@ -64,7 +69,7 @@ def _exit_code(command: Callable[[], int | None]) -> int:
     except MemoryError:
         message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
     except Exception as error:
-        if os.environ.get("FRETSOLVE_DEBUG"):
+        if os.environ.get("FRETSOLVE_DEBUG") and not interrupts.came:
             raise
         if "can't start new thread" in str(error):
             print("not enough memory, or too many processes, for another thread", file=sys.stderr)
@@ -74,6 +79,8 @@ def _exit_code(command: Callable[[], int | None]) -> int:
         code = EXIT_BUG
     else:
         return code
+    if interrupts.came:
+        end_by(signal.SIGINT)
     with suppress(FileError):  # on a full disk, where the code says enough
         print(message, file=sys.stderr)
     return code

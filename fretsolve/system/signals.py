@@ -32,6 +32,30 @@ def end_by(number: signal.Signals) -> None:
     signal.raise_signal(number)
 
 
+class Interrupts(AbstractContextManager["Interrupts"]):
+    """Note Ctrl-C inside a `with` block: libraries turn the KeyboardInterrupt into errors of their own.
+
+    came: whether it was pressed where nothing else handles it.
+    """
+
+    def __init__(self) -> None:
+        self.came = False
+        self._handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+    def __enter__(self) -> Interrupts:
+        if self._handled:
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._handled and signal.getsignal(signal.SIGINT) == self._note:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.came = True
+        raise KeyboardInterrupt
+
+
 class StopRequest(AbstractContextManager["StopRequest"]):
     """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
 

@@ -197,6 +197,17 @@ def test_little_is_loaded_before_an_interrupt_is_handled() -> None:
     assert set(python(code).split()) <= {"__future__", "_signal", "fretsolve", "fretsolve.__main__"}
 
 
+def test_an_interrupt_that_a_library_turns_into_an_error(tmp_path: Path) -> None:
+    (tmp_path / "h5py.py").write_text(
+        "import os, signal\n"
+        "try:\n    os.kill(os.getpid(), signal.SIGINT)\n"
+        "except KeyboardInterrupt:\n    raise SystemError('failed to import')\n"
+    )
+    own = environment()
+    own["PYTHONPATH"] = os.pathsep.join([str(tmp_path), own["PYTHONPATH"]])
+    assert finish("show", Path(__file__), env=own) == (-signal.SIGINT, "", "")
+
+
 @pytest.mark.parametrize("place", ["fretsolve.cli.options.tolerant_streams", "fretsolve.cli.options.sys.exit"])
 def test_an_interrupt_before_and_after_the_command(place: str) -> None:
     code = (
