@@ -131,6 +131,7 @@ LINE_MEANINGS = {
     "delta_z": "normal approach relative to the reference depth; NaN without one",
     "delta_x": "always NaN: in a line contact it has a free constant",
     "delta_y": "always NaN: in a line contact it has a free constant",
+    **dict.fromkeys((name for name in EXTENTS if name.endswith("_y")), "always NaN: a line contact is endless along y"),
 }
 """Meaning of columns of the history in a line contact, where it is another."""
 

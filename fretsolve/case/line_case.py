@@ -20,13 +20,14 @@ from pydantic import (
     GetJsonSchemaHandler,
     GetPydanticSchema,
     Tag,
+    field_validator,
     model_validator,
 )
 from pydantic_core import CoreSchema, core_schema
 
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
-from fretsolve.case.history import LINE_DIMENSIONS, PAIRS
+from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
 from fretsolve.case.load_path_spec import AmplitudeCycle, BulkStress, Cycle, CycleSpec, StageSpec, cycle_tag, step_tag
 from fretsolve.case.models import Case, Expectation, GridSpec
 from fretsolve.case.quantities import InUnits, refused, shown
@@ -287,10 +288,21 @@ LineLoadStep = Annotated[
 LineCycle.model_rebuild()
 
 
+NEVER_KNOWN = frozenset(name for name, meaning in LINE_MEANINGS.items() if meaning.startswith("always NaN"))
+"""Columns of the history that hold NaN in every line contact."""
+
+
 class LineExpectation(Expectation):
     """A scalar of the history of a line contact, the value expected of it, and how far off it may be."""
 
     dimensions = LINE_DIMENSIONS
+
+    @field_validator("quantity")
+    @classmethod
+    def _known(cls, quantity: str) -> str:
+        if quantity in NEVER_KNOWN:
+            raise refused(f"{quantity} is {LINE_MEANINGS[quantity]}; another quantity is needed")
+        return quantity
 
 
 class LineCase(Case):
@@ -327,7 +339,7 @@ class LineCase(Case):
         if self.reference_depth is None:
             message = "delta_z has an unknown constant in a line contact; give reference_depth, or impose P"
             refused_at((stage.key, message) for stage in self.stages() if "delta_z" in dict(stage.targets))
-        elif self.grid.size is not None and self.reference_depth < self.grid.size[0]:
-            message = f"{self.reference_depth:g} mm is less than the grid's length; {self.grid.size[0]:g} mm or more"
-            refused_at([(("reference_depth",), f"{message} is needed, since delta_z is about points far below")])
+            expected = ((index, one) for index, one in enumerate(self.expect) if one.quantity == "delta_z")
+            unknown = "delta_z is NaN in a line contact without reference_depth; give that, or expect another quantity"
+            refused_at((("expect", index, "quantity"), unknown) for index, _ in expected)
         return self

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, mod
 from pydantic.config import JsonDict
 
 from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
-from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, PRESSURE
+from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, STRESS
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused
 
@@ -25,13 +25,13 @@ class BulkStress(CaseModel):
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
 
-    xx: Annotated[float, InUnits(PRESSURE)] | None = Field(
+    xx: Annotated[float, InUnits(STRESS)] | None = Field(
         default=None, description="normal stress along x, tensile", examples=["70 MPa"]
     )
-    yy: Annotated[float, InUnits(PRESSURE)] | None = Field(
+    yy: Annotated[float, InUnits(STRESS)] | None = Field(
         default=None, description="normal stress along y, tensile", examples=["70 MPa"]
     )
-    xy: Annotated[float, InUnits(PRESSURE)] | None = Field(
+    xy: Annotated[float, InUnits(STRESS)] | None = Field(
         default=None, description="shear stress in the plane of the surface", examples=["70 MPa"]
     )
 

@@ -21,8 +21,10 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from fretsolve.case.dimensions import (
     ANGLE,
     DIMENSIONS,
+    ENERGY,
     FORCE,
     LENGTH,
+    LINE_ENERGY,
     LINE_FORCE,
     LINE_MOMENT,
     MOMENT,
@@ -121,8 +123,12 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
         return float(one.to(dimension.unit or "dimensionless").magnitude)
     except pint.DimensionalityError:
         found = next((d for d in DIMENSIONS if one.is_compatible_with(d.unit or "dimensionless")), None)
+        if found is MOMENT and (dimension in (ENERGY, LINE_ENERGY) or "J" in unit):
+            found = ENERGY
         kind = found.noun if found else f"a quantity in {unit}"
-        raise QuantityError(f"is {kind}; {dimension.wanted} is needed") from None
+        per_length = " (per length with plane: strain, which makes a line contact)" if found is LINE_FORCE else ""
+        hint = per_length if dimension in (FORCE, MOMENT) else ""
+        raise QuantityError(f"is {kind}; {dimension.wanted} is needed{hint}") from None
 
 
 def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) -> float:

@@ -53,7 +53,10 @@ class CylinderSurface(_SurfaceModel):
     radius: Radius = Field(description="radius across the axis, negative where concave, such as 10 mm")
     axis: Annotated[
         float, InUnits(ANGLE), Named({"x": 0.0, "y": math.pi / 2}, "is not an axis; x, y or an angle such as '30 deg'")
-    ] = Field(description="direction of the axis: x, y, or its angle from x", examples=["x", "30 deg"])
+    ] = Field(
+        description="direction of the axis: x, y, or its angle from x (none with plane: strain)",
+        examples=["x", "30 deg"],
+    )
     length: PositiveLength | None = Field(
         default=None, description="of the straight part and its rounded ends together"
     )

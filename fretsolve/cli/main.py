@@ -348,6 +348,7 @@ def new(kind: str, target: Path | None) -> int:
     mode3       cyclic torsion
     gross-slip  cyclic displacement up to gross slip
     rough       a rough sphere, with a height map beside the case
+    line        a line contact in plane strain, the specimen pulled in phase
     """
     from fretsolve.commands.new import new_case
 

@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import yaml
 
@@ -13,10 +14,14 @@ from fretsolve.case.loading import load_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
 from fretsolve.errors import CaseError, FileError
+from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
 from fretsolve.system.progress import print_warnings
+
+if TYPE_CHECKING:
+    from fretsolve.setup.line_forms import LineClosedForms
 
 
 def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
@@ -100,12 +105,29 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"gross slip begins at Q = {first:.6g} N along the first axis, {second:.6g} N along the second"
     if setup.case.friction_varies and displacement is None and setup.model.has_shear:
         yield "no closed form holds for partial slip under this friction"
+    if setup.model.bulk is not None:
+        yield _sphere_under_bulk(forms)
     if stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (
             f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.source})"
         )
+
+
+def _sphere_under_bulk(forms: ClosedForms) -> str:
+    """Return the stick zone of a sphere under a force and bulk stress in words, or why no closed form gives it."""
+    from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
+
+    try:
+        stage, found, center = sphere_under_bulk(forms)
+    except NoClosedFormError as error:
+        return f"no closed form gives the stick zone under this bulk stress: {error}"
+    x = center + found.stick_center
+    return (
+        f"smallest stick radius c = {found.stick_radius:.6g} mm, its middle at x = {x:.6g} mm, at the end of stage"
+        f" {stage + 1} (Cattaneo-Mindlin, shifted)"
+    )
 
 
 def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
@@ -135,6 +157,25 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
         if setup.model.bulk is not None and shear is not None:
             middle = setup.case.surface[0].center[0] + shear.stick_center
             yield f"bulk stress shifts its middle to x = {middle:.6g} mm"
+    elif setup.model.bulk is not None:
+        yield from _why_no_line_form(forms)
+
+
+def _why_no_line_form(forms: LineClosedForms) -> Iterator[str]:
+    """Yield the stick zone of a cycle with mean values, or why no closed form gives the stick zone."""
+    steady = forms.shaken_down
+    if steady is None:
+        yield (
+            "no closed form gives the stick zone: it needs a cylinder on a body of its own material, P kept, force and"
+            " bulk stress in proportion, and no slip zone that shrinks on the way"
+        )
+        return
+    middle = forms.case.surface[0].center[0] + steady.stick_center
+    yield (
+        "force and bulk stress are not in proportion, so no closed form gives the first stick zones; once the last two"
+        f" stages repeat: half-width c = {steady.stick_half_width:.6g} mm, middle at x = {middle:.6g} mm (Hills-Nowell"
+        " with half their difference)"
+    )
 
 
 def cost_lines(setup: ProblemSetup) -> Iterator[str]:

@@ -184,6 +184,28 @@ class LineClosedForms(ClosedForms):
             return None
         return shear
 
+    @cached_property
+    def shaken_down(self) -> LineUnderBulk | None:
+        """Force and bulk stress by half of what the last two stages change, once they repeat; None if it is not known.
+
+        The shear traction that stays behind takes up their mean values.
+        """
+        bulk, contact = self.model.bulk, self.contacts[-1]
+        if bulk is None or len(self.loads) < 2 or not isinstance(contact, HertzLine) or self.model.coupled:
+            return None
+        ends = self.loads[-2:]
+        P, Qx, Qy = (np.array([load.get(name, np.nan) for load in ends]) for name in ("P", "Qx", "Qy"))
+        mismatch = [bulk.mismatch(load)[0] for load in ends]
+        force, limit = 0.5 * float(Qx[1] - Qx[0]), self.model.friction * contact.load
+        if not (np.ptp(P) <= SAME * contact.load and np.abs(Qy).max() <= SAME * limit and SAME * limit < abs(force)):
+            return None
+        if np.abs(Qx).max() >= limit:
+            return None
+        compliance = self.model.compliances.A
+        per_path = 1.0, 0.5 * float(mismatch[1] - mismatch[0]) / force
+        found = _under_bulk(contact, self.model.friction, compliance, per_path, force)
+        return found if not found.reverses and found.is_reached_in_proportion else None
+
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages."""
         if self.model.terms.normal_tangential_coupling:

@@ -91,6 +91,16 @@ def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid
     return LineGrid.of_length(points[0], length, case.grid.center[0], log_length)
 
 
+def _require_deep(case: Case, size: Size) -> None:
+    """Raise CaseError if the reference depth of a line contact is less than the grid's length."""
+    depth = case.reference_depth
+    if depth is not None and depth < size[0]:
+        message = (
+            f"{depth:g} mm is less than the grid's length; {size[0]:g} mm or more is needed, since delta_z is about"
+        )
+        raise case.source.problem(f"{message} points far below", ("reference_depth",))
+
+
 def set_up(case: Case) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
@@ -103,6 +113,7 @@ def set_up(case: Case) -> ProblemSetup:
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = closed_forms_of(case, model, load_path.imposed)
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
+    _require_deep(case, size)
     heights = cache(partial(_read_heights, case, model, load_path, size))
     points = case.grid.points or points_needed(closed_forms, load_path, size, heights)
     grid = _grid(model, points, size, case)

@@ -7,5 +7,5 @@
 
 from __future__ import annotations
 
-TEMPLATES = ("hertz", "mode1", "mode2", "mode3", "gross-slip", "rough")
+TEMPLATES = ("hertz", "mode1", "mode2", "mode3", "gross-slip", "rough", "line")
 """Their names, as the command line has them."""

@@ -68,7 +68,6 @@ MISTAKES = [
     ("Qx: 18 N/mm", "bulk_1: {xy: 1, xx: 1}", "load_path.1.bulk_1.xy: a line contact is the same all along y"),
     ("Qx: 18 N/mm", "bulk_2: {}", "load_path.1.bulk_2: the bulk stress has no value; at least one of xx, yy, xy is"),
     ("{P: 100 N/mm}", "{delta_z: 1 um}", "load_path.0: delta_z has an unknown constant in a line contact; give refer"),
-    ("friction:", "reference_depth: 0.1 mm\nfriction:", "reference_depth: 0.1 mm is less than the grid's length; 0.28"),
     ("plane: strain", "plane: stress", "plane: 'stress' is not allowed"),
     ("plane: strain\n", "", "load_path.0.P: '100 N/mm' is a force per length; a force such as '400 N' is needed"),
     ("points: 64", "points: 8", "grid.points: 8 are too few for error bars; 16 or more per side are needed"),

@@ -40,6 +40,57 @@ def test_validate_prints_units_and_closed_forms(tmp_path: Path) -> None:
         assert line in done.stdout
 
 
+def test_validate_prints_the_stick_zone_after_shakedown_or_why_there_is_none(tmp_path: Path) -> None:
+    mean = LINE + "  - {bulk_2: {xx: 20 MPa}}\n  - {Qx: -18 N/mm, bulk_2: {xx: 162 MPa}}\n"
+    done = invoke("validate", write_case(tmp_path, mean))
+    assert "once the last two stages repeat: half-width c = 0.0680778 mm, middle at x = -0.0107" in done.stdout
+    done = invoke("validate", write_case(tmp_path, LINE + "  - {bulk_2: {xx: 20 MPa}}\n"))
+    assert "no closed form gives the stick zone: it needs a cylinder on a body of its own material" in done.stdout
+
+
+def test_validate_prints_the_stick_zone_of_a_sphere_under_bulk_stress_or_why_there_is_none() -> None:
+    case = Path(__file__).parents[3] / "cases" / "sphere_bulk.yaml"
+    done = invoke("validate", case)
+    assert "smallest stick radius c = 0.221858 mm, its middle at x = 0.0602212 mm, at the end of stage 2" in done.stdout
+    for change, why in (
+        ("stage.2.bulk_2.yy=0 MPa", "force and bulk stress are not in proportion"),
+        ("stage.3.Qx=0 N", "force and bulk stress are not in proportion"),
+        ("stage.3.P=300 N", "P changes under shear"),
+        ("bodies.1.poisson_ratio=0.2", "it needs a sphere on a body of its own material"),
+        ("load_path=[{P: 400 N}, {Qx: 24 N, bulk_2: {xx: 100 MPa}}]", "it needs a mismatch along y of -0.09677 times"),
+    ):
+        done = invoke("validate", case, "--set", change, "--set", "expect=[]")
+        assert f"no closed form gives the stick zone under this bulk stress: {why}" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("expect=[{quantity: stick_center_y, value: 0 mm, abs: 1 um}]", "stick_center_y is always NaN"),
+        ("expect=[{quantity: delta_z, value: 1 um, rel: 1 %}]", "delta_z is NaN in a line contact without"),
+        ("expect=[{quantity: work_total, value: 1e-3 mJ, rel: 1 %}]", "'1e-3 mJ' is an energy; an energy per length"),
+        ("reference_depth=0.1 mm", "0.1 mm is less than the grid's length; 0.28 mm or more is needed"),
+        ("stage.2.bulk_2.xx=3 N", "'3 N' is a force; a stress such as '70 MPa' is needed"),
+    ],
+)
+def test_mistakes(tmp_path: Path, change: str, told: str) -> None:
+    assert told in refused(2, "validate", write_case(tmp_path, LINE), "--set", change)
+
+
+def test_a_depth_within_an_automatic_grid_is_refused_too(tmp_path: Path) -> None:
+    automatic = LINE.replace(", size: 0.28 mm", "")
+    assert "is less than the grid's length" in refused(
+        2, "validate", write_case(tmp_path, automatic), "--set", "reference_depth=0.1 mm"
+    )
+
+
+def test_loads_per_length_need_plane_strain(tmp_path: Path) -> None:
+    told = invoke("validate", write_case(tmp_path, LINE.replace("plane: strain\n", "")))
+    needed = "'100 N/mm' is a force per length; a force such as '400 N' is needed (per length with plane: strain"
+    assert told.exit_code == 2 and needed in told.stderr
+    assert "or its angle from x (none with plane: strain)" in told.stderr
+
+
 def test_validate_prints_the_rounded_punch(tmp_path: Path) -> None:
     surface = "surface={punch: {half_width: 0.5 mm, edge_radius: 100 mm}}"
     words = ["--set", surface, "--set", "grid={points: 64}", "--set", "stage.1.P=200 N/mm", "--set", "stage.2.Qx=36"]
