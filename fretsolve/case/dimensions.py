@@ -55,6 +55,11 @@ DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA
 """Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""
 
 
+def counted(number: int, noun: str) -> str:
+    """Write a number of things, such as ``1 increment`` or ``2 increments``."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def percent(share: float, digits: int = 2) -> str:
     """Write a share in per cent, such as ``2.5 %``."""
     return f"{100.0 * share:.{digits}g} %"

@@ -10,14 +10,17 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from fretsolve.case.models import Case
-from fretsolve.case.problems import CaseErrors, nearest, translated
+from fretsolve.case.problems import CaseErrors, nearest_key, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, parse, read_text
-from fretsolve.case.unrolled_path import stage_key
+from fretsolve.case.unrolled_path import stage_key, stage_keys
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 
 File = TypeVar("File", bound=BaseModel)
+
+EVERY_STAGE = "load_path.*."
+"""Beginning of a key that stands for that of every stage, those of cycles included."""
 
 RENAMED: dict[KeyPath, str] = {("solver", "error_estimate"): "error_bars"}
 """Keys of earlier versions, which are still read, and their present names."""
@@ -43,31 +46,38 @@ class CaseText:
             what = "the file is empty" if self.data is None else "the file does not hold a mapping"
             raise self.source.problem(f"{what}; one with the keys {', '.join(needed)} is needed")
 
-    def overridden(self, overrides: Sequence[str]) -> CaseText:
-        """Return the text with `overrides` (see `load_case`) if it holds a mapping; their faults join its problems."""
+    def overridden(self, overrides: Sequence[str], given: str = "--set") -> CaseText:
+        """Return the text with `overrides` (see `load_case`) if it holds a mapping; their faults join its problems.
+
+        given: by what, for messages.
+        """
         if not isinstance(self.data, dict):
             return self
         # One constant of a file of a material may be overridden, too.
         problems, source, data = list(self.problems), self.source, self._with_material()
         for override in overrides:
             try:
-                data, source = _overridden(data, source, override)
+                data, source = _overridden(data, source, override, given)
             except CaseError as problem:
                 problems += problem.problems if isinstance(problem, CaseErrors) else [problem]
         # Of two overrides of one key the last one holds, unless different names hide that they mean the same.
         names: dict[KeyPath, str] = {}
         for one in source.overrides[len(self.source.overrides) :]:
-            if names.setdefault(one.key, one.name) != one.name:
+            first = names.get(one.key, one.name)
+            if first.startswith(EVERY_STAGE):  # which a stage of its own may follow
+                first = one.name
+            names[one.key] = first
+            if first != one.name:
                 message = f"{names[one.key]} and {one.name} are two names of one key; keep one of the two"
                 problems.append(CaseError(message, (), one.origin))
         return CaseText(data, source, tuple(problems))
 
-    def case(self, overrides: Sequence[str] = ()) -> Case:
-        """Return the case with `overrides` (see `load_case`). Raises `CaseError`."""
+    def case(self, overrides: Sequence[str] = (), given: str = "--set") -> Case:
+        """Return the case with `overrides` (see `load_case`; given: by what, for messages). Raises `CaseError`."""
         self.require_mapping([key for key, field in Case.model_fields.items() if field.is_required() or key == "grid"])
         if isinstance(self.data, dict) and {"case", "axes"} <= self.data.keys():
             raise self.source.problem("this is a sweep file; `fretsolve sweep run` takes it")
-        text = self.overridden(overrides)
+        text = self.overridden(overrides, given)
         case = validated(case_model(text.data), text._with_material(), text.source, text.problems)
         case._source = text.source
         return case
@@ -117,11 +127,12 @@ def read_case(path: str | Path) -> CaseText:
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """Read and validate a case file.
 
-    overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation.
+    overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation;
+    ``load_path.*.increments`` is that of every stage.
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file cannot be read.
     """
-    return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides)
+    return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides, "override")
 
 
 def case_model(data: Any) -> type[Case]:
@@ -131,6 +142,15 @@ def case_model(data: Any) -> type[Case]:
     from fretsolve.case.line_case import LineCase  # other cases need not build its validators
 
     return LineCase
+
+
+def _present_keys(key: KeyPath, data: dict[str, Any]) -> Sequence[KeyPath]:
+    """Return the keys that an override means: one, or with ``load_path.*`` one for each stage. Raises `LookupError`."""
+    if key[:2] != ("load_path", "*"):
+        return [_present_key(key, data)]
+    if len(key) < 3 or "*" in key[2:]:
+        raise LookupError("* stands for every stage, as in load_path.*.increments=20, and for nothing else")
+    return [(*stage, *key[2:]) for stage in stage_keys(data.get("load_path"))]
 
 
 def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
@@ -150,9 +170,9 @@ def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
     return (key[0], RENAMED[key[:2]], *key[2:]) if key[:2] in RENAMED else key
 
 
-def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSource]:
+def _overridden(data: Any, source: CaseSource, text: str, given: str) -> tuple[Any, CaseSource]:
     """Return data and source with one override. Raises `CaseError`, which names the override."""
-    origin = Override((), text).origin
+    origin = Override((), text, given).origin
     _, equals, value_text = text.partition("=")
     parts = Override((), text).name.split(".")
     if not equals or not all(parts):
@@ -162,18 +182,20 @@ def _overridden(data: Any, source: CaseSource, text: str) -> tuple[Any, CaseSour
         parsed = parse(value_text)
         if parsed.value is None and not parsed.flaws:
             raise CaseError("no value is given; KEY=VALUE is needed, such as grid.points=64")
-        key = _present_key(key, data)
+        keys = _present_keys(key, data)
     except (CaseError, LookupError) as error:
         raise CaseError(str(error.args[0]), key, origin) from None
-    source = replace(source, overrides=(*source.overrides, Override(key, text)))
-    if parsed.flaws:
-        raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
-    try:
-        return replaced(data, key, parsed.value), source
-    except LookupError as error:
-        known = (*Case.model_fields, "stage")
-        unknown = f"unknown key {shown(key[0])}; {nearest(str(key[0]), known)}"
-        raise source.problem(str(error.args[0]) if key[0] in known else unknown, key) from None
+    for key in keys:
+        source = replace(source, overrides=(*source.overrides, Override(key, text, given)))
+        if parsed.flaws:
+            raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
+        try:
+            data = replaced(data, key, parsed.value)
+        except LookupError as error:
+            known = (*Case.model_fields, "stage")
+            unknown = f"unknown key {shown(key[0])}; {nearest_key(str(key[0]), known, model_schema(Case))}"
+            raise source.problem(str(error.args[0]) if key[0] in known else unknown, key) from None
+    return data, source
 
 
 def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:

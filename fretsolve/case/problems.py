@@ -35,6 +35,17 @@ def nearest(name: str, allowed: Collection[str]) -> str:
     return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
 
 
+def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any]) -> str:
+    """Return a hint for an unknown key of the outermost mapping of `schema`, also where it stands further inside."""
+    if _meant(name, allowed) is None:
+        for part, node in schema.get("properties", {}).items():
+            references = [one.get("$ref", "") for one in (node, *node.get("anyOf", ()))]
+            inside = [schema["$defs"][one.rpartition("/")[2]] for one in references if one]
+            if any(name in one.get("properties", {}) for one in inside):
+                return f"did you mean {part}.{name}?"
+    return nearest(name, allowed)
+
+
 def _meant(name: str, allowed: Iterable[str]) -> str | None:
     by_lower = {candidate.lower(): candidate for candidate in allowed}
     return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
@@ -98,7 +109,8 @@ class _Reader:
             name, allowed = str(key[-1]), self.keys(key[:-1])
             if name in allowed:  # of another alternative, as P beside cycle
                 return f"key {shown(name)} cannot stand beside the other keys here; remove it"
-            return f"unknown key {shown(name)}; {nearest(name, allowed)}"
+            hint = nearest(name, allowed) if key[:-1] else nearest_key(name, allowed, self._schema)
+            return f"unknown key {shown(name)}; {hint}"
         if kind == "literal_error":
             # pydantic's 'a', 'b' or 'c', or 1 or 2
             allowed = re.findall("'([^']*)'", limits["expected"]) or re.split(", | or ", limits["expected"])

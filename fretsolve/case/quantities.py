@@ -118,7 +118,8 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
     except pint.UndefinedUnitError as error:
         names = error.unit_names
         unknown = names if isinstance(names, str) else ", ".join(names)
-        raise QuantityError(f"has the unknown unit {unknown!r}; {dimension.wanted} is needed") from None
+        meant = _meant(unit, dimension)
+        raise QuantityError(f"has the unknown unit {unknown!r}{meant}; {dimension.wanted} is needed") from None
     try:
         return float(one.to(dimension.unit or "dimensionless").magnitude)
     except pint.DimensionalityError:
@@ -129,6 +130,14 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
         per_length = " (per length with plane: strain, which makes a line contact)" if found is LINE_FORCE else ""
         hint = per_length if dimension in (FORCE, MOMENT) else ""
         raise QuantityError(f"is {kind}; {dimension.wanted} is needed{hint}") from None
+
+
+def _meant(unit: str, dimension: Dimension) -> str:
+    """Return a question about a usual unit of the dimension that differs in capitals or a sign; empty without one."""
+    usual = [dimension.unit, *(one for one, of in COMMON_FACTORS if of == dimension)]
+    plain = {one.replace("*", "").lower(): one for one in reversed(usual)}
+    found = plain.get(unit.replace("*", "").lower())
+    return f" (did you mean {found}?)" if found else ""
 
 
 def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,10 +58,11 @@ class Place:
 
 @dataclass(frozen=True)
 class Override:
-    """A value given by ``--set KEY=VALUE`` in place of the file's."""
+    """A value given by ``--set KEY=VALUE`` in place of the file's. given: by what, for messages."""
 
     key: KeyPath
     text: str
+    given: str = "--set"
 
     @property
     def name(self) -> str:
@@ -69,8 +71,8 @@ class Override:
 
     @property
     def origin(self) -> str:
-        """The override as it stands on the command line, on one line."""
-        return f"--set {self.text if self.text.isprintable() else repr(self.text)}"
+        """The override as it was given, on one line."""
+        return f"{self.given} {self.text if self.text.isprintable() else repr(self.text)}"
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def read_text(path: Path) -> str:
             os.set_blocking(file.fileno(), True)
             content = file.read(_LARGEST_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from None
+        raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}{_meant(path)}", path) from None
     if len(content) > _LARGEST_FILE:
         raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
     try:
@@ -146,6 +148,15 @@ def read_text(path: Path) -> str:
         line = content.count(b"\n", 0, error.start) + 1
         message = f"byte 0x{content[error.start]:02x} is not UTF-8 text; a YAML text file in UTF-8 is needed"
         raise CaseError(message, (), path, line) from None
+
+
+def _meant(path: Path) -> str:
+    """Return a question for a file that does not exist, if one with the ending of a case does."""
+    for ending in (".yaml", ".yml"):
+        with suppress(OSError, ValueError):
+            if not path.exists() and (near := path.with_name(path.name + ending)).is_file():
+                return f"; did you mean {near}?"
+    return ""
 
 
 def parse(text: str) -> Parsed:
@@ -197,6 +208,8 @@ def _syntax_error(error: yaml.MarkedYAMLError) -> CaseError:
         message += f", {error.context}" + (f" begun on line {begun}" if begun != line else "")
     if "tab character" in problem:
         message += "; indent with spaces"
+    if "mapping values are not allowed" in problem:
+        message += "; several keys on one line stand in braces, as in {Qx: 45 N, increments: 5}"
     if "cannot start any token" in problem:
         message += "; indent with spaces, not tabs, and quote text that begins with @, ` or %"
     return CaseError(" ".join(message.split()), line=line)

@@ -156,7 +156,10 @@ def repeatable_option(flag: str, name: str, metavar: str, help_text: str, **more
 
 
 overrides_option = repeatable_option(
-    "--set", "overrides", "KEY=VALUE", "Replace a value of the case, such as grid.points=64 or stage.2.increments=20."
+    "--set",
+    "overrides",
+    "KEY=VALUE",
+    "Replace a value of the case, such as grid.points=64, stage.2.increments=20 or 'load_path.*.increments=20'.",
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors and warnings.")
 

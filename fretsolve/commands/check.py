@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from fretsolve.case.loading import load_case
+from fretsolve.case.loading import read_case
 from fretsolve.case.models import Expectation
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
@@ -112,7 +112,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     summaries: list[Summary] = []
     failure = None
     try:
-        case = load_case(path, overrides)
+        case = read_case(path).case(overrides)
         if not case.expect:
             raise case.source.problem(
                 "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve import __version__
+from fretsolve.case.dimensions import counted
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
 from fretsolve.errors import printable
 from fretsolve.kernels import compile_seconds
@@ -99,7 +100,7 @@ class TextMessages(QuietMessages):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
         most = "at most " if any(stage.cycle and stage.cycle.until for stage in setup.load_path.stages) else ""
-        print(f"{most}{self.increments} increment{'s' if self.increments > 1 else ''}{done}", flush=True)
+        print(f"{most}{counted(self.increments, 'increment')}{done}", flush=True)
         super().start(writer)
         if self.verbose:
             for line in stage_lines(setup):
@@ -140,10 +141,10 @@ class TextMessages(QuietMessages):
         key_value_line(**values)
 
     def already_complete(self, increments: int) -> None:
-        print(f"{self.out}: already complete, {increments} increments")
+        print(f"{self.out}: already complete, {counted(increments, 'increment')}")
 
     def stopped(self, increments: int) -> None:
-        done = f"stopped with {increments} of {self.increments} increments saved"
+        done = f"stopped with {increments} of {counted(self.increments, 'increment')} saved"
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
@@ -154,7 +155,7 @@ class TextMessages(QuietMessages):
         super()._report(result, reached)
         if compiling := compile_seconds():
             print(f"compiling the kernels took {compiling:.3g} s more; they are kept for later runs")
-        print(f"{result.status}: {self.out}, {result.increments} increments", flush=True)
+        print(f"{result.status}: {self.out}, {counted(result.increments, 'increment')}", flush=True)
 
 
 class JsonMessages(QuietMessages):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fretsolve.case.loading import load_case
+from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
-from fretsolve.errors import NoSolutionError
+from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.kernels import load
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
@@ -42,12 +43,14 @@ def run_case(
 
     out: None for the case's name with .h5. At most one of the last three is true.
     """
-    loaded = load_case(case, overrides)
+    loaded = read_case(case).case(overrides)
     out = out or case.with_suffix(".h5")
     require_other(out, case, "the case itself")
     for height_map in height_maps(loaded):
         require_other(out, height_map, "a height map of the case")
     require_ending(out, "a result", *RESULT_ENDINGS)
+    if not out.parent.is_dir():
+        raise FileError(f"there is no folder {out.parent}; mkdir -p {shlex.quote(str(out.parent))} makes it", out)
     setup = set_up(loaded)
     require_memory(setup)
     if height_maps(loaded):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from fretsolve.case.loading import load_case
+from fretsolve.case.loading import read_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
 from fretsolve.errors import CaseError, FileError
@@ -29,7 +29,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     code = 0
     for path in cases:
         try:
-            setup = set_up(load_case(path, overrides))
+            setup = set_up(read_case(path).case(overrides))
             if setup.case.output.fatigue is not None:
                 from fretsolve.fatigue.of_case import require_fatigue
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from fretsolve.case.dimensions import counted
 from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
 from fretsolve.result import Result
@@ -54,7 +55,7 @@ def print_report(
 def _summary(result: Result) -> list[str]:
     """Return lines on what the result is: title, status, case."""
     title = result.effective_case.get("title") or result.path.name
-    status = f"{result.status}, {result.increments} increments"
+    status = f"{result.status}, {counted(result.increments, 'increment')}"
     if "failure" in result.attributes:
         status += f": {result.attributes['failure']}"
     grid = f"grid {len(result.x)} x {len(result.y)} cells{_grid_size(result)}"

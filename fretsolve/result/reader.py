@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
+from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.checks import changed_content, content_of, require, require_known
 from fretsolve.result.header import CHECKSUM, LARGEST_HEADER, RunHeader, present_case, require_header_texts, unsealed
@@ -190,7 +191,7 @@ class Result(AbstractContextManager["Result"]):
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Result {self.path} {self.status}, {self.increments} increments>"
+        return f"<Result {self.path} {self.status}, {counted(self.increments, 'increment')}>"
 
     def _piece(self, step: int) -> Piece:
         path = next((part.path for part in self._parts if part.first <= step <= part.last), None)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -77,7 +78,7 @@ class Verdict:
         left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
-        advised = f"; --set {self.advice} may do" if self.advice else ""
+        advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
 
 

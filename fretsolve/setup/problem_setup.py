@@ -9,7 +9,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from fretsolve.case.models import Case
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, FileError, dotted
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
@@ -56,6 +56,18 @@ class ProblemSetup:
             return separation(self.case.surface, self.grid.x, self.grid.y)
         except CaseError as error:
             raise self.case.source.problem(error.message, error.key) from None
+        except FileError as error:
+            raise _of_the_case(error, self.case) from None
+
+
+def _of_the_case(error: FileError, case: Case) -> FileError:
+    """Return the error of a height map that cannot be read with its place in the case file."""
+    maps = [place for place, one in enumerate(case.surface) if one.kind == "heights" and one.file == error.file]
+    if not maps:
+        return error
+    problem = case.source.problem(f"{error.file}: {error.message}", ("surface", maps[0], "heights", "file"))
+    place = f"{problem.file}:{problem.line}" if problem.line is not None else str(problem.file)
+    return FileError(f"{dotted(problem.key)}: {problem.message}", place)
 
 
 def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
@@ -65,6 +77,8 @@ def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> 
         return HeightMaps.of(case.surface, case.grid.center, size, load_path.imposed, modulus)
     except CaseError as error:
         raise case.source.problem(error.message, error.key) from None
+    except FileError as error:
+        raise _of_the_case(error, case) from None
 
 
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
@@ -107,6 +121,13 @@ def set_up(case: Case) -> ProblemSetup:
     Raises CaseError or FileError where a surface cannot be read, no size holds the contact, or influence coefficients
     leave the range of single precision.
     """
+    try:
+        return _set_up(case)
+    except FileError as error:
+        raise _of_the_case(error, case) from None
+
+
+def _set_up(case: Case) -> ProblemSetup:
     asked, case = case, settled(case)
     friction = _friction_law(case) if case.friction_varies else None
     model = derive_model(case, None if friction is None else friction.largest)

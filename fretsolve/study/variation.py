@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from fretsolve.case.loading import EVERY_STAGE
 from fretsolve.errors import CaseError
-from fretsolve.sweep.points import EVERY_STAGE, Point, Value, problem_of
+from fretsolve.sweep.points import Point, Value, problem_of
 
 
 def changes_the_problem(key: str) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fretsolve.case.loading import CaseText
+from fretsolve.case.loading import EVERY_STAGE, CaseText
 from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import Override
 from fretsolve.case.surface_specs import HeightsSurface
@@ -20,7 +20,7 @@ from fretsolve.setup.cost_estimate import Estimate, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.sweep.manifest import ManifestRow
-from fretsolve.sweep.points import EVERY_STAGE, Point, Value, all_of, overrides_of
+from fretsolve.sweep.points import Point, Value, all_of, overrides_of
 
 FILES_BESIDE = ("stress", "fatigue")
 """What a case may ask for beside its result, the file of which is called NAME.stress.h5 or NAME.fatigue.h5."""

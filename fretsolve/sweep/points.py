@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fretsolve.case.loading import EVERY_STAGE
 from fretsolve.case.problems import CaseErrors
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
@@ -29,9 +30,6 @@ from fretsolve.sweep.spec import (
 )
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import require_regular
-
-EVERY_STAGE = "load_path.*."
-"""Beginning of a key that stands for that of every stage, those of cycles included."""
 
 LARGEST_CSV = 2**28
 """Bytes of a file of points."""

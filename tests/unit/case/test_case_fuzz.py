@@ -45,7 +45,7 @@ def loads_or_is_refused(path: Path, content: bytes, overrides: list[str] | None 
         lines = str(error).splitlines()
         problems = getattr(error, "problems", (error,))
         assert len(lines) == len(problems)
-        assert all(line.startswith((f"{path}:", "--set ")) for line in lines)
+        assert all(line.startswith((f"{path}:", "override ")) for line in lines)
         assert all(len(line) < 700 for line in lines)
 
 

@@ -64,14 +64,14 @@ def test_last_override_wins(path: Path) -> None:
 def test_two_names_of_one_key_are_refused(path: Path, overrides: list[str], names: str) -> None:
     with pytest.raises(CaseError) as caught:
         load_case(path, overrides)
-    assert str(caught.value) == f"--set {overrides[1]}: {names} are two names of one key; keep one of the two"
+    assert str(caught.value) == f"override {overrides[1]}: {names} are two names of one key; keep one of the two"
 
 
 def test_a_surface_alone_is_the_first_one(path: Path) -> None:
     assert load_case(path, ["surface.0.sphere.radius=3"]).surface == (SphereSurface(radius=3),)
     with pytest.raises(CaseError) as caught:
         load_case(path, ["surface.0.sphere.radius=0"])
-    message = "--set surface.0.sphere.radius=0: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed"
+    message = "override surface.0.sphere.radius=0: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed"
     assert str(caught.value) == message
     with pytest.raises(CaseError, match="this is not a list with an entry 1; give the whole list, as in "):
         load_case(path, ["surface.1.sphere.radius=3"])
@@ -110,7 +110,7 @@ def test_the_rest_of_the_file_stays(path: Path) -> None:
     ],
 )
 def test_mistake_names_the_override(path: Path, override: str, message: str) -> None:
-    assert str(case_error(path, [override])) == f"--set {override}: {message}"
+    assert str(case_error(path, [override])) == f"override {override}: {message}"
 
 
 @pytest.mark.parametrize(
@@ -122,14 +122,14 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
     ],
 )
 def test_mistake_around_an_override_names_both(path: Path, override: str, message: str) -> None:
-    assert str(case_error(path, [override])) == f"{path}:{message} (with --set {override})"
+    assert str(case_error(path, [override])) == f"{path}:{message} (with override {override})"
 
 
 def test_problems_of_file_and_overrides_are_reported_together(path: Path) -> None:
     path.write_text(CASE.replace("radius: 1", "radius: 0"))
     assert str(case_error(path, ["friction=-1", "grid.points"])).split("\n") == [
-        "--set grid.points: KEY=VALUE is needed, such as grid.points=64",
-        "--set friction=-1: friction: -1 is out of range; a number >= 0 is needed",
+        "override grid.points: KEY=VALUE is needed, such as grid.points=64",
+        "override friction=-1: friction: -1 is out of range; a number >= 0 is needed",
         f"{path}:2: surface.sphere.radius: 0 is out of range; a length != 0 mm is needed",
     ]
 
@@ -171,7 +171,7 @@ def test_stages_are_counted_as_in_results(path: Path, stage: int, key: tuple[str
 
 @pytest.mark.parametrize("number", ["0", "3", "-1", "last"])
 def test_a_stage_that_is_not_there(path: Path, number: str) -> None:
-    with pytest.raises(CaseError, match=r"^--set stage.*: the load path has no stage .*; its stages are 1 to 2$"):
+    with pytest.raises(CaseError, match=r"^override stage.*: the load path has no stage .*; its stages are 1 to 2$"):
         load_case(path, [f"stage.{number}.increments=7"])
 
 

@@ -64,7 +64,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
         ("1 deg", NUMBER, "'1 deg' is an angle; a number such as '0.1' is needed"),
         ("5 N/mm", FORCE, "'5 N/mm' is a force per length; a force such as '400 N' is needed"),
         ("5 N/m^3", FORCE, "'5 N/m^3' is a quantity in N/m^3; a force such as '400 N' is needed"),
-        ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm'; a moment such as '5 N*mm' is needed"),
+        ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm' (did you mean N*m?); a moment such as '5 N*mm' is needed"),
         ("20 degC", ANGLE, "'20 degC' has the unknown unit 'degC'; an angle such as '0.1 deg' is needed"),
         ("5 furlong", LENGTH, "'5 furlong' has the unknown unit 'furlong'; a length such as '10 mm' is needed"),
         ("mm", LENGTH, "'mm' has no number; a length such as '10 mm' is needed"),

@@ -40,7 +40,7 @@ def test_advice_is_on_what_the_bar_comes_from() -> None:
     bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
     points = verdict({"accuracy": 0.01}, bars, (30, 60))
     assert points.advice == "grid.points=[60,120]"  # 2.5^(1/1.4) times as many, in multiples of 6
-    assert str(points).endswith("; --set grid.points=[60,120] may do")
+    assert str(points).endswith("; --set 'grid.points=[60,120]' may do")
     corrected = {f"delta_x_corrected{end}": bars[f"delta_x{end}"] for end in ("", "_error")}
     corrected["delta_x_corrected"] = bars["delta_x"] + 0.04
     increments = verdict({"accuracy": 0.01}, bars | corrected, (30, 60))
