@@ -16,7 +16,7 @@ from fretsolve.model.edges import rounding
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
-from fretsolve.setup.cost_estimate import disk_problem, memory_problem
+from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
@@ -29,6 +29,9 @@ about the same at this slope of a cone, and at this approach of a punch over its
 
 STEEPEST_MAP = 1.0
 """Root mean square slope of a height map above which something is wrong, rather than rough."""
+
+LARGE_RESULT = 4e9
+"""Bytes of a result that are most likely not wanted."""
 
 HOLD_TO = "half-spaces and linear elasticity hold to about"
 
@@ -50,8 +53,24 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
         _about_line,
     )
     texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
-    errors = concave_sphere(setup.case), memory_problem(setup), disk_problem(setup, out) if out is not None else None
+    disk = disk_problem(setup, out) if out is not None else None
+    errors = concave_sphere(setup.case), memory_problem(setup), disk
+    texts += _about_size(setup) if disk is None else ()
     return list(dict.fromkeys([*texts, *(f"{dotted(error.key)}: {error.message}" for error in errors if error)]))
+
+
+def _about_size(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a result that is very large because it keeps the fields of many increments."""
+    size, increments = estimate(setup).file, setup.load_path.increments
+    if size < LARGE_RESULT:
+        return
+    every = setup.case.output.every * math.ceil(size / (0.1 * LARGE_RESULT))
+    cycles = any(stage.cycle is not None and stage.cycle.until is None for stage in setup.load_path.stages)
+    yield (
+        f"output.every: the result takes about {rounded_bytes(size)}, since it keeps fields of {increments} increments;"
+        f" output: {{every: {every}}} keeps fewer, output: {{fields: []}} none, and the history has all of them"
+        f"{'; until: periodic ends a cycle that changes no more' if cycles else ''}"
+    )
 
 
 def _about_shapes(setup: ProblemSetup) -> Iterator[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from command_line import invoke
 from small_cases import CASE, UNLIKE, write_case
+from solving import build
 
 from fretsolve import load_case
 from fretsolve.setup.problem_setup import set_up
@@ -110,3 +111,14 @@ def test_validate_prints_the_closed_forms(tmp_path: Path) -> None:
     assert "gross slip under Q begins at a displacement of 0.00110094 mm (Cattaneo-Mindlin)" in output
     assert "smallest stick radius c = 0.238989 mm, 42.3 cells across, at the end of stage 2 (Cattaneo" in output
     assert "Dundurs' constant 0\n" in output
+
+
+def test_very_large_results_are_told_before_the_run() -> None:
+    """10 000 cycles keep the fields of 200 000 increments, of which a few are enough."""
+    path = [{"P": 400.0}, {"cycle": {"amplitude": {"Qx": 20.0}, "times": 10_000}}]
+    (text,) = [text for text in case_warnings(set_up(build(grid={"points": 64}, load_path=path))) if "takes" in text]
+    assert "since it keeps fields of 200011 increments; output: {every: " in text
+    assert text.endswith("until: periodic ends a cycle that changes no more")
+    every = int(text.partition("{every: ")[2].partition("}")[0])
+    smaller = build(grid={"points": 64}, load_path=path, output={"every": every})
+    assert not [text for text in case_warnings(set_up(smaller)) if "takes" in text]
