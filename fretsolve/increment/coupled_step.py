@@ -1,4 +1,5 @@
-"""One increment solved by the coupled Newton method, where staggered iterations do not converge."""
+"""One increment solved as a whole: directly where few cells are in contact, and by the coupled Newton method where
+staggered iterations do not converge."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, Wor
 from fretsolve.model.load_path import Increment
 from fretsolve.result.state import nothing
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
+from fretsolve.solvers.direct import DirectSolution, DirectSolver
 from fretsolve.system.arrays import FloatArray
 
 
@@ -75,4 +77,34 @@ def solve_coupled(
     work.rigid[:3], work.rigid[3:] = end.rigid[:3], start.rigid[3:] + end.rigid[3:]
     work.staggered_iterations += 1
     work.coupled_step = True
+    return True
+
+
+def solve_directly(
+    solver: DirectSolver,
+    problem: CoupledProblem,
+    start: InitialState,
+    work: WorkingState,
+    target: float,
+    *,
+    presses: bool,
+    slides: bool,
+) -> bool:
+    """Solve to the tolerance `target` and return True, or leave `work` and return False.
+
+    presses, slides: which of pressure and shear there is to solve for.
+    """
+    rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
+    estimate = DirectSolution(work.pressure, work.shear, rigid)
+    slipping = False if work.slipping is None else work.slipping
+    found = solver.solve(problem, estimate, target, slipping, presses=presses, slides=slides)
+    work.iterations_normal += solver.pressings
+    work.iterations_tangential += solver.slidings
+    if found is None:
+        return False
+    work.pressure[:], work.rigid[:3] = found.pressure, found.rigid[:3]
+    if slides:
+        work.shear[:], work.rigid[3:] = found.shear, start.rigid[3:] + found.rigid[3:]
+    work.staggered_iterations += 1
+    work.slip_is_known = False
     return True

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
@@ -19,12 +20,17 @@ from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
+from fretsolve.solvers.direct import DirectSolver
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
 
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-2, 60
 """Tolerance of a coarse problem, which differs from the fine one by about as much, and limit of its CG iterations."""
+
+MOST_DIRECT_CELLS, MOST_DIRECT_POINTS = 120, 2500
+"""Cells in contact, and on the grid, up to which increments are solved directly. Their time is that of calls up to some
+100 cells, and grows with the third power beyond."""
 
 NEAR_THE_LIMIT = 0.2
 """A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""
@@ -58,6 +64,13 @@ class GridLevel:
 
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
+
+    @cached_property
+    def direct(self) -> DirectSolver | None:
+        """Solver of increments with few cells in contact, at most MOST_DIRECT_CELLS; None on a large grid, in single
+        precision, in line contact and for orthotropic friction, whose operators are others."""
+        small = self.grid.nx * self.grid.ny <= MOST_DIRECT_POINTS and self.operator.dtype is np.float64
+        return DirectSolver(self.operator, self.grid) if small and type(self.operator) is ElasticOperator else None
 
     def release(self) -> None:
         """Free the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""

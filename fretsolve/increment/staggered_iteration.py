@@ -11,8 +11,8 @@ from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
-from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
-from fretsolve.increment.grid_hierarchy import GridLevel
+from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
+from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_control import LoadControl
@@ -72,7 +72,7 @@ class StaggeredIteration:
             most = self.max_iterations
             return problem is not None and solve_coupled(self.level, problem, start, work, target, most)
 
-        if work.coupled_step and solved_together():
+        if self._solved_directly(increment, start, work, target) or (work.coupled_step and solved_together()):
             return
         # ST1: the surfaces deformed by the shear of the start
         self._begin(work, target)
@@ -130,6 +130,18 @@ class StaggeredIteration:
                 return
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
+
+    def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
+        """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
+        few = 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS and self.level.direct is not None
+        if not few or work.staggered_iterations or self._is_far(increment.tangential):
+            return False
+        arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
+        problem = coupled_problem(*arguments, self.level.operator.dtype)
+        presses = self._coupled or start.normal != increment.normal
+        slides = self._must_solve_shear(increment, start, work)
+        assert self.level.direct is not None
+        return solve_directly(self.level.direct, problem, start, work, target, presses=presses, slides=slides)
 
     def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""

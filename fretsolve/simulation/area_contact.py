@@ -15,6 +15,11 @@ from fretsolve.simulation.zone_edges import ZoneEdge, contact_edge, stick_edge
 from fretsolve.simulation.zone_extents import Extent, zone_extent
 from fretsolve.system.arrays import FloatArray, Vector
 
+UNMEASURED = {
+    f"{zone}_{name}": math.nan for zone in ("contact", "stick") for name in ("area", "radius", *Extent._fields)
+}
+"""The sizes of zones that are not measured."""
+
 
 class _Outline(NamedTuple):
     """The edge of a contact with the fields that it follows from, the area inside (mm^2) and its extent."""

@@ -19,7 +19,7 @@ from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.simulation import run
+from fretsolve.simulation.simulation import states_of
 from fretsolve.system.arrays import DoubleArray
 
 LOOSER, LOOSEST = 30.0, 1e-4
@@ -51,15 +51,23 @@ class PathPoint(NamedTuple):
 class CoarseRun:
     """The run of a coarser problem, solved only as far as its values are asked for.
 
+    every: after how many increments of each stage radii are asked for; after each without it.
     failure: why it stopped, if it did; applications, seconds: of the elastic operator on the coarse grid so far.
     """
 
-    def __init__(self, setup: ProblemSetup, threads: int):
+    def __init__(self, setup: ProblemSetup, threads: int, every: tuple[int, ...] | None = None):
         self.setup = setup
+        self._every = dict(zip((stage.number for stage in setup.load_path.stages), every or (), strict=bool(every)))
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = run(setup, threads=threads)
+        self._states = states_of(setup, threads=threads, measured=self._is_asked_for)
         self._values: list[DoubleArray] = []
+
+    def _is_asked_for(self, step: int) -> bool:
+        """Return whether the radii after `step` are asked for."""
+        path = self.setup.load_path
+        stage = next(place for place, last in enumerate(path.last_steps) if step <= last)
+        return (path.last_steps[stage] - step) % self._every.get(path.stages[stage].number, 1) == 0
 
     def values(self, step: int) -> DoubleArray:
         """Return the values after the increment `step`; zeros before the first one, NaN after a failure."""
@@ -98,16 +106,21 @@ class CoarseRuns:
 
     def __init__(self, setup: ProblemSetup, threads: int):
         counts = fewer = setup.load_path.counts
-        other = None
-        if setup.load_path.path_dependent or setup.model.terms.in_plane_coupling:
-            slips = slipping_stages(setup)
+        other, slips = None, slipping_stages(setup)
+        self._slips = {stage.number: slips_in for stage, slips_in in zip(setup.load_path.stages, slips, strict=True)}
+        if any(slips) and (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
             fewer = halved(counts, slips)
-            enough = min(compress(counts, slips), default=1) >= FEWEST_HALVED
+            enough = min(compress(counts, slips)) >= FEWEST_HALVED
             other = twice(counts) if setup.load_path.path_dependent or fewer == counts or not enough else fewer
+            # until something slips, one increment leads to the same state as many
+            other = tuple(count if slips_in else 1 for count, slips_in in zip(other, slips, strict=True))
         self._left_out = set[int]()
         self.third = CoarseRun(coarser(setup, 3, counts, self._left_out), threads)
         self.half = CoarseRun(coarser(setup, 2, fewer, self._left_out), threads)
-        self.other_increments = CoarseRun(coarser(setup, 3, other, self._left_out), threads) if other else None
+        self.other_increments = None
+        if other is not None:
+            apart = tuple(max(count // asked, 1) for count, asked in zip(other, counts, strict=True))
+            self.other_increments = CoarseRun(coarser(setup, 3, other, self._left_out), threads, apart)
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
 
@@ -155,9 +168,9 @@ class CoarseRuns:
     def _change(self, point: PathPoint) -> DoubleArray:
         other = self.other_increments
         assert other is not None  # only runs that need it ask for it
-        ratio = self.third.setup.load_path.counts[point.stage] / other.setup.load_path.counts[point.stage]
-        if ratio == 1.0:  # nothing slips yet
+        if not self._slips[other.setup.load_path.stages[point.stage].number]:
             return np.zeros(len(ESTIMATED))
+        ratio = self.third.setup.load_path.counts[point.stage] / other.setup.load_path.counts[point.stage]
         change: DoubleArray = (other.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
         return change
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.area_contact import AreaContact
+from fretsolve.simulation.area_contact import UNMEASURED, AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
 from fretsolve.system.arrays import FloatArray, Vector
 
@@ -34,8 +34,8 @@ LEAST_TOLERANCE = 1e-8
 """Tolerance from which the rounding of `Change` does no harm."""
 
 LEAST_CELLS = 96 * 96
-"""Cells from which an increment is so estimated. It takes mode I.3 on 128 x 128 cells to 0.8 of the time. Up to 64 x 64
-a saved run takes as long either way, since the estimate's part is saved, too."""
+"""Cells from which an increment of a run that may be saved is so estimated. It takes mode I.3 on 128 x 128 cells to 0.8
+of the time. Up to 64 x 64 a saved run takes as long either way, since the estimate's part is saved, too."""
 
 if TYPE_CHECKING:
     from fretsolve.simulation.line_contact import LineContact
@@ -56,7 +56,20 @@ def run(
         raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
     if (start.summary.step + 1 if start is not None else 0) != len(history):
         raise ValueError("start must be the state after the last increment of history, or both be left out")
-    setup = case if isinstance(case, ProblemSetup) else set_up(case)
+    yield from states_of(case if isinstance(case, ProblemSetup) else set_up(case), start, history, threads)
+
+
+def states_of(
+    setup: ProblemSetup,
+    start: State | None = None,
+    history: Sequence[Summary] = (),
+    threads: int = 1,
+    measured: Callable[[int], bool] | None = None,
+) -> Iterator[State]:
+    """Yield the states of a problem as `run` does.
+
+    measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
+    """
     load_wisdom()
     limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
     separation, precision = setup.separation(), _precision(setup)
@@ -99,8 +112,8 @@ def run(
             save_wisdom()
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
-        sizes = contact.sizes(solved)
-        change = _change(begin, solved) if _has_trend(setup, path, step + 1) else None
+        sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
+        change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
         fields, displacement, work = _fields(solved, fields, setup)
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
@@ -110,11 +123,14 @@ def run(
         yield State(summary, fields, displacement, change=change)
 
 
-def _has_trend(setup: ProblemSetup, path: LoadPath, step: int) -> bool:
-    """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding."""
+def _has_trend(setup: ProblemSetup, path: LoadPath, step: int, *, saved: bool) -> bool:
+    """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding.
+
+    saved: whether the states may be saved, which takes longer with the change of an increment.
+    """
     model, solver, growth = setup.model, setup.case.solver, path.growth(step)
     usual = model.has_shear and model.bulk is None and not model.line and model.orthotropy is None
-    usual = usual and math.prod(setup.grid.shape) >= LEAST_CELLS
+    usual = usual and (not saved or math.prod(setup.grid.shape) >= LEAST_CELLS)
     accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
     return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
 

@@ -16,6 +16,9 @@ from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 
+FEW_PAIRS = 50_000
+"""Pairs of cells whose distances are compared one by one."""
+
 
 def limit_to_contact(
     slip: FloatArray, before: Fields, solution: Solution, evidence: Evidence, grid: Grid, contact_modulus: float
@@ -54,9 +57,12 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
     places, edge = np.argwhere(parted), np.argwhere(contact[1:-1, 1:-1] & ~surrounded)
     if not len(places) or not len(edge):
         return parted & slipping
-    from scipy.spatial import cKDTree  # takes as long to import as a small increment to solve
+    if len(places) * len(edge) <= FEW_PAIRS:
+        nearest = np.argmin(np.square(places[:, None] - edge).sum(axis=2), axis=1)
+    else:
+        from scipy.spatial import cKDTree  # takes longer to import than a small case to solve
 
-    _, nearest = cKDTree(edge).query(places)
+        _, nearest = cKDTree(edge).query(places)
     slipped = np.zeros_like(parted)
     slipped[tuple(places.T)] = zone[tuple(edge[nearest].T)] == Zone.SLIP
     return slipped
