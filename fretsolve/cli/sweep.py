@@ -149,8 +149,9 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
 def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], out: Path | None, **look: Any) -> int:
     """Draw the sweep in DIR as far as it is.
 
-    KIND is quantity (the default): a quantity over one or two keys; or running-condition: where there is partial slip
-    and gross slip, over two keys. It needs matplotlib: pip install '.[plot]' in a clone of fretsolve.
+    KIND is quantity (the default): a quantity over one or two keys; or running-condition: where there is stick, partial
+    slip, mixed and gross slip, over two keys, with contours of the energy ratio of cycles. It needs matplotlib: pip
+    install '.[plot]' in a clone of fretsolve.
     """
     from fretsolve.commands.sweep import plot_sweep
 

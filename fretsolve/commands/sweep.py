@@ -194,7 +194,8 @@ def plot_sweep(
     for text in as_quantities:
         if text.partition("@")[0] not in NAMES:
             raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
-    table = collect(manifest, (*manifest.quantities, name, *as_quantities))
+    wanted = dict.fromkeys((*manifest.quantities, name, *as_quantities, *(["energy_ratio"] if of_condition else [])))
+    table = collect(manifest, tuple(wanted))
     chosen = over or manifest.keys[: 2 if of_condition else 1]
     if len(chosen) not in ((2,) if of_condition else (1, 2)):
         count = "two columns" if of_condition else "one or two columns"

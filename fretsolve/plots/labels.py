@@ -55,6 +55,7 @@ _SHORT_NAMES = {
     "stick_radius": "stick radius",
     "work_total": "dissipated energy",
     "friction": "coefficient of friction",
+    "dissipated_energy": "energy dissipated in a cycle",
 }
 """Names that fit on an axis, of columns whose meaning is told at length."""
 

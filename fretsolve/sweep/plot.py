@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, one_line
 from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, physical_name, readable, symbol
+from fretsolve.result.cycles import CYCLE_NAMES
 from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
@@ -22,10 +25,14 @@ from fretsolve.system.arrays import DoubleArray, IndexArray
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.5"},
     "partial slip": {"marker": "o", "color": "#3b528b"},
+    "mixed": {"marker": "D", "color": "#7b9f35"},
     "gross slip": {"marker": "s", "color": "#d95f02"},
     "no solution": {"marker": "x", "color": "black"},
 }
 """Marker and colour of each running condition, in the order in which they follow each other under growing shear."""
+
+AMPLITUDES = {"delta": "displacement amplitude", "phi": "rotation amplitude", "": "load amplitude"}
+"""Amplitudes of a cycle in words, by the beginning of the component's name."""
 
 SLIP_CONDITIONS = tuple(CONDITIONS)[:-1]
 """Those with a region of their own in the map."""
@@ -40,7 +47,7 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
     unit = readable(y.units, y.values)
     groups = _groups(table, over)
-    with _panel(ax, table, x, f"{_in_words(quantity)} ({unit.text})") as (sheet, axes):
+    with _panel(ax, table, x, _labelled(_in_words(quantity), unit.text)) as (sheet, axes):
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
             order = rows[np.argsort(x.values[rows], kind="stable")]
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
@@ -48,6 +55,8 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
         if 1 < len(groups) <= MOST_NAMED:
             sheet.legend(axes.get_legend_handles_labels()[0], 2)
+        elif len(groups) > MOST_NAMED:
+            _add_scale(sheet, axes, table, x)
     return sheet.figure
 
 
@@ -65,23 +74,21 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
         raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
     unit = readable(z.units, z.values)
     with _panel(ax, table, x, y) as (sheet, axes):
-        columns, rows = np.unique(x.values), np.unique(y.values)
-        if len(columns) * len(rows) == len(z.values) and min(len(columns), len(rows)) > 1:
-            values = np.full((len(rows), len(columns)), np.nan)
-            values[np.searchsorted(rows, y.values), np.searchsorted(columns, x.values)] = unit.factor * z.values
-            colors: Any = axes.pcolormesh(columns, rows, values, shading="nearest", cmap=line_colors())
+        grid = _on_grid(x, y, unit.factor * z.values)
+        if grid is not None:
+            colors: Any = axes.pcolormesh(*grid, shading="nearest", cmap=line_colors())
         else:
             colored = unit.factor * z.values[known]
             colors = axes.scatter(x.values[known], y.values[known], c=colored, cmap=line_colors(), s=30.0)
         axes.plot(x.values[~known], y.values[~known], linestyle="", marker="x", color="black")
-        sheet.colorbar(axes, colors, f"{_in_words(quantity)} ({unit.text})")
+        sheet.colorbar(axes, colors, _labelled(_in_words(quantity), unit.text))
     return sheet.figure
 
 
 def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) -> Figure:
-    """Draw partial slip and gross slip over two columns, usually the displacement or shear and the normal load.
+    """Draw stick, partial slip, mixed and gross slip over two columns, usually displacement amplitude and normal force.
 
-    Raises PictureError.
+    Where the table has the energy ratios of cycles, their contours are drawn. Raises PictureError.
     """
     x, y = _numbers(table, over[0]), _numbers(table, over[1])
     cases = zip(table.outcomes, table.states, strict=True)
@@ -95,27 +102,47 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
             here = found == name
             if here.any():
                 handles += axes.plot(
-                    x.values[here], y.values[here], linestyle="", markersize=5.0, clip_on=False, label=name, **look
+                    x.values[here], y.values[here], linestyle="", markersize=3.5, clip_on=False, label=name, **look
                 )
+        handles += _draw_energy_ratios(axes, x, y, table)
         sheet.legend(handles, len(handles))
     return sheet.figure
 
 
 def _draw_regions(axes: Axes, x: Column, y: Column, found: NDArray[np.str_]) -> None:
     """Colour the regions of the running conditions, with borders half-way between points, if these fill a grid."""
-    columns, rows = np.unique(x.values), np.unique(y.values)
-    if len(columns) * len(rows) != len(found) or min(len(columns), len(rows)) < 2:
+    there = [name for name in SLIP_CONDITIONS if name in found]  # neighbours have one border between them
+    numbers = {name: float(number) for number, name in enumerate(there)}
+    grid = _on_grid(x, y, np.array([numbers.get(name, np.nan) for name in found]))
+    if grid is None:
         return
-    numbers = {name: float(number) for number, name in enumerate(SLIP_CONDITIONS)}
-    values = np.full((len(rows), len(columns)), np.nan)
-    values[np.searchsorted(rows, y.values), np.searchsorted(columns, x.values)] = [
-        numbers.get(name, np.nan) for name in found
-    ]
-    known = np.ma.masked_invalid(values)
+    columns, rows, known = grid
     levels = np.arange(len(numbers) + 1) - 0.5
     axes.contourf(columns, rows, known, levels, colors=[CONDITIONS[name]["color"] for name in numbers], alpha=0.2)
     if np.ptp(known) > 0.0:
         axes.contour(columns, rows, known, levels[1:-1], colors="black", linewidths=1.0)
+
+
+def _draw_energy_ratios(axes: Axes, x: Column, y: Column, table: Table) -> list[Line2D]:
+    """Draw contours of the energy ratio of the last cycle, and return their key; nothing without cycles."""
+    ratios = next((column.values for column in table.found if column.name.partition("@")[0] == "energy_ratio"), None)
+    grid = None if ratios is None else _on_grid(x, y, ratios)
+    if grid is None or not np.ptp(grid[2]) > 0.0:
+        return []
+    look: dict[str, Any] = {"colors": "0.25", "linewidths": 0.8, "linestyles": "dashed"}
+    lines = axes.contour(*grid, np.arange(0.1, 0.95, 0.1), **look)
+    axes.clabel(lines, fmt="%.1f", fontsize=6.5)
+    return [Line2D([], [], color="0.25", linewidth=0.8, linestyle="--", label="energy ratio")]
+
+
+def _on_grid(x: Column, y: Column, values: DoubleArray) -> tuple[DoubleArray, DoubleArray, Any] | None:
+    """Return columns, rows and a masked array of values that fill a grid of two or more each way; else None."""
+    columns, rows = np.unique(x.values), np.unique(y.values)
+    if len(columns) * len(rows) != len(values) or min(len(columns), len(rows)) < 2:
+        return None
+    found = np.full((len(rows), len(columns)), np.nan)
+    found[np.searchsorted(rows, y.values), np.searchsorted(columns, x.values)] = values
+    return columns, rows, np.ma.masked_invalid(found)
 
 
 @contextmanager
@@ -137,6 +164,18 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
         sheet.heading(one_line(table.manifest.title))
 
 
+def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
+    """Add a colour bar for many lines, by the one other key that varies; with several of them there is none."""
+    others = [column for column in table.settings if column is not over and not _follows(column, over)]
+    if len(others) == 1 and others[0].values.dtype != object:
+        (other,) = others
+        bar = sheet.colorbar(axes, ScalarMappable(Normalize(0.0, 1.0), line_colors()), _axis_label(other))
+        # the lines have colours at equal distances, in the order of the table
+        values = list(dict.fromkeys(other.values.tolist()))
+        shown = np.linspace(0, len(values) - 1, min(len(values), 5)).round().astype(int)
+        bar.set_ticks(list(shown / (len(values) - 1)), labels=[f"{values[k]:.4g}" for k in shown])
+
+
 def _follows(column: Column, *others: Column) -> bool:
     """Return whether a column has one value wherever the others have theirs: it is tied to them, or constant."""
     places = list(zip(*(other.values.tolist() for other in others), strict=True))
@@ -147,7 +186,11 @@ def _in_words(name: str) -> str:
     """Return a key or a quantity, such as ``delta_x@3`` or ``load_path.0.P``, in words."""
     name, _, stage = name.partition("@")
     stage = "" if stage == str(LAST_STAGE) else stage
-    return physical_name(name.rpartition(".")[2]) + (f" at the end of stage {stage}" if stage else "")
+    path, _, last = name.rpartition(".")
+    if path.endswith("amplitude") and last.rpartition("_")[0] in AMPLITUDES:
+        return f"{AMPLITUDES[last.rpartition('_')[0]]} {symbol(last)}"
+    end = "" if not stage else f" of cycle {stage}" if last in CYCLE_NAMES else f" at the end of stage {stage}"
+    return physical_name(last) + end
 
 
 def _short_name(key: str) -> str:
@@ -158,8 +201,11 @@ def _short_name(key: str) -> str:
 
 def _axis_label(column: Column) -> str:
     """Return the meaning of a column and its unit."""
-    unit = column.units.replace("um", "µm")
-    return _in_words(column.name) + (f" ({unit})" if unit not in ("", "1") else "")
+    return _labelled(_in_words(column.name), column.units.replace("um", "µm"))
+
+
+def _labelled(words: str, unit: str) -> str:
+    return words if unit in ("", "1") else f"{words} ({unit})"
 
 
 def _column(table: Table, name: str) -> Column:

@@ -40,7 +40,7 @@ _ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
 
-RunningCondition = Literal["", "stick", "partial slip", "gross slip"]
+RunningCondition = Literal["", "stick", "partial slip", "mixed", "gross slip"]
 
 LAST_STAGE = 1_000_000_000
 """Stands for the last stage where the number of stages is not known."""
@@ -230,14 +230,27 @@ def read_outcome(
 def running_condition_of(result: Result) -> RunningCondition:
     """Return whether all of the contact slips at some time, a part of it does, or none; empty without shear.
 
+    A result with cycles is judged by its full cycles, and is mixed if all of the contact slips in some of them alone.
     A run that ended because a force exceeded what friction carries is one of gross slip.
     """
-    history = result.history
     if result.attributes.get("failure_kind") == SlidingError.kind:
         return "gross slip"
-    if not result.increments or not history["max_shear"].any():
+    cycles = result.cycles
+    if cycles is None or not len(cycles):
+        return _condition_in(result, slice(None))
+    ends = zip(cycles.columns["first_step"].tolist(), cycles.columns["last_step"].tolist(), strict=True)
+    found = {_condition_in(result, slice(first + 1, last + 1)) for first, last in ends}
+    if "gross slip" in found and len(found) > 1:
+        return "mixed"
+    return next((name for name in ("gross slip", "partial slip", "stick") if name in found), "")
+
+
+def _condition_in(result: Result, steps: slice) -> RunningCondition:
+    """Return the running condition in some increments."""
+    columns = ("contact_cells", "stick_cells", "max_shear")
+    touching, sticking, shear = (result.history[name][steps] for name in columns)
+    if not shear.any():
         return ""
-    touching, sticking = history["contact_cells"], history["stick_cells"]
-    if ((sticking == 0) & (touching > 0) & (history["max_shear"] > 0.0)).any():
+    if ((sticking == 0) & (touching > 0) & (shear > 0.0)).any():
         return "gross slip"
     return "partial slip" if (sticking < touching).any() else "stick"

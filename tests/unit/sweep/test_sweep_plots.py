@@ -118,3 +118,38 @@ def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
     (border,) = [path.vertices for path in borders if len(path.vertices)]
     np.testing.assert_allclose(border[:, 0], 1.5)  # half-way between 1 and 2 um, at all loads
     assert (border[:, 1].min(), border[:, 1].max()) == (100.0, 400.0)
+
+
+def test_energy_ratios_are_contours_and_neighbours_have_one_border() -> None:
+    table = table_of()
+    ratios = np.array([0.05 if one.running_condition == "partial slip" else 0.35 for one in table.outcomes])
+    table = replace(table, found=(*table.found, Column("energy_ratio", "1", ratios)))
+    figure = running_condition_map(table, ("load_path.1.delta_x", "load_path.0.P"))
+    assert figure_texts(figure) == ["partial slip", "gross slip", "energy ratio"]
+    axes = figure.axes[0]
+    assert [text.get_text() for text in axes.texts] == ["0.1", "0.2", "0.3"]
+    lines = [path.vertices for one in axes.collections if not one.get_fill() for path in one.get_paths()]
+    places = sorted({round(float(line[:, 0].mean()), 3) for line in lines if len(line)})
+    assert places == [1.167, 1.5, 1.833]  # 0.1, the border with 0.2 upon it, 0.3
+
+
+def test_many_lines_have_a_colour_bar() -> None:
+    rows = tuple(
+        ManifestRow(
+            index, f"{index:x}", {"load_path.0.P": f"{100 + index // 2} N", "friction": f"0.{1 + index % 2}"}, 1.0
+        )
+        for index in range(20)
+    )
+    table = replace(
+        table_of(),
+        manifest=replace(table_of().manifest, rows=rows),
+        states=tuple(CaseState(row, "complete") for row in rows),
+        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
+        found=(Column("work_total", "mJ", np.arange(20.0)),),
+        errors=(),
+    )
+    axes = curve(table, "work_total", "friction").axes[0]
+    assert axes.get_xlabel() == "coefficient of friction"
+    (bar,) = axes.child_axes
+    assert bar.get_ylabel() == "normal force $P$ (N)"
+    assert [text.get_text() for text in bar.get_yticklabels()] == ["100", "102", "104", "107", "109"]
