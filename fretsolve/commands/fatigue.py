@@ -22,7 +22,7 @@ from fretsolve.fatigue.of_result import Cycles, FatigueRequest, cycles_of, stres
 from fretsolve.fatigue.stress_cycle import StressCycle
 from fretsolve.result import open_result
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.names import opened_computed
+from fretsolve.stress.names import OUTERMOST, opened_computed
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
 from fretsolve.system.foreign_files import open_hdf5
@@ -81,8 +81,11 @@ def _write(cycles: Cycles, out: Path, target: Path, *, quiet: bool, exclusive: b
     """Write the parameters of cycles to `target`, and print the worst places; out: the file that warnings name."""
     with counting_bar("layers", cycles.layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
         worst, widest = cycles.write(target, show, exclusive=exclusive)
-    if (warning := not_closed(widest)) is not None:
-        print_warnings(out, warning)
+    average = cycles.request.average
+    gaps = (
+        [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
+    )
+    print_warnings(out, *dict.fromkeys(one for one in (not_closed(widest), *gaps) if one is not None))
     if not quiet:
         for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
@@ -108,7 +111,11 @@ def worst_lines(
             line += f", at x = {x:.4g}, y = {y:.4g}, depth {depth:.4g} mm"
             if found.normal is not None:
                 line += f", plane normal ({', '.join(f'{round(part, 3) + 0.0:.3f}' for part in found.normal)})"
+            if found.outermost:
+                line += " #"
             yield line
+        if any(found.outermost for found in worst[number].values()):
+            yield f"  # {OUTERMOST}"
 
 
 def _criteria(texts: Sequence[str]) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.names import INVARIANTS, stress_path
+from fretsolve.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.stress.peaks import Key, Peak
 from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_problem, stress_request, warnings_of
 from fretsolve.stress.stress_file import write_stress
@@ -101,15 +101,27 @@ def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> I
             found = peaks[body, name]
             index = max(range(len(found)), key=lambda one: found[one].value)
             peak = found[index]
-            mark = "*" if peak.at_edge else "+" if peak.deepest else ""
+            mark = _mark(peak)
             notes.add(mark)
             place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
-            error = f"{peak.error:.2g}" if peak.error < 100.0 else f"{peak.error:.0f}"
-            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g} ± {error} MPa at {place}"
+            error = f" ± {peak.error:.2g}" if peak.error < 100.0 else f" ± {peak.error:.0f}"
+            if peak.unbounded:
+                error = ""
+            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g}{error} MPa at {place}"
         if "*" in notes:
             yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"
         if "+" in notes:
             yield "  + at the largest depth: it may grow below"
+        if "#" in notes:
+            yield f"  # {OUTERMOST}"
+        if "!" in notes:
+            yield "  ! on these cells; at a sharp edge or tip stress grows without bound as cells get smaller"
+
+
+def _mark(peak: Peak) -> str:
+    """Return the mark of a note below the largest values, empty for none."""
+    marks = {"!": peak.unbounded, "*": peak.at_edge, "+": peak.deepest, "#": peak.outermost}
+    return next((mark for mark, holds in marks.items() if holds), "")
 
 
 def _count(values: Sequence[object], noun: str) -> str:

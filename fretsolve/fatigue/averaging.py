@@ -17,6 +17,9 @@ from fretsolve.case.fatigue_spec import AverageKind
 from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
 
+GAP = 0.3
+"""Largest distance of stored depths over the averaging length; depths from a result are closer."""
+
 
 @dataclass(frozen=True)
 class Average:
@@ -50,6 +53,21 @@ class Average:
                 f"the average needs depths from {first:g} to {last:g} mm, the stresses reach from {depths[0]:g} to"
                 f" {depths[-1]:g} mm; `fretsolve stress --depth` computes others"
             )
+
+    def gap_problem(self, depths: DoubleArray, cell: tuple[float, float]) -> str | None:
+        """Return a warning if stored depths are far apart where stress is averaged, None if they are not."""
+        first, last = self.depth_range
+        inside = depths[(depths >= first - 1e-9 * last) & (depths <= last * (1.0 + 1e-9))]
+        if first == last:
+            gap = 0.0 if len(inside) else float(np.diff(depths[np.searchsorted(depths, first) - 1 :][:2])[0])
+        else:
+            gap = float(np.diff(np.unique(np.concatenate([[first], inside, [last]]))).max())
+        if gap <= max(GAP * self.length, *cell):
+            return None
+        return (
+            f"stresses are stored at depths {gap:.3g} mm apart and taken as linear between, which is far against the"
+            f" averaging length {self.length:g} mm; more --depth in `fretsolve stress`, or the result itself, is better"
+        )
 
     def of(self, stress: DoubleArray, weights: DoubleArray, cell: tuple[float, float]) -> DoubleArray:
         """Return the averages (..., nx, ny) of stresses (..., depths, nx, ny); weights: `depth_weights` of its range.

@@ -40,7 +40,10 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class Worst:
-    """The largest value of a criterion: where it is (mm), its plane, and what follows from it."""
+    """The largest value of a criterion: where it is (mm), its plane, and what follows from it.
+
+    outermost: it is in the last cells along x or y, so that it may be larger beyond.
+    """
 
     criterion: str
     units: str
@@ -49,6 +52,7 @@ class Worst:
     limit: float | None = None
     normal: tuple[float, float, float] | None = None
     life: float | None = None
+    outermost: bool = False
 
 
 def write_fatigue(
@@ -143,6 +147,7 @@ def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
         if field.normal is not None
         else None,
         float(field.life[point]) if field.life is not None else None,
+        any(size > 1 and number in (0, size - 1) for number, size in zip((i, j), cycle.shape, strict=True)),
     )
 
 

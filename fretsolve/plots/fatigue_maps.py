@@ -90,7 +90,8 @@ def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
 def _shown(body: BodyFatigue, name: str) -> tuple[DoubleArray, bool, str]:
     """Return the utilisation of a criterion, or the parameter if it has no limit; which of them; and their label."""
     limited = f"{name}_utilisation" in body.group
-    label = "utilisation" if limited else f"{body.attribute(name, 'units')}".replace("1", "parameter")
+    units = str(body.attribute(name, "units"))
+    label = "utilisation" if limited else f"parameter ({units})" if units != "1" else "parameter"
     return body.field(f"{name}_utilisation" if limited else name), limited, label
 
 
@@ -114,7 +115,7 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
     normal = body.field(f"{name}_normal")[place] if f"{name}_normal" in body.group else None
     if kind == "section":
         shown, across = values[:, :, j], body.depths
-        axes.pcolormesh(body.x, across, shown, shading="nearest", rasterized=True, norm=_norm(values), cmap="cividis")
+        axes.pcolormesh(body.x, across, shown, shading="gouraud", rasterized=True, norm=_norm(values), cmap="cividis")
         axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(across[-1], 0.0))
         axes.set_title(f"{title} at y = {body.y[j]:.3g} mm")
         worst = body.x[i], body.depths[depth]
@@ -132,9 +133,11 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
         axes.contour(body.x, across, shown, levels=[1.0], colors="white", linewidths=1.2).set_path_effects(_OUTLINE)
     bar = matplotlib.cm.ScalarMappable(_norm(values), matplotlib.colormaps["cividis"])
     drawn.colorbar(axes, bar, label)
-    axes.plot(*worst, "k+", markersize=8.0, path_effects=[withStroke(linewidth=2.0, foreground="white")])
     if along is not None and np.hypot(*along) > 0.05:
         _draw_trace(axes, worst, along)
+    limits = axes.get_xlim(), axes.get_ylim()
+    axes.plot(*worst, "k+", markersize=9.0, clip_on=False, path_effects=[withStroke(linewidth=3.0, foreground="white")])
+    axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def _norm(values: DoubleArray) -> Normalize:

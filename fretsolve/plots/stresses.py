@@ -126,7 +126,7 @@ def _draw_section(
 ) -> None:
     image = axes.pcolormesh(x, depths, values.T, shading="nearest", rasterized=True, **_colors(values, name))
     axes.grid(False)
-    axes.set(xlabel="x (mm)", ylabel="depth (mm)", ylim=(depths[-1], 0.0))
+    axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(depths[-1], 0.0))
     drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
 
 

@@ -8,6 +8,7 @@ tension of a sliding contact is largest, converges with the square root of the s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -42,7 +43,8 @@ class Peak:
 
     value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
     largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
-    deepest: it is at the largest depth of several, so that it may grow below.
+    deepest: it is at the largest depth of several, so that it may grow below; outermost: it is in the last cells of the
+    window, so that it may grow beyond; unbounded: it is at a sharp edge or tip, and no value is the largest.
     """
 
     value: float
@@ -53,6 +55,8 @@ class Peak:
     depth: float
     at_edge: bool = False
     deepest: bool = False
+    outermost: bool = False
+    unbounded: bool = False
 
 
 class PeakSearch:
@@ -104,6 +108,8 @@ class PeakSearch:
 
     def _doubted(self, peak: Peak, doubts: Doubts) -> Peak:
         """Return a peak with the error that the doubts about the surface leave it."""
+        if self._tractions.has_sharp_edges and peak.depth == 0.0:
+            return replace(peak, value=peak.on_cells, error=math.inf, unbounded=True)
         grid = self._tractions.grid
         place = np.array([(peak.x - grid.x[0]) / grid.dx, (peak.y - grid.y[0]) / grid.dy]) + 0.5
         if peak.at_edge:
@@ -130,7 +136,12 @@ class PeakSearch:
             *self._place(self._cells[key][index, depth]),
             depths[depth],
             deepest=depth > 0 and depth == len(depths) - 1,
+            outermost=self._is_outermost(self._cells[key][index, depth]),
         )
+
+    def _is_outermost(self, cell: Sequence[int]) -> bool:
+        """Return whether a cell of the target is one of its last along a direction with several."""
+        return any(size > 1 and number in (0, size - 1) for number, size in zip(cell, self._request.shape, strict=True))
 
     def _extrapolated(self) -> dict[tuple[Body, Invariant, int], Peak]:
         """Return the largest values at the edge of contact."""

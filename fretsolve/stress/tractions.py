@@ -59,6 +59,13 @@ class TractionHistory:
         return bool(self.result.effective_case.get("plane") == "strain")
 
     @cached_property
+    def has_sharp_edges(self) -> bool:
+        """True if a surface is a punch without edge radius or a cone, at whose edge or tip stress has no bound."""
+        surfaces = self.result.effective_case.get("surface", ())
+        found = [(kind, keys) for one in surfaces for kind, keys in one.items()]
+        return any(kind == "cone" or (kind == "punch" and not keys.get("edge_radius")) for kind, keys in found)
+
+    @cached_property
     def has_shear(self) -> bool:
         """True if any increment has shear."""
         return bool(np.any(self.result.history["max_shear"]))

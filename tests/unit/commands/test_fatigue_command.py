@@ -99,6 +99,16 @@ def test_averages_lower_the_worst(stresses):
     assert worst[0] > max(worst[1:])
 
 
+def test_depths_far_apart_give_a_warning(stresses):
+    """The file has 0, 20 and 90 um; the result itself has what an average needs."""
+    words = ("--material", KEYS, "--criterion", "crossland", "--overwrite", "-q", "-o", stresses.with_name("gap.h5"))
+    done = invoke("fatigue", stresses, *words, "--average", "point:110um")
+    assert done.exit_code == 0
+    assert "stresses are stored at depths 0.07 mm apart and taken as linear between" in done.stderr
+    done = invoke("fatigue", stresses.with_name("loop.h5"), *words, "--average", "line:40um")
+    assert (done.exit_code, "taken as linear" in done.stderr) == (0, False)
+
+
 def test_average_of_a_result_has_the_depths_that_it_needs(solved):
     target = solved.with_name("point.h5")
     words = ("--material", KEYS, "--criterion", "crossland", "-o", target)
@@ -200,6 +210,20 @@ def test_an_average_of_a_line_contact_is_drawn_over_x(tmp_path):
     assert invoke("run", case, "-q", "--overwrite", "--set", "friction=0.5").exit_code == 0
     assert "line.fatigue.h5 is not of this result" in refused(2, "plot", case.with_suffix(".h5"), "fatigue-map")
     assert "a file of fatigue parameters, not the result" in refused(4, "plot", tmp_path / "line.fatigue.h5", "map")
+
+
+def test_a_worst_place_in_the_last_cells_is_marked(tmp_path):
+    """Away from a line contact on its own grid the bulk stress alone is worse than what is below the contact."""
+    case = tmp_path / "bulk.yaml"
+    text = CASE.replace("{sphere: {radius: 10 mm}}", "{cylinder: {radius: 10 mm}}").replace("400 N", "100 N/mm")
+    for sign in ("", "-"):
+        text = text.replace(f"Qx: {sign}100 N,", f"Qx: {sign}18 N/mm, bulk_2: {{xx: {sign}142 MPa}},")
+    case.write_text("plane: strain\n" + text)
+    assert invoke("run", case, "-q").exit_code == 0
+    words = ("fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "swt", "--average", "point:100um")
+    done = invoke(*words)
+    assert done.exit_code == 0, done.stderr
+    assert "# in the last cells that were looked at: it may be larger beyond" in done.stdout
 
 
 def test_fields_that_are_not_stored_where_loads_turn_are_named(tmp_path):

@@ -253,3 +253,17 @@ def test_a_study_compares_the_largest_stresses_of_cases_that_ask_for_them(tmp_pa
     case.write_text(text)
     message = refused(2, *words[:-1], tmp_path / "u", "--quantity", "max_tension")
     assert "output.stress is needed" in message
+
+
+def test_a_sharp_edge_has_no_largest_stress(tmp_path: Path) -> None:
+    """Neither a value that is extrapolated to cells of no size, nor an error bar."""
+    case = tmp_path / "punch.yaml"
+    text = CASE.replace("{sphere: {radius: 10 mm}}", "{punch: {radius: 0.3 mm}}").partition("  - cycle")[0]
+    case.write_text(text + "  - {Qx: 50 N, increments: 1}\n")
+    assert invoke("run", case, "-q").exit_code == 0
+    done = invoke("stress", case.with_suffix(".h5"), "--stage", 2)
+    assert done.exit_code == 0, done.stderr
+    assert "largest tension!" in done.stdout
+    assert "±" not in done.stdout.splitlines()[2]
+    assert "! on these cells; at a sharp edge or tip stress grows without bound" in done.stdout
+    assert read_peaks(tmp_path / "punch.stress.h5")["max_tension"][1][1] == np.inf
