@@ -121,6 +121,29 @@ def contact_map() -> Figure:
     return plots.contact_map(result, step=end_of_stage(result, 2))
 
 
+def stress_map() -> Figure:
+    """Draw the stresses of case I.2 at A."""
+    result = shipped(MODE_1["I.2"])
+    return plots.stress_map(result, step=end_of_stage(result, 2))
+
+
+def fatigue_map() -> Figure:
+    """Draw where cracks may begin in the loop of docs/howto/crack_initiation.md."""
+    titanium = "{young_modulus: 116 GPa, poisson_ratio: 0.34}"
+    forward, back = (f"{{Qx: {q} N/mm, bulk_2: {{xx: {5 * q} MPa}}, increments: 20}}" for q in (20, -20))
+    result = shipped(
+        "line_fatigue",
+        "title=Crack initiation",
+        f"bodies=[{titanium}, {titanium}]",
+        "grid={points: 256, size: 0.6 mm}",
+        "friction=0.4",
+        f"load_path=[{{P: 100 N/mm}}, {forward}, {{cycle: {{times: 2, stages: [{back}, {forward}]}}}}]",
+        "expect=[]",
+        "output.fatigue={material: materials/ti-6al-4v.yaml, criteria: [findley, swt]}",
+    )
+    return plots.fatigue_map(result)
+
+
 def stick_history() -> Figure:
     return plots.stick_history(shipped(MODE_1["I.1"]))
 
@@ -369,6 +392,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "tutorial_loop": tutorial,
     "contact_map": contact_map,
     "stick_history": stick_history,
+    "stress_map": stress_map,
+    "fatigue_map": fatigue_map,
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
     "bulk_stick_zone": bulk_stress.stick_zone,
