@@ -46,7 +46,7 @@ MODE_1 = {"I.1": "mode1_similar_uncoupled", "I.2": "mode1_similar", "I.3": "mode
 MODE_3 = {"III.1": "mode3_similar_uncoupled", "III.2": "mode3_similar", "III.3": "mode3_dissimilar"}
 MODE_2_FRICTION = (0.01, 0.05, 0.1, 0.15, 0.2, 0.25)
 
-DPI, COLORS, FEWEST_COLORS = 200, 128, 32
+DPI, COLORS, FEWEST_COLORS = 200, 256, 32
 MOST_BYTES = 250_000
 
 FloatArray = NDArray[np.float64]
@@ -424,7 +424,7 @@ def compact(figure: Figure) -> bytes:
     colors = COLORS
     while True:
         small = io.BytesIO()
-        image.quantize(colors, dither=Image.Dither.NONE).save(small, "png", optimize=True)
+        image.quantize(colors, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(small, "png", optimize=True)
         if small.tell() < MOST_BYTES or colors <= FEWEST_COLORS:
             return small.getvalue()
         colors //= 2

@@ -117,7 +117,7 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
         shown, across = values[:, :, j], body.depths
         axes.pcolormesh(body.x, across, shown, shading="gouraud", rasterized=True, norm=_norm(values), cmap="cividis")
         axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(across[-1], 0.0))
-        axes.set_title(f"{title} at y = {body.y[j]:.3g} mm")
+        axes.set_title(title if len(body.y) == 1 else f"{title} at y = {body.y[j]:.3g} mm")
         worst = body.x[i], body.depths[depth]
         along = None if normal is None else (-normal[2] * (-1.0 if upwards else 1.0), normal[0])
     else:
