@@ -36,7 +36,7 @@ KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 SHORTHANDS = ("SurfaceEntry", "CycleSpec", "LineSurfaceEntry", "LineCycleSpec", "LineExpectation")
 """Definitions that only wrap others, each under a key of its own."""
 
-FUNCTIONS = {"fretsolve": ("load_case", "run", "run_with_error_bars", "open_result")}
+FUNCTIONS = {"fretsolve": ("load_case", "case_from_dict", "run", "run_with_error_bars", "open_result")}
 RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(

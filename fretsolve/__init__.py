@@ -9,12 +9,13 @@ if TYPE_CHECKING:  # without an import: the command line handles Ctrl-C only onc
 __version__ = "0.1.0"
 
 _PUBLIC = {
+    "case_from_dict": "fretsolve.case.loading",
     "load_case": "fretsolve.case.loading",
     "run": "fretsolve.simulation.simulation",
     "run_with_error_bars": "fretsolve.simulation.error_bars",
     "open_result": "fretsolve.result",
 }
-__all__ = ["__version__", "load_case", "open_result", "run", "run_with_error_bars"]
+__all__ = ["__version__", "case_from_dict", "load_case", "open_result", "run", "run_with_error_bars"]
 
 
 def __getattr__(name: str) -> Any:
@@ -24,3 +25,8 @@ def __getattr__(name: str) -> Any:
 
         return getattr(importlib.import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module 'fretsolve' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """List the public functions, also before their first use."""
+    return sorted({*globals(), *_PUBLIC})

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import yaml
 from pydantic import BaseModel, ValidationError
 
 from fretsolve.case.models import Case
 from fretsolve.case.problems import CaseErrors, nearest_key, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
-from fretsolve.case.source import CaseSource, Override, parse, read_text
+from fretsolve.case.source import CaseSource, Override, Place, parse, read_text
 from fretsolve.case.unrolled_path import stage_key, stage_keys
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 
@@ -133,6 +135,34 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     line each), `FileError` if the file cannot be read.
     """
     return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides, "override")
+
+
+def case_from_dict(data: Mapping[str, Any], folder: str | Path = ".") -> Case:
+    """Validate a case that is given as a dict, with the keys and values of a case file.
+
+    Values are texts with units, numbers in mm, N, MPa, rad, lists and dicts; numbers of NumPy and paths count as such.
+    folder: where the files that the case names are. Raises `CaseError` (`CaseErrors` for several problems), which names
+    keys, TypeError for other types of values.
+    """
+    plain = json.loads(json.dumps(data, default=_plain))
+    text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
+    source = CaseSource(Path(folder) / "case.yaml", text, Place(1))
+    try:
+        case = CaseText(plain, source).case()
+    except CaseError as error:
+        problems = error.problems if isinstance(error, CaseErrors) else (error,)
+        found = [CaseError(one.message, one.key) for one in problems]
+        raise (found[0] if len(found) == 1 else CaseErrors(found)) from None
+    return case
+
+
+def _plain(value: Any) -> Any:
+    """Return a path as text, and a number or an array of NumPy as numbers."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value!r} cannot stand in a case; texts, numbers, lists and dicts can")
 
 
 def case_model(data: Any) -> type[Case]:

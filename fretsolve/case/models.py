@@ -75,6 +75,9 @@ class ElasticBody(CaseModel):
     poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] = Field(
         description="Poisson's ratio, such as 0.3", examples=[0.3]
     )
+    yield_stress: Annotated[float, InUnits(PRESSURE, above=0)] | None = Field(
+        default=None, description="yield stress, for a warning where the contact would yield", examples=["900 MPa"]
+    )
 
 
 def _require_body(value: object) -> object:

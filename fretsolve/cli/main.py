@@ -172,14 +172,21 @@ def study(**options: Any) -> int:
 @main.command()
 @_OUT
 @click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
-def show(out: Path, every_increment: bool) -> int:
-    """Print the result OUT as a table, even while it grows."""
-    from fretsolve.export.text_report import print_report
-    from fretsolve.result import open_result
+@click.option(
+    "--columns", metavar="NAME,...", help="Columns of the history; by default those that are not 0, for programs all."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON object, for programs: history, cycles and units.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print the history as CSV, for programs.")
+def show(**options: Any) -> int:
+    """Print the result OUT as a table, even while it grows.
 
-    with open_result(out) as result:
-        print_report(result, every_increment=every_increment)
-    return 0
+    Of very many stages the table has the first and the last ones.
+    """
+    if options["as_json"] and options["as_csv"]:
+        raise click.UsageError("--json and --csv exclude each other.")
+    from fretsolve.commands.show import show_result
+
+    return show_result(**options)
 
 
 def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:

@@ -24,6 +24,9 @@ from fretsolve.system.progress import unescaped_output
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
+MOST_STAGES, FIRST_STAGES = 60, 6
+"""Stages up to which a table has all, and how many of the first of more, before the last ones."""
+
 TextColumn = tuple[str, ...]
 """A column as printed, line by line: three lines of heading, of which the last is the unit, and the cells."""
 
@@ -38,13 +41,21 @@ def report_console(file: IO[str] | None = None) -> Console:
 
 
 def print_report(
-    result: Result, *, heading: bool = True, every_increment: bool = False, file: IO[str] | None = None
+    result: Result,
+    *,
+    heading: bool = True,
+    every_increment: bool = False,
+    columns: Sequence[str] | None = None,
+    file: IO[str] | None = None,
 ) -> None:
-    """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal."""
+    """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal.
+
+    columns: of the history, by default those above round-off.
+    """
     console = report_console(file)
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
-    tables = history_tables(result, every_increment=every_increment, width=console.width)
+    tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
     for table in (*tables, *_cycle_tables(result, console.width), *_error_table(result)):
         console.print()
         console.print(table)
@@ -75,22 +86,28 @@ def _grid_size(result: Result) -> str:
     return "" if any(map(math.isnan, sides)) else f" on {sides[0]:.4g} x {sides[1]:.4g} mm"
 
 
-def history_tables(result: Result, *, every_increment: bool = False, width: int = WIDTH) -> list[Table]:
+def history_tables(
+    result: Result, *, every_increment: bool = False, width: int = WIDTH, columns: Sequence[str] | None = None
+) -> list[Table]:
     """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
 
-    One row per end of a stage, or per increment. Columns of round-off are left out.
+    One row per end of a stage, of very many the first and the last ones, or per increment. columns: by default all but
+    those of round-off.
     """
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
         return []
+    if not every_increment and len(rows) > MOST_STAGES:
+        rows = np.concatenate([rows[:FIRST_STAGES], rows[FIRST_STAGES - MOST_STAGES :]])
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
-    columns: list[TextColumn] = []
-    for name in relevant_columns(result):
+    shown: list[TextColumn] = []
+    for name in relevant_columns(result) if columns is None else columns:
         least = round_off(result, name)
         cells = ("0" if abs(value) <= least else f"{value:.4g}" for value in result.history[name][rows])
-        columns.append((*_heading(name), result.units(name), *cells))
-    columns.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
-    return [_table([*fixed, *part]) for part in _split(columns, width - sum(map(_width, fixed)))]
+        shown.append((*_heading(name), result.units(name), *cells))
+    if columns is None:
+        shown.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
+    return [_table([*fixed, *part]) for part in _split(shown, width - sum(map(_width, fixed)))]
 
 
 def _cycle_tables(result: Result, width: int) -> list[Table]:
@@ -156,7 +173,10 @@ def _totals(result: Result) -> list[str]:
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
     lines += [] if result.cycles is None else [outcome for outcome, _ in result.cycles.outcomes]
+    many = len(stage_ends(history["stage"])) > MOST_STAGES
+    left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
     return [
+        *left_out,
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",
         f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",

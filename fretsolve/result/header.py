@@ -17,7 +17,10 @@ from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, has_bulk_stress, is_single, stored_fields
 from fretsolve.system.arrays import DoubleArray
 
-WITHOUT_EFFECT = (("title",), ("expect",), ("solver", "max_iterations"), ("output", "stress"))
+WITHOUT_EFFECT = (
+    *(("bodies", body, "yield_stress") for body in (0, 1)),
+    *(("title",), ("expect",), ("solver", "max_iterations"), ("output", "stress")),
+)
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
 
 CHECKSUM = "sha256"

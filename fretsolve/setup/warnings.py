@@ -30,6 +30,10 @@ about the same at this slope of a cone, and at this approach of a punch over its
 STEEPEST_MAP = 1.0
 """Root mean square slope of a height map above which something is wrong, rather than rough."""
 
+SPHERE_YIELD, LINE_YIELD = 1.6, 1.67
+"""Largest Hertz pressure over the yield stress at which a body of Poisson's ratio 0.3 begins to yield under a sphere
+and a cylinder; Johnson, Contact Mechanics (1985), section 6.1 (Tresca). An ellipse lies between both."""
+
 LARGE_RESULT = 4e9
 """Bytes of a result that are most likely not wanted."""
 
@@ -50,6 +54,7 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
         _about_heights,
         _about_solver,
         _about_hertz,
+        _about_yield,
         _about_line,
     )
     texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
@@ -225,6 +230,28 @@ def _about_hertz(setup: ProblemSetup) -> Iterator[str]:
     if (reach > 0.5 * np.array(grid.size) - 1.5 * np.array([grid.dx, grid.dy])).any():
         advised = ", ".join(f"{side:.3g} mm" for side in 2.0 * AREA_MARGIN * reach)
         yield f"grid.size: the contact comes near the grid's edge or reaches it; [{advised}] would leave room"
+
+
+def _about_yield(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a Hertz contact that would yield below the surface, where a body gives its yield stress."""
+    if not any(getattr(body, "yield_stress", None) for body in setup.case.bodies):
+        return
+    pressure, factor = 0.0, SPHERE_YIELD
+    if setup.closed_forms.largest is not None:
+        pressure = setup.closed_forms.largest.max_pressure
+    elif setup.model.line:
+        from fretsolve.setup.line_forms import LineClosedForms
+
+        forms = setup.closed_forms
+        if isinstance(forms, LineClosedForms) and forms.source == "Hertz" and forms.widest is not None:
+            pressure, factor = forms.widest.max_pressure, LINE_YIELD
+    for number, body in enumerate(setup.case.bodies):
+        limit = factor * (getattr(body, "yield_stress", None) or math.inf)
+        if pressure > limit:
+            yield (
+                f"bodies.{number}.yield_stress: p0 = {pressure:.4g} MPa is above {factor:g} times the yield stress,"
+                f" {limit:.4g} MPa, from where body {number + 1} yields below the surface: the solution is elastic"
+            )
 
 
 def _about_line(setup: ProblemSetup) -> Iterator[str]:

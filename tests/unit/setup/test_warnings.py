@@ -122,3 +122,14 @@ def test_very_large_results_are_told_before_the_run() -> None:
     every = int(text.partition("{every: ")[2].partition("}")[0])
     smaller = build(grid={"points": 64}, load_path=path, output={"every": every})
     assert not [text for text in case_warnings(set_up(smaller)) if "takes" in text]
+
+
+@pytest.mark.parametrize(("limit", "warned"), [(1300.0, True), (1330.0, False)])
+def test_yield_is_told_where_a_body_gives_its_yield_stress(limit: float, warned: bool) -> None:
+    """400 N on steel press with p0 = 2106 MPa, 1.6 times 1317 MPa."""
+    steel = {"young_modulus": 200e3, "poisson_ratio": 0.3}
+    case = build(bodies=[steel, steel | {"yield_stress": limit}], grid={"points": 64})
+    found = [text for text in case_warnings(set_up(case)) if "yield" in text]
+    assert len(found) == warned
+    if warned:
+        assert found[0].startswith("bodies.1.yield_stress: p0 = 2106 MPa is above 1.6 times the yield stress, 2080 MPa")

@@ -1,0 +1,84 @@
+"""Carry out ``fretsolve show``: print a result as tables, as CSV or as JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretsolve.case.problems import nearest
+from fretsolve.errors import CaseError
+from fretsolve.export.text_report import print_report
+from fretsolve.result import Result, open_result
+from fretsolve.result.state import stage_ends
+
+
+def show_result(out: Path, *, every_increment: bool, columns: str | None, as_json: bool, as_csv: bool) -> int:
+    """Print the result `out`. columns: names of columns of the history with commas between, None for all that tell.
+
+    as_json, as_csv: print for programs, all digits of all columns, unless some are named. Raises CaseError, FileError.
+    """
+    with open_result(out) as result:
+        names = _named(columns, result)
+        if as_json:
+            print(json.dumps(as_object(result, names, every_increment=every_increment), indent=1, allow_nan=False))
+        elif as_csv:
+            write_csv(result, names, every_increment=every_increment)
+        else:
+            print_report(result, every_increment=every_increment, columns=names or None)
+    return 0
+
+
+def _named(columns: str | None, result: Result) -> list[str]:
+    """Return the named columns, none if none is named. Raises CaseError."""
+    names = [name.strip() for name in columns.split(",")] if columns is not None else []
+    for name in names:
+        if name not in result.history:
+            message = f"{name!r} is not a column of the history; {nearest(name, list(result.history))}"
+            raise CaseError(message, (), f"--columns {columns}")
+    return names
+
+
+def _rows(result: Result, names: list[str], *, every_increment: bool) -> dict[str, list[Any]]:
+    """Return columns of the history at the ends of stages or in all increments; all columns if none is named."""
+    rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
+    chosen = list(dict.fromkeys(["step", "stage", *names])) if names else list(result.history)
+    return {name: result.history[name][rows].tolist() for name in chosen}
+
+
+def as_object(result: Result, names: list[str], *, every_increment: bool) -> dict[str, Any]:
+    """Return what JSON is printed of a result; what is not known is null."""
+    history = _rows(result, names, every_increment=every_increment)
+    found: dict[str, Any] = {
+        "result": str(result.path),
+        "title": result.effective_case.get("title"),
+        "status": result.status,
+        "increments": result.increments,
+        "units": {name: result.units(name) for name in history},
+        "history": {name: _finite(values) for name, values in history.items()},
+    }
+    if "failure" in result.attributes:
+        found["failure"] = str(result.attributes["failure"])
+    if (cycles := result.cycles) is not None:
+        found["cycle_units"] = dict(cycles.units)
+        found["cycles"] = {name: _finite(values.tolist()) for name, values in cycles.columns.items()}
+        found["periodic"] = [periodic for _, periodic in cycles.outcomes]
+    return found
+
+
+def _finite(values: list[Any]) -> list[Any]:
+    return [None if isinstance(value, float) and not math.isfinite(value) else value for value in values]
+
+
+def write_csv(result: Result, names: list[str], *, every_increment: bool) -> None:
+    """Print the history as CSV, units in the heading, as ``fretsolve export --to csv`` writes it."""
+    history = _rows(result, names, every_increment=every_increment)
+    units = {name: result.units(name) for name in history}
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow([name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()])
+    writer.writerows(zip(*history.values(), strict=True))
