@@ -14,7 +14,7 @@ from fretsolve.case.expression import Expression
 from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.height_map import HeightMap, load_height_map
 from fretsolve.system.arrays import DoubleArray
@@ -75,10 +75,18 @@ def friction_field(case: Case) -> FrictionField | None:
     if spec.map is None:
         return None
     try:
-        field = FrictionField(None, load_height_map(_as_heights(spec, case.plane is not None), ("friction",)))
+        values = load_height_map(_as_heights(spec, case.plane is not None), ("friction",))
     except CaseError as error:
-        raise case.source.problem(error.message, error.key) from None
-    return FrictionField(None, field.map, spec.center or (0.0, 0.0))
+        key = tuple("map" if part == "file" else part for part in error.key)
+        raise case.source.problem(_of_friction(error.message), key) from None
+    except FileError as error:
+        raise FileError(_of_friction(error.message), error.file) from None
+    return FrictionField(None, values, spec.center or (0.0, 0.0))
+
+
+def _of_friction(message: str) -> str:
+    """Return a message about a map of heights as one about a map of friction."""
+    return message.replace("height map", "friction map").replace("height", "value")
 
 
 def _as_heights(spec: FrictionSpec, line: bool) -> HeightsSurface:

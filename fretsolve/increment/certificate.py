@@ -190,7 +190,8 @@ class Examiner:
         if not self.friction or not slipped.any():
             return slip, zone, stick, 0.0
         (q_x, q_y), (s_x, s_y) = solution.shear[:, slipped], slip[:, slipped]
-        weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y) * distance[slipped]
+        # + 0.0, since -0.0 in cells without friction would count as slip against the shear
+        weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y + 0.0) * distance[slipped]
         return slip, zone, stick, float(np.max(weighted)) / largest
 
     def _load_residual(

@@ -21,6 +21,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
+from fretsolve.solvers.rigid_modes import largest_error
 from fretsolve.solvers.tangential import SlipScales
 from fretsolve.system.arrays import FloatArray
 
@@ -64,6 +65,8 @@ class StaggeredIteration:
             start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
         )
         self._friction, problem = start.friction or FrictionBound(self.model.friction), None
+        if start.friction is not None and self._holds(increment, start, work):
+            return
         if self.model.has_shear and not self._is_far(increment.tangential):
             least, precision = self._least_slip, self.level.operator.dtype
             problem = coupled_problem(self._undeformed, self._friction, increment, start, work, least, precision)
@@ -142,6 +145,23 @@ class StaggeredIteration:
         slides = self._must_solve_shear(increment, start, work)
         assert self.level.direct is not None
         return solve_directly(self.level.direct, problem, start, work, target, presses=presses, slides=slides)
+
+    def _holds(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
+        """Return whether the start is the solution: nothing imposed changes, and its shear is within friction."""
+        control = increment.tangential.relative_to(start.rigid[3:])
+        if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
+            return False
+        if not self.model.has_shear or not (work.shear == start.shear).all():
+            return False
+        limit = self._friction.limit(work.pressure, out=self._friction_limit)
+        allowed = circle_width(self.level.operator.dtype) * float(limit.max())
+        if self.level.operator.kernels.friction.excess(work.shear, limit) > allowed:
+            return False
+        if not control.forced_index:
+            return True
+        modes, capacity = self.level.tangential.modes, float(limit.sum()) * self.level.grid.cell_area or TINY
+        unbalance = largest_error(modes.resultants(work.shear), control, capacity, modes.arms[3:])
+        return unbalance <= self._tolerance
 
     def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
