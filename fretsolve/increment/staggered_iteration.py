@@ -139,6 +139,8 @@ class StaggeredIteration:
         few = 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS and self.level.direct is not None
         if not few or work.staggered_iterations or self._is_far(increment.tangential):
             return False
+        if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
+            return False  # cells without friction neither stick nor have a direction
         arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
         problem = coupled_problem(*arguments, self.level.operator.dtype)
         presses = self._coupled or start.normal != increment.normal
