@@ -13,6 +13,7 @@ import click
 from fretsolve import __version__
 from fretsolve.cli.options import (
     CommandLine,
+    StepRange,
     WholeNumber,
     output_option,
     overrides_option,
@@ -275,7 +276,7 @@ def export(**options: Any) -> int:
     "--depth", "depths", "D", "A depth such as 20 um; by default the surface and graded ones to two contact radii."
 )
 @repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
-@repeatable_option("--step", "steps", "N", "Increment N.", type=int)
+@repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
 @click.option("--cycle", type=click.Choice(["last"]), help="All increments of the last cycle of the load path.")
 @click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
 @click.option(

@@ -111,6 +111,22 @@ class Number(click.FloatRange):
             self.fail(f"{value!r} is not a number from {self.min:g} to {self.max:g}", param, ctx)
 
 
+class StepRange(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.3
+    """An increment N, or increments N:M, as (first, last)."""
+
+    name = "step"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return the first and the last increment; the same twice for one."""
+        if isinstance(value, tuple):
+            return value
+        first, colon, last = str(value).partition(":")
+        try:
+            return int(first), int(last if colon else first)
+        except ValueError:
+            self.fail(f"{value!r} is neither an increment such as 21 nor a range such as 21:60", param, ctx)
+
+
 class WholeNumber(click.IntRange):
     """A whole number between bounds; `IntRange` with a message in plain words."""
 

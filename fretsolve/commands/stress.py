@@ -33,7 +33,7 @@ def stress_of_result(
     bodies: Sequence[str],
     depths: Sequence[str],
     stages: Sequence[int],
-    steps: Sequence[int],
+    steps: Sequence[tuple[int, int]],
     cycle: str | None,
     plane: Plane | None,
     window: WindowKind,
@@ -139,7 +139,9 @@ def _depth(text: str) -> float:
     return depth
 
 
-def _increments(result: Result, stages: Sequence[int], steps: Sequence[int], cycle: str | None) -> list[int]:
+def _increments(
+    result: Result, stages: Sequence[int], steps: Sequence[tuple[int, int]], cycle: str | None
+) -> list[int]:
     """Return the increments that the options choose, by default the ends of stages. Raises CaseError."""
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
@@ -155,7 +157,11 @@ def _increments(result: Result, stages: Sequence[int], steps: Sequence[int], cyc
             if not 1 <= stage <= len(ends):
                 raise ValueError(f"there is no stage {stage}; there are 1 to {len(ends)}")
             chosen.add(stored_step(result, ends[stage - 1]))
-        chosen.update(stored_step(result, step) for step in steps)
+        for first, last in steps:
+            found = [step for step in result.steps if first <= step <= last]
+            if first != last and not found:
+                raise ValueError(f"no increment from {first} to {last} has fields")
+            chosen.update(found if first != last else [stored_step(result, first)])
     except ValueError as error:
         raise CaseError(str(error), (), result.path) from error
     return sorted(chosen)

@@ -87,7 +87,12 @@ def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
         radius = float(result.history["contact_radius"].max())
         assert last_cycle(result) == (4, 5, 6, 7, 8)
     out = tmp_path / "s.h5"
-    for words, steps in (((), [0, 2, 4, 6, 8]), (("--cycle", "last"), [4, 5, 6, 7, 8]), (("--step", -1), [8])):
+    for words, steps in (
+        ((), [0, 2, 4, 6, 8]),
+        (("--cycle", "last"), [4, 5, 6, 7, 8]),
+        (("--step", -1), [8]),
+        (("--step", "3:5"), [3, 4, 5]),
+    ):
         done = invoke("stress", folder / "case.h5", *words, "--plane", "y=0", "-o", out, "--overwrite", "-q")
         assert (done.exit_code, done.stdout) == (0, ""), done.stderr
         with h5py.File(out) as file:
@@ -97,7 +102,7 @@ def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
             assert group["depth"][-1] == pytest.approx(2.0 * radius, rel=1e-3)
             assert group["xx"].shape[3] == 1
             assert len(group["x"]) <= 24
-    assert sorted(read_peaks(out)["max_tension"]) == [8]
+    assert sorted(read_peaks(out)["max_tension"]) == [3, 4, 5]
 
 
 @pytest.mark.parametrize(
@@ -107,6 +112,8 @@ def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
         (("--depth", "3 N"), "is a force; a length"),
         (("--stage", 9), "there is no stage 9; there are 1 to 5"),
         (("--step", 40), "there is no increment 40"),
+        (("--step", "40:50"), "no increment from 40 to 50 has fields"),
+        (("--step", "a:b"), "'a:b' is neither an increment such as 21 nor a range such as 21:60"),
         (("--body", 3), "--body: '3' is not one of '1', '2'"),
         (("-o", "s.txt"), "must end in .h5"),
     ],
