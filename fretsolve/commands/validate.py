@@ -79,6 +79,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
     hertz, punch, stick = forms.largest, forms.punch, forms.smallest_stick
     contact = hertz or punch
     if contact is None:
+        yield from cylinder_lines(setup)
         return
     size, ratio = f"a = {contact.contact_radius:.6g} mm", f"delta_z/a = {contact.delta_z / contact.contact_radius:.3g}"
     source, name, pressure = "Boussinesq", "mean pressure", punch.mean_pressure if punch else 0.0
@@ -128,6 +129,16 @@ def _sphere_under_bulk(forms: ClosedForms) -> str:
         f"smallest stick radius c = {found.stick_radius:.6g} mm, its middle at x = {x:.6g} mm, at the end of stage"
         f" {stage + 1} (Cattaneo-Mindlin, shifted)"
     )
+
+
+def cylinder_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield Hertz's line contact of a cylinder of finite length, which holds away from its ends."""
+    if setup.closed_forms.cylinder is None:
+        return
+    per_length, half_width, pressure = setup.closed_forms.cylinder
+    yield "\n# Hertz's line contact at the largest load, away from the ends of the cylinder"
+    yield f"P/length = {per_length:.6g} N/mm: half-width a = {half_width:.6g} mm, p0 = {pressure:.6g} MPa"
+    yield f"p0/E* = {pressure / setup.model.compliances.contact_modulus:.3g}, {cells_across(setup):.1f} cells across it"
 
 
 def line_form_lines(setup: ProblemSetup) -> Iterator[str]:

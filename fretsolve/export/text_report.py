@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -21,8 +21,14 @@ from fretsolve.result.verdict import verdict_of
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
+if TYPE_CHECKING:  # few results have several spots
+    from fretsolve.export.spots import Spot
+
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
+
+MOST_SPOTS = 10
+"""Spots of contact that a table has."""
 
 MOST_STAGES, FIRST_STAGES = 60, 6
 """Stages up to which a table has all, and how many of the first of more, before the last ones."""
@@ -56,10 +62,11 @@ def print_report(
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
     tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
-    for table in (*tables, *_cycle_tables(result, console.width), *_error_table(result)):
+    spots = _spots(result)
+    for table in (*tables, *_cycle_tables(result, console.width), *_spot_table(spots), *_error_table(result)):
         console.print()
         console.print(table)
-    for line in _totals(result):
+    for line in (*_totals(result), *_about_spots(spots)):
         console.print(escape(line), soft_wrap=True)
 
 
@@ -118,6 +125,56 @@ def _cycle_tables(result: Result, width: int) -> list[Table]:
 
     number, *columns = cycle_columns(cycles)
     return [_table([number, *part]) for part in _split(columns, width - _width(number))]
+
+
+def _spots(result: Result) -> list[Spot]:
+    """Return the spots at the last increment with fields, if there are several."""
+    from fretsolve.export.spots import may_have_spots, spots_of  # few results have several
+
+    spots = spots_of(result) if may_have_spots(result) else []
+    return spots if len(spots) > 1 else []
+
+
+def _spot_table(spots: Sequence[Spot]) -> list[Table]:
+    """Return a table of the spots with the largest loads, if there are several."""
+    if not spots:
+        return []
+
+    reach = max(math.sqrt(spot.area) for spot in spots)
+
+    def numbers(name: str, factor: float = 1.0) -> tuple[str, ...]:
+        values = [getattr(spot, name) for spot in spots[:MOST_SPOTS]]
+        least = 1e-6 * max(abs(value or 0.0) for value in (*values, reach if name in "xy" else 0.0))
+        least = max(least, 1e-6 * abs(spots[0].P)) if name in ("Qx", "Qy") else least
+        return tuple(_number(value, factor, least) for value in values)
+
+    places = tuple(map(str, range(1, len(spots[:MOST_SPOTS]) + 1)))
+    columns = [("", "spot", "", *places), ("", "cells", "", *numbers("cells")), ("", "area", "mm^2", *numbers("area"))]
+    columns += [("", name, "N", *numbers(name)) for name in ("P", "Qx", "Qy")]
+    columns.append(("stick", "cells", "%", *numbers("stick", 100.0)))
+    columns += [("centre", name, "mm", *numbers(name)) for name in ("x", "y")]
+    return [_table(columns)]
+
+
+def _number(value: float | None, factor: float, least: float) -> str:
+    """Return a value times a factor, 0 up to `least`, a dash if it is not known."""
+    return "-" if value is None else f"{factor * value:.4g}" if abs(value) > least else "0"
+
+
+def _about_spots(spots: Sequence[Spot]) -> list[str]:
+    """Return a line on the number of spots and on those of few cells."""
+    from fretsolve.export.spots import FEWEST_CELLS
+
+    if not spots:
+        return []
+    small = sum(spot.cells < FEWEST_CELLS for spot in spots)
+    shown = f", of which the table has the {MOST_SPOTS} with the largest P" if len(spots) > MOST_SPOTS else ""
+    few = (
+        f"; {small} of them have less than {FEWEST_CELLS} cells, so that their sizes and loads are rough"
+        if small
+        else ""
+    )
+    return [f"{len(spots)} spots of contact at the last increment{shown}{few}"]
 
 
 def _heading(name: str) -> tuple[str, str]:

@@ -167,6 +167,21 @@ class ClosedForms:
 
         return FrictionForms(self.case, hertz, self.case.surface[0].center, coefficient)
 
+    @property
+    def cylinder(self) -> tuple[float, float, float] | None:
+        """Return load per length (N/mm), half-width (mm) and largest pressure (MPa) of a cylinder of finite length.
+
+        They are Hertz's at the largest load, away from its ends; None for anything else.
+        """
+        surface, load = self._only_surface, max(load.get("P", 0.0) for load in self.loads)
+        if surface is None or surface.kind != "cylinder" or surface.length is None or surface.crown_radius is not None:
+            return None
+        if surface.radius <= 0.0 or load <= 0.0:
+            return None
+        per_length = load / surface.length
+        half_width = hertz_line_half_width(per_length, surface.radius, self._modulus)
+        return per_length, half_width, 2.0 * per_length / (math.pi * half_width)
+
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
 

@@ -152,6 +152,12 @@ def _about_edges(setup: ProblemSetup) -> Iterator[str]:
     side = max(setup.grid.dx, setup.grid.dy)
     for place, surface in enumerate(setup.case.surface):
         radius = rounding(surface)
+        if surface.kind == "cylinder" and radius == 0.0:
+            key = setup.case.source.problem("", ("surface", place, "cylinder", "length")).key
+            yield (
+                f"{dotted(key)}: the ends of the cylinder are sharp, so that the pressure there is infinite and the"
+                " largest one depends on the grid; end_radius rounds them"
+            )
         if radius and radius < side:
             name = "end_radius" if surface.kind == "cylinder" else "edge_radius"
             key = setup.case.source.problem("", ("surface", place, surface.kind, name)).key

@@ -133,3 +133,14 @@ def test_yield_is_told_where_a_body_gives_its_yield_stress(limit: float, warned:
     assert len(found) == warned
     if warned:
         assert found[0].startswith("bodies.1.yield_stress: p0 = 2106 MPa is above 1.6 times the yield stress, 2080 MPa")
+
+
+def test_sharp_ends_of_a_cylinder_are_told() -> None:
+    cylinder = {"cylinder": {"radius": 10.0, "axis": "y", "length": 2.0}}
+    setup = set_up(build(surface=cylinder, grid={"points": [48, 64]}, load_path=[{"P": 200.0}]))
+    assert any(text.startswith("surface.0.cylinder.length: the ends of the cylinder") for text in case_warnings(setup))
+    # Hertz's line contact under 100 N/mm, as in a line contact
+    assert setup.closed_forms.cylinder == pytest.approx((100.0, 0.107641, 591.431), rel=1e-5)
+    rounded = {"cylinder": cylinder["cylinder"] | {"end_radius": 0.2}}
+    setup = set_up(build(surface=rounded, grid={"points": [48, 64]}, load_path=[{"P": 200.0}]))
+    assert not any("ends of the cylinder" in text for text in case_warnings(setup))
