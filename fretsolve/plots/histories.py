@@ -27,7 +27,7 @@ from fretsolve.plots.labels import (
     readable,
     unit_of,
 )
-from fretsolve.plots.load_history import LoadCycle, MovedPair, cycles, moved_pairs
+from fretsolve.plots.load_history import LoadCycle, MovedLoad, MovedPair, cycles, moved_bulk, moved_pairs
 from fretsolve.plots.reference import along_path, hertz_curve, stick_form
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
@@ -58,7 +58,10 @@ def loop(result: Result, ax: Target = None) -> Figure:
     moved = [pair for pair in moved if not np.isnan(result.history[pair.motion]).all()]
     if not moved:
         raise PictureError("displacements of a line contact have an unknown constant; profiles draws its slip")
-    pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2] or moved[:1]
+    pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2]
+    if not pairs and _bulk_moves(result):
+        raise PictureError("bulk stress has no displacement of its own; stick-history and profiles show what it does")
+    pairs = pairs or moved[:1]
     with canvas(ax, len(pairs), (3.7, 3.2)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
@@ -71,18 +74,21 @@ def loop(result: Result, ax: Target = None) -> Figure:
 def stick_history(result: Result, ax: Target = None) -> Figure:
     """Draw c/a, stick radius over contact radius, over each tangential load that the path moves, or else over P.
 
-    Radii are those of circles of equal area. Closed forms for the computed forces are drawn where they apply. Raises
-    PictureError.
+    Bulk stress is one of them where it moves without the others. Radii are those of circles of equal area. Closed forms
+    for the computed forces are drawn where they apply. Raises PictureError.
     """
     require_increments(result)
     if not np.any(result.history["max_shear"]) and not np.any(result.history["stick_radius"]):
         raise PictureError("nothing sticks or slips without friction and shear traction")
     moved = moved_pairs(result)
-    pairs = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
-    pairs = pairs or [pair for pair in moved if pair.force == "P"]
-    with canvas(ax, len(pairs), (3.7, 3.0)) as drawn:
-        for axes, pair in zip(drawn.axes, pairs, strict=False):
-            _draw_stick_ratio(drawn, axes, result, pair)
+    shearing: list[MovedLoad] = [pair for pair in moved if pair.force in ("Qx", "Qy", "Mz")]
+    for bulk in sorted(moved_bulk(result), key=lambda bulk: -np.abs(result.history[bulk.force]).max()):
+        if not any(bulk.driven.keys() <= other.driven.keys() for other in shearing):
+            shearing.append(bulk)
+    loads = shearing or [pair for pair in moved if pair.force == "P"]
+    with canvas(ax, len(loads), (3.7, 3.0)) as drawn:
+        for axes, load in zip(drawn.axes, loads, strict=False):
+            _draw_stick_ratio(drawn, axes, result, load)
         drawn.heading(title_of(result))
     return drawn.figure
 
@@ -135,19 +141,19 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
 
 def _bulk_moves(result: Result) -> bool:
     """Return whether the load path changes a bulk stress."""
-    return any(np.any(values) for name, values in result.history.items() if name.startswith("bulk_"))
+    return bool(moved_bulk(result))
 
 
-def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
-    name = pair.last_driven
+def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoad) -> None:
+    name = moved.last_driven
     unit = unit_of(result, name)
     load, contact = result.history[name] * unit.factor, result.history["contact_radius"]
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
-    found = cycles(result, pair)
+    found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
     # a curve also between few increments; over a displacement the forces between them are not known
-    parts = -(-CURVE_POINTS // result.increments) if name == pair.force else 1
-    form = stick_form(result, pair.force, parts)
+    parts = -(-CURVE_POINTS // result.increments) if name == moved.force else 1
+    form = stick_form(result, moved.force, parts)
     if form is not None:
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a")

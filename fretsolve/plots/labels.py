@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import Colormap, ListedColormap
 from numpy.typing import ArrayLike
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import BULK, PAIRS
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
@@ -46,7 +46,7 @@ LEAST = 0.1
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}
-_COMPONENTS = {name for pair in PAIRS for name in pair}
+_COMPONENTS = {name for names in (*PAIRS, *BULK.values()) for name in names}
 _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
 _SHORT_NAMES = {
     "Mx": "moment about x",
@@ -56,6 +56,7 @@ _SHORT_NAMES = {
     "work_total": "dissipated energy",
     "friction": "coefficient of friction",
     "dissipated_energy": "energy dissipated in a cycle",
+    **{name: f"bulk stress {name[-2:]} in body {body}" for body, names in BULK.items() for name in names},
 }
 """Names that fit on an axis, of columns whose meaning is told at length."""
 
@@ -135,18 +136,21 @@ def unit_of(result: Result, name: str, largest: float | None = None) -> Unit:
 
 
 def axis_label(name: str, unit: Unit) -> str:
-    """Return meaning, symbol and unit of a load component, such as ``normal approach $\\delta_z$ (µm)``."""
+    """Return meaning, symbol and unit of a load, such as ``normal approach $\\delta_z$ (µm)``."""
     return f"{physical_name(name)} ({unit.text})"
 
 
 def physical_name(name: str) -> str:
-    """Return a column of the history or a key in words, with its symbol if it is a load component."""
+    """Return a column of the history or a key in words, with its symbol if it is a load component or a bulk stress."""
     meaning = _SHORT_NAMES.get(name) or _LONG_NAMES.get(name) or name.replace("_", " ")
     return f"{meaning} {symbol(name)}" if name in _COMPONENTS else meaning
 
 
 def symbol(name: str) -> str:
-    """Return the symbol of a load component, such as ``$\\delta_z$``."""
+    """Return the symbol of a load component or a bulk stress, such as ``$\\delta_z$``."""
+    if name.startswith("bulk_"):
+        _, body, part = name.split("_")
+        return rf"$\sigma_{{{part},{body}}}$"
     stem, axis = name.rstrip("xyz").rstrip("_"), name[1:][-1:]
     return f"${_GREEK.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
 

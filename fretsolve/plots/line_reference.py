@@ -46,7 +46,10 @@ def line_shear(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
 
 
 def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, DoubleArray] | None:
-    """Return authors and c/a of each increment over a force, NaN where it does not apply; None if none applies."""
+    """Return authors and c/a of each increment over a force or a bulk stress; None if no closed form applies.
+
+    NaN where it does not apply.
+    """
     assert isinstance(forms, LineClosedForms)
     if force == "P":
         if forms.model.moved or not forms.model.coupled or forms.widest is None or forms.case.friction_varies:
@@ -55,7 +58,7 @@ def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, Do
     ratios = np.full(increments, math.nan)
     for step in range(increments):
         shear = forms.partial_slip(step)
-        if shear is not None and force == ("Qx", "Qy")[shear.axis]:
+        if shear is not None and (force == ("Qx", "Qy")[shear.axis] or force.startswith("bulk_")):
             ratios[step] = shear.stick_half_width / shear.contact.half_width
     return None if np.isnan(ratios).all() else (forms.shear_source, ratios)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import BULK, PAIRS
 from fretsolve.export.selection import relevant_columns
 from fretsolve.plots.labels import short_number, symbol, unit_of
 from fretsolve.plots.snapshot import require_increments
@@ -18,17 +18,23 @@ FIRST_ENDS, LAST_ENDS = 2, 4
 
 
 @dataclass(frozen=True)
-class MovedPair:
-    """A force and its displacement. driven: which of them each stage (1-based) moves; a stage may move neither."""
+class MovedLoad:
+    """A load that the path moves, such as a bulk stress. driven: the column that each stage (1-based) moves of it."""
 
     force: str
-    motion: str
     driven: dict[int, str]
 
     @property
     def last_driven(self) -> str:
-        """The one that the last of these stages moves."""
+        """The column that the last of these stages moves."""
         return self.driven[max(self.driven)]
+
+
+@dataclass(frozen=True)
+class MovedPair(MovedLoad):
+    """A force and its displacement; a stage may move either or neither of them."""
+
+    motion: str
 
 
 @dataclass(frozen=True)
@@ -66,17 +72,28 @@ def moved_pairs(result: Result) -> list[MovedPair]:
         if case is None:
             driven = dict.fromkeys(result.history["stage"].tolist(), force)
         if driven and relevant & {force, motion}:
-            found.append(MovedPair(force, motion, driven))
+            found.append(MovedPair(force, driven, motion))
     return found
 
 
-def cycles(result: Result, pair: MovedPair) -> list[LoadCycle]:
-    """Return the first loading and the cycles after it, cut at every second turning point of the load of `pair`."""
-    turns = _turning_points(result, pair)
+def moved_bulk(result: Result) -> list[MovedLoad]:
+    """Return the bulk stresses that the load path moves."""
+    case, relevant = result.case, relevant_columns(result)
+    found = []
+    for name in (*BULK[1], *BULK[2]):
+        stages = [stage.number for stage in case.stages() if name in dict(stage.targets)] if case is not None else []
+        if stages and name in relevant:
+            found.append(MovedLoad(name, dict.fromkeys(stages, name)))
+    return found
+
+
+def cycles(result: Result, moved: MovedLoad) -> list[LoadCycle]:
+    """Return the first loading and the cycles after it, cut at every second turning point of the load of `moved`."""
+    turns = _turning_points(result, moved)
     found = [LoadCycle(0, turns[0], turns[1], closed=False)]
     for number, start in enumerate(range(1, len(turns) - 1, 2), start=1):
         points = turns[start : start + 3]
-        loads = result.history[pair.last_driven][points]
+        loads = result.history[moved.last_driven][points]
         closed = len(points) == 3 and bool(abs(loads[2] - loads[0]) <= 0.01 * abs(loads[0] - loads[1]))
         found.append(LoadCycle(number, points[0], points[-1], closed))
     return found
@@ -92,13 +109,17 @@ def chosen_stage_ends(result: Result) -> list[int]:
 
 
 def load_text(result: Result, step: int, *, plain: bool = False) -> str:
-    """Return the loads at an increment, such as ``$P$ = 400 N, $Q_x$ = 36 N``; plain: with names for symbols."""
+    """Return the loads at an increment, such as ``$P$ = 400 N, $Q_x$ = 36 N``; plain: with names for symbols.
+
+    Bulk stresses stand last.
+    """
     stage = int(result.history["stage"][step])
     texts = []
-    for pair in sorted(moved_pairs(result), key=lambda moved: (moved.force, moved.motion) not in PAIRS[:3]):
-        before = [number for number in pair.driven if number <= stage]
+    pairs = sorted(moved_pairs(result), key=lambda pair: (pair.force, pair.motion) not in PAIRS[:3])
+    for moved in (*pairs, *moved_bulk(result)):
+        before = [number for number in moved.driven if number <= stage]
         if before:
-            name = pair.driven[max(before)]
+            name = moved.driven[max(before)]
             unit = unit_of(result, name)
             column = result.history[name] * unit.factor
             texts.append(
@@ -112,12 +133,12 @@ def step_text(result: Result, step: int, *, plain: bool = False) -> str:
     return f"increment {step} (stage {result.history['stage'][step]}): {load_text(result, step, plain=plain)}"
 
 
-def _turning_points(result: Result, pair: MovedPair) -> list[int]:
+def _turning_points(result: Result, moved: MovedLoad) -> list[int]:
     """Return the first increment, those after which the driven component turns back, and the last one."""
     ends = stage_ends(result.history["stage"]).tolist()
     found, sense = [0], 0
     for before, end in zip([None, *ends], ends, strict=False):
-        name = pair.driven.get(int(result.history["stage"][end]))
+        name = moved.driven.get(int(result.history["stage"][end]))
         if name is None:
             continue
         column = result.history[name]

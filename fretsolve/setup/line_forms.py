@@ -180,7 +180,7 @@ class LineClosedForms(ClosedForms):
         shear = LineShear(
             contact, friction, 0, tuple(path.tolist()), partial(_under_bulk, contact, friction, material.A, per_path)
         )
-        if not shear.is_reached or not (shear.slips_one_way or len(shear.branches) == 1):
+        if not shear.is_reached or not (alone or shear.slips_one_way or len(shear.branches) == 1):
             return None
         return shear
 

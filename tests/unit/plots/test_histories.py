@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
-from pictures import heading, legend_texts, panels, with_path
+from command_line import invoke
+from line_cases import LINE
+from pictures import figure_texts, heading, legend_texts, panels, with_path
+from small_cases import write_case
 
 from fretsolve import plots
-from fretsolve.plots.load_history import cycles, moved_pairs
-from fretsolve.result import Result
+from fretsolve.errors import PictureError
+from fretsolve.plots.load_history import cycles, load_text, moved_pairs
+from fretsolve.result import Result, open_result
 
 
 def area(xy: np.ndarray) -> float:
@@ -140,3 +145,35 @@ def test_convergence(results: dict[str, Result]) -> None:
     tolerance = next(line for line in residuals.lines if line.get_label() == "tolerance 1e-06")
     np.testing.assert_allclose(tolerance.get_ydata(), 1e-6)
     assert residuals.get_yscale() == "log"
+
+
+BULK_ALONE = LINE.replace("{Qx: 18 N/mm, increments: 4}", "{bulk_2: {xx: 300 MPa}}") + "  - {bulk_2: {xx: -300 MPa}}\n"
+
+
+def test_bulk_stress_alone_is_what_its_case_is_drawn_over(tmp_path: Path) -> None:
+    assert invoke("run", write_case(tmp_path, BULK_ALONE), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        axes = panels(plots.stick_history(result))[0]
+        assert axes.get_xlabel() == r"bulk stress xx in body 2 $\sigma_{xx,2}$ (MPa)"
+        lines = {str(line.get_label()): line for line in axes.lines}
+        exact, found = lines["Hills-Nowell (closed form)"], lines["cycle 1"]
+        np.testing.assert_allclose(found.get_xdata()[[0, -1]], [300.0, -300.0])
+        parts = (len(exact.get_xdata()) - 1) // (result.increments - 1)
+        np.testing.assert_allclose(found.get_ydata(), exact.get_ydata()[::parts][-11:], atol=0.03)
+        texts = figure_texts(plots.profiles(result))
+        assert texts[1:3] == [
+            rf"increment {step}: $P$ = 100 N/mm, $\sigma_{{xx,2}}$ = {stress} MPa"
+            for step, stress in ((10, 300), (20, -300))
+        ]
+        assert load_text(result, 20, plain=True) == "P = 100 N/mm, bulk_2_xx = -300 MPa"
+
+
+def test_bulk_stress_has_no_loop_of_its_own(tmp_path: Path) -> None:
+    words = BULK_ALONE.replace("plane: strain\n", "").replace("/mm", "").replace("cylinder", "sphere")
+    words = words.replace("points: 64, size: 0.28 mm", "points: 16").replace("300 MPa", "300 MPa, yy: 300 MPa")
+    assert invoke("run", write_case(tmp_path, words), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        assert "xx" in panels(plots.stick_history(result))[0].get_xlabel()
+        assert len(panels(plots.stick_history(result))) == 1  # yy goes with it
+        with pytest.raises(PictureError, match="bulk stress has no displacement of its own; stick-history"):
+            plots.loop(result)
