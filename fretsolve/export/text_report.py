@@ -229,6 +229,7 @@ def _totals(result: Result) -> list[str]:
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
+    lines += _point_of_load(result)
     lines += [] if result.cycles is None else [outcome for outcome, _ in result.cycles.outcomes]
     many = len(stage_ends(history["stage"])) > MOST_STAGES
     left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
@@ -239,6 +240,17 @@ def _totals(result: Result) -> list[str]:
         f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
         *lines,
     ]
+
+
+def _point_of_load(result: Result) -> list[str]:
+    """Return a line on where P acts at the end, if the pressure has a moment about the origin."""
+    shown, force = relevant_columns(result), float(result.history["P"][-1])
+    if not force or not {"Mx", "My"} & set(shown):
+        return []
+    x, y = (float(result.history[name][-1]) / force for name in ("My", "Mx"))
+    where = f"x = My/P = {x:.4g} mm" if "My" in shown else "x = 0"
+    where += f", y = Mx/P = {y:.4g} mm" if "Mx" in shown else ""
+    return [f"at the end P acts at {where}; My > 0 is more pressure at x > 0"]
 
 
 def _worst_residuals(result: Result) -> DoubleArray:

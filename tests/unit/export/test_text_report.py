@@ -124,3 +124,11 @@ def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> Non
 def test_grid_of_one_cell(tmp_path: Path) -> None:
     with open_result(write_fake(tmp_path / "one.h5", count=1, shape=(1, 5))) as result:
         assert "grid 1 x 5 cells, fretsolve" in printed(result)[2]
+
+
+def test_it_says_where_p_acts_if_the_pressure_has_a_moment(tmp_path: Path) -> None:
+    """A contact that may not tilt takes up My; the point of P shows it."""
+    assert not [line for line in printed(made_up(tmp_path)) if "P acts at" in line]
+    result = made_up(tmp_path, P=400.0, My=2.0)
+    (line,) = [line for line in printed(result) if "P acts at" in line]
+    assert line == "at the end P acts at x = My/P = 0.005 mm; My > 0 is more pressure at x > 0"
