@@ -133,11 +133,12 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
         axes.contour(body.x, across, shown, levels=[1.0], colors="white", linewidths=1.2).set_path_effects(_OUTLINE)
     bar = matplotlib.cm.ScalarMappable(_norm(values), matplotlib.colormaps["cividis"])
     drawn.colorbar(axes, bar, label)
+    limits = axes.get_xlim(), axes.get_ylim()
+    outline = [withStroke(linewidth=3.0, foreground="white")]
+    axes.plot(*worst, "k+", markersize=9.0, clip_on=False, zorder=4.0, path_effects=outline)  # over the trace
+    axes.set(xlim=limits[0], ylim=limits[1])
     if along is not None and np.hypot(*along) > 0.05:
         _draw_trace(axes, worst, along)
-    limits = axes.get_xlim(), axes.get_ylim()
-    axes.plot(*worst, "k+", markersize=9.0, clip_on=False, path_effects=[withStroke(linewidth=3.0, foreground="white")])
-    axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def _norm(values: DoubleArray) -> Normalize:
