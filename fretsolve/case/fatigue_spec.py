@@ -62,7 +62,8 @@ class FatigueSpec(CaseModel):
     result (`NAME.fatigue.h5`)."""
 
     material: Annotated[Material, MaterialFile()] = Field(
-        description="constants of the material, or the name of a file of them, relative to the case file"
+        description="constants of the material, or the name of a file of them, relative to the case file",
+        examples=["steel.yaml"],
     )
     criteria: tuple[CriterionName, ...] = Field(min_length=1, description="criteria", examples=[["crossland", "swt"]])
     average: AverageSpec | None = Field(

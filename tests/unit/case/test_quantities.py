@@ -62,7 +62,12 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
         ("5 N*mm", FORCE, "'5 N*mm' is a moment; a force such as '400 N' is needed"),
         ("1 %", ANGLE, "'1 %' is a number; an angle such as '0.1 deg' is needed"),
         ("1 deg", NUMBER, "'1 deg' is an angle; a number such as '0.1' is needed"),
-        ("5 N/mm", FORCE, "'5 N/mm' is a force per length; a force such as '400 N' is needed"),
+        (
+            "5 N/mm",
+            FORCE,
+            "'5 N/mm' is a force per length; a force such as '400 N' is needed"
+            " (per length with plane: strain, which makes a line contact)",
+        ),
         ("5 N/m^3", FORCE, "'5 N/m^3' is a quantity in N/m^3; a force such as '400 N' is needed"),
         ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm' (did you mean N*m?); a moment such as '5 N*mm' is needed"),
         ("20 degC", ANGLE, "'20 degC' has the unknown unit 'degC'; an angle such as '0.1 deg' is needed"),
