@@ -95,7 +95,7 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     assert refused(2, "run", case, "-o", tmp_path) == told
     told = f"{folder}: is a folder; the name of a file is needed\n"
     assert refused(2, "run", case, "-o", folder, "--overwrite") == told
-    told = f"{missing}: cannot begin the result: No such file or directory\n"
+    told = f"{missing}: there is no folder {missing.parent}; mkdir -p {missing.parent} makes it\n"
     assert refused(4, "run", case, "-o", missing) == told
 
 
