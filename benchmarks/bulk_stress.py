@@ -1,4 +1,4 @@
-"""Compare spheres under bulk stress with certified values and closed forms; draw the signs and the stick zone.
+"""Compare spheres under bulk stress with certified values and closed forms; draw the signs and the stick zones.
 
     python benchmarks/bulk_stress.py                             # about 20 s
     python benchmarks/bulk_stress.py --into docs/verification.md
@@ -13,15 +13,18 @@ from marked import parser_of, report
 from matplotlib.figure import Figure
 
 from fretsolve import run
+from fretsolve.case.line_case import LineCase
 from fretsolve.case.models import Case, ElasticBody
 from fretsolve.model.materials import compliances
 from fretsolve.plots.labels import CLOSED_FORM, marks
-from fretsolve.reference.bulk_stress import SphereUnderBulk
+from fretsolve.reference.bulk_stress import LineUnderBulk, SphereUnderBulk
 from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.line import HertzLine
 from fretsolve.result.state import State
 
 BODY = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 LOAD, FORCE, FRICTION, RADIUS = 400.0, 24.0, 0.1, 10.0
+LINE_LOAD, LINE_FRICTION = 100.0, 0.3
 MATCHED = -0.3 / 3.1
 """De_yy over De_xx with which an eccentric circle sticks."""
 
@@ -135,6 +138,40 @@ def stick_zone() -> Figure:
     axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a (1)", ylim=(-1.1, 1.1))
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return figure
+
+
+def line_stick_zone() -> Figure:
+    """Draw the ends of the stick zone of a cylinder, in plane strain, over the bulk stress: with a force, and alone."""
+    figure = Figure(figsize=(5.6, 3.9), layout="constrained")
+    axes, strain = figure.subplots(), (1.0 - BODY["poisson_ratio"] ** 2) / BODY["young_modulus"]
+    hertz = HertzLine(LINE_LOAD, RADIUS, MATERIAL.contact_modulus)
+    a = hertz.half_width
+    tension, closed = np.linspace(-600.0, 600.0, 25), np.linspace(-600.0, 600.0, 201)
+    for mark, force in zip(marks(2), (0.6 * LINE_FRICTION * LINE_LOAD, 0.0), strict=True):
+        ends = np.array([ends_of_stick_zone(line_case(force, xx)) for xx in tension]) / a
+        label = f"Qx = {force:g} N/mm" if force else "bulk stress alone"
+        axes.plot(tension, ends, **mark.options(len(tension)), label=label)
+        forms = [LineUnderBulk(a, hertz.max_pressure, LINE_FRICTION, MATERIAL.A, force, strain * xx) for xx in closed]
+        axes.plot(closed, np.array([form.stick_zone for form in forms]) / a, **CLOSED_FORM, label="closed forms")
+    for side in (-1.0, 1.0):
+        axes.axhline(side, color="0.5", linewidth=0.8, label="edge of the contact")
+    axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a (1)", ylim=(-1.1, 1.1))
+    named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def line_case(force: float, tension: float) -> LineCase:
+    """Return a cylinder under a force (N/mm) and a tension (MPa) of body 2 at once, from full stick."""
+    path = [{"P": LINE_LOAD}, {"Qx": force, "bulk_2": {"xx": tension}, "increments": 1}]
+    parts = {"plane": "strain", "bodies": [BODY, BODY], "surface": {"cylinder": {"radius": RADIUS}}}
+    return LineCase.model_validate({**parts, "friction": LINE_FRICTION, "grid": {"points": 257}, "load_path": path})
+
+
+def ends_of_stick_zone(case: LineCase) -> tuple[float, float]:
+    """Return both ends of the stick zone along x (mm) at the end of the path."""
+    found = last(case).summary
+    return found.stick_center_x - found.stick_half_width_x, found.stick_center_x + found.stick_half_width_x
 
 
 def signs() -> Figure:

@@ -397,6 +397,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
     "bulk_stick_zone": bulk_stress.stick_zone,
+    "line_stick_zone": bulk_stress.line_stick_zone,
     "line_shear": line_shear,
     "figure_09": figure_9,
     "figure_10_11_I1": figures_10_and_11("I.1"),
