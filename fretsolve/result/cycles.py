@@ -219,9 +219,10 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
         if len(last) < 2 or last[1].until is None:
             continue
         change, turn = change_over_cycle(history, *last), last[1].turn
+        energy, value = (percent(round(one, 6)) for one in (change.energy, change.value))
         changes = (
-            f"from cycle {turn - 1} to {turn} the dissipated energy changes by {percent(change.energy)}, {change.name}"
-            f" at the end by {percent(change.value)} of its scale, tolerance {percent(last[1].until)}"
+            f"from cycle {turn - 1} to {turn} the dissipated energy changes by {energy}, {change.name}"
+            f" at the end by {value} of its scale, tolerance {percent(last[1].until)}"
         )
         if change.largest <= last[1].until:
             found.append((f"{last[1].key}: periodic after {turn} cycles of at most {last[1].most}: {changes}", True))
