@@ -105,6 +105,7 @@ class GridLevel:
             self.operator.normal(pressure, uz)
             coarser.operator.normal(before, coarse_uz)
             coarse_separation += transfer.restrict(uz) - coarse_uz
+            del uz, coarse_uz  # before the coarse grids need their arrays
         # its solution, from an estimate on still coarser grids
         after = before.copy()
         coarser.estimate_normal(coarse_separation, control, after, rigid)

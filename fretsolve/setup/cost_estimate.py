@@ -38,6 +38,9 @@ CELL_COSTS: dict[ModelPart, tuple[float, float]] = {
 """Of each part of the model, bytes per cell: influence coefficients, padded spectra, work arrays of the solvers, states
 before and after an increment, buffers of the result file; and seconds per cell and application of the operator."""
 
+TREND_BYTES = 28.0
+"""Bytes per cell of the change over an increment, from which the next one of its stage starts."""
+
 SMALL_GRID, SINGLE = 1.8, 0.75
 """Factors on the memory per cell: on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, and in
 single precision."""
@@ -106,9 +109,10 @@ def estimate(setup: ProblemSetup) -> Estimate:
     kept = [decision.part for decision in setup.model.decisions if decision.kept]
     shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part] + called.get(part, 0.0)) for part in kept}
     cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
+    has_trend = setup.model.has_shear and not single and max(setup.load_path.counts) > 1
     on_coarse_grids = COARSE_APPLICATIONS * sum(seconds[part] for part in kept)
     on_coarse_grids += COARSE_CALLS * sum(called.get(part, 0.0) for part in kept)
-    in_cells = cell_bytes * (1.0 + COARSE_CELLS * bars)
+    in_cells = (cell_bytes + TREND_BYTES * cells * has_trend) * (1.0 + COARSE_CELLS * bars)
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
     output = setup.case.output

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -113,12 +114,14 @@ def states_of(
             plans = measured_plans()
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
-        change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
+        trend = change = None  # before the arrays of the new state are made
+        begin = replace(begin, trend=None)
         fields, displacement, work = _fields(solved, fields, setup)
+        change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
-        del solved  # frees what the state does not need
+        del solved, begin  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement, change=change)
 
