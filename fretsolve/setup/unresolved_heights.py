@@ -4,6 +4,10 @@ A cell takes the height at its centre, so waves of less than some cells are lost
 length w, points h apart see the share sin(pi h/w) / (pi h/w) of its slope. What is missed matters by the pressure that
 would flatten it, E* s/2 for waves of the root mean square slope s (Johnson, Contact Mechanics, section 13.2). Waves of
 the map near its own spacing are missed as well: between its points they count as smooth.
+
+Between the points of a map lie facets. Where they meet at a ridge of the angle t, in contact, the pressure is
+E* t/2 pi ln(2 a/x) at the distance x (a wedge, Johnson, section 5.2), which cells that are shorter than a facet show
+the better the shorter they are.
 """
 
 from __future__ import annotations
@@ -35,6 +39,10 @@ SAMPLES = 8
 LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 """Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
 that mean pressure, over E*, where no force is imposed."""
+
+RIDGE = math.log(16.0)
+"""Part of E* t/2 pi by which the pressure of a ridge may exceed that of cells: that of cells a sixteenth as long does.
+It has no limit, but facets are no real ones either."""
 
 PROFILES = 128
 """Profiles along each axis that a map's slopes are taken from."""
@@ -78,6 +86,13 @@ class HeightProfiles:
             return 0.0
         return 0.0 if _missed(heights, 2 * between) >= growth * missed else missed
 
+    def ridge(self, axis: int, side: float) -> float:
+        """Return the largest angle (rad) of a ridge along `axis` between facets longer than cells of `side` (mm)."""
+        if self.spacing[axis] <= side:
+            return 0.0
+        angles = np.diff(self.along[axis], 2, axis=0) / self.spacing[axis]
+        return float(np.max(angles, where=np.isfinite(angles), initial=0.0))
+
     def most_points(self, axis: int, size: float) -> int:
         """Return the points on `size` (mm) that resolve any wave of the map."""
         return math.ceil(ADVISED_FACET_CELLS * size / self.spacing[axis])
@@ -119,6 +134,11 @@ class HeightMaps:
         """
         missed = [one.unresolved(axis, side, self._negligible) for one in self.maps for axis, side in enumerate(cell)]
         return 0.5 * self.contact_modulus * math.sqrt(math.fsum(missed))
+
+    def ridge_pressure(self, cell: Pair) -> float:
+        """Return by how much (MPa) the pressure at ridges between facets may exceed that of cells of sides `cell`."""
+        angles = [math.hypot(*(one.ridge(axis, side) for axis, side in enumerate(cell))) for one in self.maps]
+        return RIDGE * self.contact_modulus * sum(angles) / (2.0 * math.pi)
 
     def too_coarse(self) -> bool:
         """Return whether a map has waves near its own spacing: cells as long as that would miss them."""

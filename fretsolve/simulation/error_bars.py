@@ -21,7 +21,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
-from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.least_errors import LeastErrors, ShearPath
 from fretsolve.simulation.quantity_estimates import BETWEEN, LINKED, ORDER, SAFETY, TOTAL, WORK
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -74,7 +74,7 @@ class ErrorBars:
         half, third = (finer**OBSERVED_ORDERS - 1.0 for finer in self._finer)
         self._ratios: DoubleArray = third / half
         self._summaries: list[Summary] = []
-        self._largest = np.zeros(len(ESTIMATED))
+        self._largest, self._shear_path = np.zeros(len(ESTIMATED)), ShearPath()
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -117,6 +117,7 @@ class ErrorBars:
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
         self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
+        self._shear_path = self._shear_path.after(summary, self._setup.model.friction)
 
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""
@@ -142,7 +143,7 @@ class ErrorBars:
             orders[place] = self._observed(orders[place], from_half[place], from_third[place])
         half = from_half / (self._finer[0] ** orders - 1.0)
         third = from_third / (self._finer[1] ** orders - 1.0)
-        least = self._least_errors.values(state, self._largest)
+        least = self._least_errors.values(state, self._largest, self._shear_path)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, BETWEEN * between, least], axis=0)
         return found

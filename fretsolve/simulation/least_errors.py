@@ -4,7 +4,7 @@ zones and slip annuli that fit between the cells, and heights that are finer tha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,32 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 
 
 @dataclass(frozen=True)
+class ShearPath:
+    """How the shear has moved so far, as a part of what friction carries: forces and torque over mu P and the radius.
+
+    at: where it is, (3,); largest: how far from 0 it has been, at most 1; last, length: of the way in the last
+    increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`
+    squared times `length`: it goes with the third power of the way from a reversal, halved.
+    """
+
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    largest: float = 0.0
+    last: float = 0.0
+    length: float = 0.0
+
+    def after(self, summary: Summary, friction: float) -> ShearPath:
+        """Return the path after one more increment."""
+        carried = friction * summary.P
+        if carried <= 0.0:
+            return replace(self, last=0.0)
+        # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
+        arm = summary.contact_radius / 1.5
+        at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
+        last = math.dist(at, self.at)
+        return ShearPath(at, max(self.largest, min(math.hypot(*at), 1.0)), last, self.length + last)
+
+
+@dataclass(frozen=True)
 class LeastErrors:
     """The least errors of a problem.
 
@@ -65,18 +91,20 @@ class LeastErrors:
     side: float
     sharp: bool
     flattening: float
+    ridges: float
     edges: tuple[Edge, ...]
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
-        unseen = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy))
+        cell = setup.grid.dx, setup.grid.dy
+        flattening, ridges = setup.heights().flattening_pressure(cell), setup.heights().ridge_pressure(cell)
         side, surfaces = max(setup.grid.dx, setup.grid.dy), setup.case.surface
         radii = [radius for surface in surfaces if (radius := rounding(surface)) is not None]
         sharp = min(radii, default=math.inf) < side
-        return cls(setup.model, side, sharp, unseen, edges(surfaces, setup.grid))
+        return cls(setup.model, side, sharp, flattening, ridges, edges(surfaces, setup.grid))
 
-    def values(self, state: State, largest: DoubleArray) -> DoubleArray:
+    def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
 
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
@@ -91,6 +119,9 @@ class LeastErrors:
         least[STICK] = self._stick_radius(summary, ratio, width)
         least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
         least[TOTAL] += dissipated
+        least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
+            [shear_path.last, shear_path.length]
+        )
         moment = MOMENT * ratio**FLOOR_ORDER * summary.P * summary.contact_radius
         for place in (MX, MY):
             least[place] = math.hypot(moment, least[place])
@@ -110,10 +141,18 @@ class LeastErrors:
         return edge
 
     def _hidden_pressure(self, pressure: FloatArray) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by unseen heights and at edges."""
+        """Return by how much the largest pressure may exceed that of the cells, by unseen heights, at ridges and edges."""
         modulus = self.model.compliances.contact_modulus
         at_edges = (edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges)
-        return PEAK * self.flattening + max(at_edges, default=0.0)
+        return PEAK * self.flattening + self.ridges + max(at_edges, default=0.0)
+
+    def _energy_at_edges(self, state: State, shear_path: ShearPath) -> float:
+        """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path."""
+        friction, modulus = self.model.friction, self.model.compliances.contact_modulus
+        if not shear_path.largest:
+            return 0.0
+        energies = (edge.hidden_energy(state.fields.pressure, self.side, modulus, friction) for edge in self.edges)
+        return shear_path.largest**2 * sum(energies)
 
     def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
         """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""

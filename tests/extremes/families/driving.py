@@ -143,7 +143,8 @@ class Findings:
         worst = summary.worst_residual
         self.increments += 1
         self.residual = max(self.residual, worst)
-        arrays = [getattr(found, item.name) for item in fields(found) if item.name != "gap"]
+        stored = (getattr(found, item.name) for item in fields(found) if item.name != "gap")
+        arrays = [array for array in stored if array is not None]
         wrong = {
             "a scalar is not finite": not np.isfinite(list(known_scalars(summary).values())).all(),
             "a field is not finite": not all(np.isfinite(array).all() for array in arrays),
