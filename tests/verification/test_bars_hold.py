@@ -78,6 +78,15 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {2: {"contact_radius": 0.4958, "max_pressure": 4600.0}},
     ),
+    "slip within a rounding that fits into a cell": (
+        {
+            "surface": {"punch": {"radius": 0.5, "edge_radius": 0.05}},
+            "friction": 0.3,
+            "grid": {"points": 40, "size": 1.2},
+            "load_path": [{"P": 3000.0}, *({"Qx": q, "increments": 2} for q in (180.0, -180.0))],
+        },
+        {2: {"work_total": 3.04e-4, "stick_radius": 0.4653}, 3: {"work_total": 9.11e-4, "stick_radius": 0.4650}},
+    ),
     "a crowned cylinder": (
         {
             "surface": {"cylinder": {"radius": 5.0, "axis": "x", "crown_radius": 40.0}},
@@ -196,6 +205,31 @@ def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> No
     for name, true in {"max_pressure": 2860.0, "delta_z": 9.06593e-3, "contact_radius": 0.30036}.items():
         found, bar = getattr(summary, name), getattr(errors, f"{name}_error")
         assert abs(found - true) <= bar < 0.3 * true, f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
+
+
+def test_slip_that_no_grid_sees_is_in_the_bar() -> None:
+    """Slip within a rounding of a third of a cell, by the asymptotic law that finer cells and plane strain confirm."""
+    surface = {"punch": {"radius": 0.5, "edge_radius": 0.01}}
+    path = [{"P": 3000.0}, *({"Qx": q, "increments": 2} for q in (180.0, -180.0))]
+    case = build(surface=surface, friction=0.3, grid={"points": 40, "size": 1.2}, load_path=path)
+    ends = ends_of_stages(case)
+    # that of five times the rounding in the cases above, with the depth of the contact there
+    truth = 3.04e-4 * (0.01 / 0.05) ** (2.0 / 3.0)
+    for stage, times in ((2, 1.0), (3, 3.0)):
+        summary, errors = ends[stage]
+        assert summary.work_total < 0.1 * truth
+        assert truth * times < summary.work_total + errors.work_total_error < 5.0 * truth * times
+
+
+@pytest.mark.parametrize(("spacing", "finest"), [(0.05, 1880.6), (0.1, 3264.5)])
+def test_bars_hold_the_ridges_of_a_coarse_map(tmp_path: Path, spacing: float, finest: float) -> None:
+    """A sphere as a map of few points, whose facets meet at ridges; compared with cells a sixteenth as long."""
+    x = spacing * (np.arange(13) - 6)
+    np.save(tmp_path / "map.npy", (x[:, None] ** 2 + x**2) / 20.0)
+    surface = {"heights": {"file": str(tmp_path / "map.npy"), "spacing": spacing}}
+    grid, load = ({"points": 25, "size": 0.55}, 100.0) if spacing == 0.05 else ({"points": 25, "size": 0.75}, 400.0)
+    summary, errors = ends_of_stages(build(surface=surface, friction=0.0, grid=grid, load_path=[{"P": load}]))[1]
+    assert abs(summary.max_pressure - finest) <= errors.max_pressure_error < 0.4 * finest
 
 
 def test_corrected_values_are_of_second_order() -> None:
