@@ -84,7 +84,8 @@ class LeastErrors:
     """The least errors of a problem.
 
     side: the longer side of a cell, mm; sharp: whether a body ends within a cell; flattening: pressure (MPa) that would
-    flatten what the cells do not see of height maps; edges: tips and edges, where pressures are largest.
+    flatten what the cells do not see of height maps; ridges: by how much the pressure at ridges of height maps may exceed
+    that of cells; edges: tips and edges, where pressures are largest.
     """
 
     model: Model
