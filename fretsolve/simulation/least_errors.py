@@ -84,8 +84,8 @@ class LeastErrors:
     """The least errors of a problem.
 
     side: the longer side of a cell, mm; sharp: whether a body ends within a cell; flattening: pressure (MPa) that would
-    flatten what the cells do not see of height maps; ridges: by how much the pressure at ridges of height maps may exceed
-    that of cells; edges: tips and edges, where pressures are largest.
+    flatten what the cells do not see of height maps; ridges: pressure (MPa) of their ridges beyond that of cells;
+    edges: tips and edges, where pressures are largest.
     """
 
     model: Model
@@ -142,7 +142,7 @@ class LeastErrors:
         return edge
 
     def _hidden_pressure(self, pressure: FloatArray) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by unseen heights, at ridges and edges."""
+        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges and edges."""
         modulus = self.model.compliances.contact_modulus
         at_edges = (edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges)
         return PEAK * self.flattening + self.ridges + max(at_edges, default=0.0)
