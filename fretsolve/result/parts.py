@@ -217,6 +217,7 @@ def _write_fields(
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
     for source in sources:
         with Piece(source) as piece, damage_reported(source, "fields"):
+            piece.require_fields(header.shape)
             for index, step in enumerate(piece.field_steps):
                 missing.discard(step)
                 for quantity, target in targets if step in rank else ():

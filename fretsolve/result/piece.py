@@ -145,7 +145,9 @@ class Piece(AbstractContextManager["Piece"]):
         """Return a field ``(nx, ny)`` at `step`: one of `field_steps`, or the last if a restart is kept."""
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             if step in self.field_steps and name in self.field_names:
-                plane = own_dataset(self.file, f"fields/{name}")[self.field_steps.index(step)]
+                dataset, count = own_dataset(self.file, f"fields/{name}"), len(self.field_steps)
+                require(len(dataset) == count, f"fields/{name}", f"{count} planes, one per stored increment")
+                plane = dataset[self.field_steps.index(step)]
             elif step == self.rows()["step"][-1]:
                 plane = own_dataset(self.file, f"restart/{name}")[:]
             else:

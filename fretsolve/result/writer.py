@@ -338,6 +338,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             piece.verify()
             piece.require_run(self.header)
             piece.require_steps(self.header.stores_fields)
+            piece.require_fields(self.header.shape)
             summaries = piece.summaries()
             self.last_state = piece.state() if summaries else None
             self.summaries += summaries

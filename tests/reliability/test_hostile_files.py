@@ -145,6 +145,21 @@ def test_parts_whose_fields_are_of_other_increments(tmp_path: Path, monkeypatch:
         assert (len(run.summaries), run.notes) == (5, [])
 
 
+@pytest.mark.parametrize("chunked", [False, True])
+def test_parts_with_planes_of_another_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunked: bool) -> None:
+    monkeypatch.setattr(writer, "MERGE_EVERY", 3)
+    out = write_fake(tmp_path / "out.h5", "stopped", shape=(7, 6))
+    with h5py.File(parts_folder(out) / "000000-000002.h5", "r+") as file:
+        old = file["fields/slip_x"]
+        layout = {"chunks": old.chunks, "shuffle": True, "compression": "gzip", "compression_opts": 1}
+        twice = np.repeat(old[()], 2, axis=0)
+        del file["fields/slip_x"]
+        file.create_dataset("fields/slip_x", data=twice, **(layout if chunked else {}))
+    refused(4, "export", out, "--to", "npz", "-o", tmp_path / "out.npz")
+    with pytest.raises(FileError, match="fields/slip_x must hold 3 planes"):
+        HistoryWriter.open(out, fake_header((7, 6)), resume=True)
+
+
 def test_a_header_that_was_altered(tmp_path: Path) -> None:
     out = write_fake(tmp_path / "out.h5", "stopped")
     header = parts_folder(out) / "header.json"
