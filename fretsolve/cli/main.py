@@ -225,8 +225,14 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
     " OUT with the kind in its name.",
 )
 @repeatable_option("--step", "steps", "N", "An increment to show; only profiles show several at once.", type=int)
-@click.option("--at", callback=_point, metavar="X,Y", help="The point in mm that the profiles go through.")
+@click.option("--at", callback=_point, metavar="X,Y", help="The point in mm of profiles and stress-cycle.")
 @repeatable_option("--field", "fields", "NAME", "A field that map and animate show.")
+@click.option(
+    "--body",
+    type=click.Choice(["1", "2"]),
+    callback=lambda context, parameter, value: value and int(value),
+    help="The body whose stresses are shown, by default 2, or 1 if 2 is rigid; of fatigue parameters by default all.",
+)
 @click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
 @picture_options
 def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: bool, dpi: int, **options: Any) -> int:

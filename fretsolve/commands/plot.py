@@ -10,6 +10,7 @@ from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
 from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
+from fretsolve.stress.halfspace.influence import Body
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
@@ -25,6 +26,7 @@ def plot_result(
     steps: tuple[int, ...],
     at: tuple[float, float] | None,
     fields: tuple[str, ...],
+    body: Body | None,
     every_kind: bool,
     sheet: Sheet,
 ) -> int:
@@ -37,7 +39,7 @@ def plot_result(
     chosen = [KINDS[name] for name in kinds]
     if every_kind:
         chosen = [kind for kind in chosen if not kind.beside or out.with_suffix(kind.beside).exists()]
-    for option, value in {"--step": steps, "--at": at, "--field": fields}.items():
+    for option, value in {"--step": steps, "--at": at, "--field": fields, "--body": body}.items():
         if value and not any(OPTIONS[name] == option for kind in chosen for name in kind.options):
             names = " and ".join(kinds)
             raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
@@ -48,7 +50,7 @@ def plot_result(
         pictures, left_out = {}, {}
         for kind, path in zip(chosen, files, strict=True):
             try:
-                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields, sheet)
+                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields, body, sheet)
             except PictureError as error:
                 if not every_kind:
                     raise CaseError(f"{kind.name}: {error}", (), result.path) from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib
 import numpy as np
@@ -16,8 +16,10 @@ from fretsolve.errors import FileError, PictureError
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.labels import label_depth
 from fretsolve.plots.snapshot import outer_edges
 from fretsolve.result import Result
+from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import is_made_from
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5
@@ -26,24 +28,26 @@ TRACE = 0.08
 """Length of the critical plane's trace on either side of the worst place, over the width of a panel."""
 
 
-def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | None = None) -> Figure:
+def fatigue_map(
+    result: Result, ax: Target = None, *, fields: Sequence[str] | None = None, body: Body | None = None
+) -> Figure:
     """Draw the parameters that `fretsolve fatigue` wrote beside the result, each in a section and a layer.
 
-    fields: criteria, by default all in the file. Both go through the worst place, where a line is the trace of the
-    critical plane. Shown is the utilisation with its contour 1, or the parameter if it has no limit. Raises
-    PictureError.
+    fields: criteria; body: by default all in the file. Section and layer go through the worst place, where a line is
+    the trace of the critical plane; depth points upwards in body 1. Shown is the utilisation with its contour 1, or the
+    parameter if it has no limit. Raises PictureError.
     """
     path = fatigue_path(result.path)
     try:
         if path.exists() and not is_made_from(result, path):
             raise PictureError(f"{path.name} is not of this result; `fretsolve fatigue --overwrite` writes it again")
         with open_hdf5(path) as file:
-            bodies = fatigue_bodies(file, path)
+            bodies = _bodies(fatigue_bodies(file, path), body)
             panels = [
                 (number, name, kind)
-                for number, body in reversed(bodies.items())
-                for name in _chosen(body, fields)
-                for kind in _kinds(body)
+                for number, found in reversed(bodies.items())
+                for name in _chosen(found, fields)
+                for kind in _kinds(found)
             ]
             with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
                 for axes, (number, name, kind) in zip(drawn.axes, panels, strict=False):
@@ -51,7 +55,7 @@ def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | No
                     if kind == "curve":
                         _draw_curve(axes, bodies[number], name, title)
                     else:
-                        _draw(drawn, axes, bodies[number], name, kind, title, upwards=number == 1)
+                        _draw(drawn, axes, bodies[number], name, kind, title, number)
                 average = str(file.attrs.get("average", ""))
                 of_body = " and ".join(f"body {number}" for number in bodies)
                 drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
@@ -71,6 +75,16 @@ def fatigue_map(result: Result, ax: Target = None, *, fields: Sequence[str] | No
 
 
 _OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=2.4, foreground="black")]
+
+
+def _bodies(found: Mapping[int, BodyFatigue], body: Body | None) -> dict[int, BodyFatigue]:
+    """Return the bodies to draw, by number. Raises PictureError."""
+    if body is None:
+        return dict(found)
+    if body not in found:
+        there = " and ".join(f"body {number}" for number in found)
+        raise PictureError(f"the file has no parameters of body {body}, only of {there}")
+    return {body: found[body]}
 
 
 def _kinds(body: BodyFatigue) -> list[str]:
@@ -107,8 +121,8 @@ def _draw_curve(axes: Axes, body: BodyFatigue, name: str, title: str) -> None:
     axes.set(xlabel="x (mm)", ylabel=label, title=f"{title} at depth {body.depths[0]:.3g} mm")
 
 
-def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, *, upwards: bool) -> None:
-    """Draw one panel; upwards: in body 1, whose depth is along -z."""
+def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, number: int) -> None:
+    """Draw one panel; number: of the body. The depth of body 1 is along -z."""
     values, limited, label = _shown(body, name)
     place = np.unravel_index(int(body.field(name).argmax()), values.shape)
     depth, i, j = (int(part) for part in place)
@@ -116,10 +130,11 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
     if kind == "section":
         shown, across = values[:, :, j], body.depths
         axes.pcolormesh(body.x, across, shown, shading="gouraud", rasterized=True, norm=_norm(values), cmap="cividis")
-        axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(across[-1], 0.0))
+        axes.set(aspect="equal", xlabel="x (mm)")
+        label_depth(axes, number, across[-1])
         axes.set_title(title if len(body.y) == 1 else f"{title} at y = {body.y[j]:.3g} mm")
         worst = body.x[i], body.depths[depth]
-        along = None if normal is None else (-normal[2] * (-1.0 if upwards else 1.0), normal[0])
+        along = None if normal is None else (-normal[2] * (-1.0 if number == 1 else 1.0), normal[0])
     else:
         shown, across = values[depth].T, body.y
         extent = (*outer_edges(body.x), *outer_edges(body.y))

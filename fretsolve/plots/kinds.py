@@ -10,11 +10,12 @@ from fretsolve.plots.sheet import Sheet
 
 if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alone
     from fretsolve.result import Result
+    from fretsolve.stress.halfspace.influence import Body
 
 STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 """File formats; the first one is the default."""
 
-OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field"}
+OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field", "body": "--body"}
 """Parameters of the functions that draw, with the options of the command line that set them."""
 
 
@@ -46,11 +47,12 @@ class PictureKind(NamedTuple):
         steps: tuple[int, ...] = (),
         at: tuple[float, float] | None = None,
         fields: tuple[str, ...] = (),
+        body: Body | None = None,
         sheet: Sheet | None = None,
     ) -> bytes:
         """Return the content of a file of the picture. Raises PictureError.
 
-        at: a point in mm. Without `steps`, `at` or `fields` the picture shows those that are usual for its kind.
+        at: a point in mm. Without `steps`, `at`, `fields` or `body` the picture shows what is usual for its kind.
         """
         from matplotlib.animation import FFMpegWriter
 
@@ -61,7 +63,7 @@ class PictureKind(NamedTuple):
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
         if "step" in self.options and len(steps) > 1:
             raise PictureError(f"shows one increment, not {len(steps)}: give --step once")
-        given = {"step": steps[0] if steps else None, "steps": steps, "at": at, "fields": fields}
+        given = {"step": steps[0] if steps else None, "steps": steps, "at": at, "fields": fields, "body": body}
         sheet = sheet or Sheet()
         picture = self.draw(result, sheet, **{name: given[name] for name in self.options})
         if file_format in MOVING:
@@ -77,13 +79,17 @@ _ALL = (
     PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
-    PictureKind("stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step",)),
-    PictureKind("stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at",)),
+    PictureKind(
+        "stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step", "body")
+    ),
+    PictureKind(
+        "stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at", "body")
+    ),
     PictureKind(
         "fatigue-map",
         "fatigue_maps:fatigue_map",
         "Where cracks may begin, by `fretsolve fatigue`.",
-        ("fields",),
+        ("fields", "body"),
         beside=".fatigue.h5",
     ),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),

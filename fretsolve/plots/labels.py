@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
 from numpy.typing import ArrayLike
 
@@ -158,3 +159,9 @@ def symbol(name: str) -> str:
 def short_number(value: float, scale: float) -> str:
     """Return `value` in four digits; 0 if it is round-off of `scale`."""
     return f"{value:.4g}" if abs(value) > 1e-9 * scale else "0"
+
+
+def label_depth(axes: Axes, body: int, deepest: float) -> None:
+    """Make y the depth, from the surface to `deepest` (mm): downwards in body 2, and upwards in body 1 above it."""
+    limits = (0.0, deepest) if body == 1 else (deepest, 0.0)
+    axes.set(ylabel=f"depth in body {body} (mm)", ylim=limits)

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
-from fretsolve.plots.labels import marks
+from fretsolve.plots.labels import label_depth, marks
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, middle, outer_edges
 from fretsolve.result import Result
 from fretsolve.stress.evaluate import layers
 from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.influence import COMPONENTS
+from fretsolve.stress.halfspace.influence import COMPONENTS, Body
 from fretsolve.stress.invariants import invariant
 from fretsolve.stress.names import Invariant
 from fretsolve.stress.request import StressRequest, stress_request
@@ -35,14 +35,14 @@ SECTION_DEPTHS = 48
 DEEPEST = 1.5
 
 
-def stress_map(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
+def stress_map(result: Result, ax: Target = None, *, step: int | None = None, body: Body | None = None) -> Figure:
     """Draw von Mises stress and first principal stress on a section along x and on the surface, of an increment.
 
-    step: by default the last one with fields. Of body 2, or 1 if that is rigid. A line contact has the section alone.
-    Raises PictureError.
+    step: by default the last one with fields; body: by default 2, or 1 if that is rigid, whose depth points upwards.
+    A line contact has the section alone. Raises PictureError.
     """
     chosen = chosen_step(result, step)
-    tractions, request = _request(result, (chosen,))
+    tractions, request = _request(result, (chosen,), body)
     snapshot = Snapshot(result, chosen)
     row = int(np.abs(result.y - middle(snapshot)[1]).argmin())
     depths = _section_depths(tractions, chosen)
@@ -57,7 +57,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None) ->
     with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
-                _draw_section(drawn, axes, x, depths, invariant(name, below), name)
+                _draw_section(drawn, axes, x, depths, invariant(name, below), name, request.bodies[0])
                 axes.set_title(f"{SHOWN[name]} at y = {result.y[row]:.3g} mm")
             elif surface is not None:
                 _draw_surface(drawn, axes, x, y, invariant(name, surface), name)
@@ -66,18 +66,20 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None) ->
     return drawn.figure
 
 
-def stress_cycle(result: Result, ax: Target = None, *, at: tuple[float, float] | None = None) -> Figure:
+def stress_cycle(
+    result: Result, ax: Target = None, *, at: tuple[float, float] | None = None, body: Body | None = None
+) -> Figure:
     """Draw the stress components, and the invariants, at a point of the surface over the last cycle.
 
     Without a cycle in the load path it is over all increments with fields. at: the point (mm), moved to the centre of
-    its cell; by default where the tension is largest. Of body 2, or 1 if that is rigid. Raises PictureError.
+    its cell; by default where the tension is largest. body: by default 2, or 1 if that is rigid. Raises PictureError.
     """
     chosen_step(result, None)
     try:
         steps, over = last_cycle(result), "the last cycle"
     except CaseError:
         steps, over = result.steps, "all increments with fields"
-    tractions, request = _request(result, steps)
+    tractions, request = _request(result, steps, body)
     body = request.bodies[0]
     i, j = _cell(tractions, at) if at is not None else _largest_tension(tractions, request)
     x, y = float(result.x[i]), float(result.y[j])
@@ -104,11 +106,11 @@ def stress_cycle(result: Result, ax: Target = None, *, at: tuple[float, float] |
     return drawn.figure
 
 
-def _request(result: Result, steps: Sequence[int]) -> tuple[TractionHistory, StressRequest]:
+def _request(result: Result, steps: Sequence[int], body: Body | None) -> tuple[TractionHistory, StressRequest]:
     """Return the tractions and the request for one body. Raises PictureError."""
     try:
         tractions = TractionHistory(result)
-        return tractions, stress_request(tractions, steps, depths=(0.0,))
+        return tractions, stress_request(tractions, steps, () if body is None else (body,), depths=(0.0,))
     except CaseError as error:
         raise PictureError(error.message) from error
 
@@ -122,11 +124,12 @@ def _section_depths(tractions: TractionHistory, step: int) -> list[float]:
 
 
 def _draw_section(
-    drawn: Canvas, axes: Axes, x: DoubleArray, depths: Sequence[float], values: DoubleArray, name: Invariant
+    drawn: Canvas, axes: Axes, x: DoubleArray, depths: Sequence[float], values: DoubleArray, name: Invariant, body: Body
 ) -> None:
     image = axes.pcolormesh(x, depths, values.T, shading="nearest", rasterized=True, **_colors(values, name))
     axes.grid(False)
-    axes.set(aspect="equal", xlabel="x (mm)", ylabel="depth (mm)", ylim=(depths[-1], 0.0))
+    axes.set(aspect="equal", xlabel="x (mm)")
+    label_depth(axes, body, depths[-1])
     drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
 
 

@@ -13,8 +13,10 @@ import xarray
 from command_line import invoke, refused
 
 from fretsolve import open_result
+from fretsolve.plots import stress_cycle, stress_map
 from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.influence import COMPONENTS
+from fretsolve.stress.invariants import invariant
 from fretsolve.stress.stress_file import read_peaks
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 
@@ -221,6 +223,33 @@ def test_pictures(folder: Path, tmp_path: Path) -> None:
     assert "is off the grid" in refused(
         2, "plot", folder / "case.h5", "stress-cycle", "--at", "9,9", "-o", tmp_path / "a.png"
     )
+
+
+def test_pictures_of_either_body(folder: Path, tmp_path: Path) -> None:
+    with open_result(folder / "case.h5") as result:
+        maps_step = result.steps[-1]
+        maps = {body: stress_map(result, body=body) for body in (1, 2)}
+        cycles = {body: stress_cycle(result, body=body, at=(0.05, 0.0)) for body in (1, 2)}
+    assert maps[1].axes[0].get_ylim() == maps[2].axes[0].get_ylim()[::-1]
+    assert maps[1].axes[0].get_ylabel() == "depth in body 1 (mm)"
+    # The section is that of the body: its stresses on the surface, which is row 0, are those of the file.
+    for body, figure in maps.items():
+        out = tmp_path / f"{body}.h5"
+        words = ("--body", body, "--depth", 0, "--step", maps_step, "-o", out, "-q")
+        assert invoke("stress", folder / "case.h5", *words).exit_code == 0
+        with h5py.File(out) as file:
+            group = file[f"stress/body_{body}"]
+            row = int(np.abs(group["y"][:]).argmin())
+            stress = np.array([group[name][0, 0, :, row] for name in COMPONENTS])
+        drawn = np.asarray(figure.axes[0].collections[0].get_array()).reshape(-1, stress.shape[-1])[0]
+        np.testing.assert_allclose(drawn, invariant("mises", stress), rtol=1e-5)
+    # Bulk stress is that of body 2 alone.
+    xx = {body: figure.axes[0].lines[0].get_ydata() for body, figure in cycles.items()}
+    assert not np.allclose(xx[1], xx[2])
+    assert "body 1 at x" in cycles[1].get_suptitle()
+    done = invoke("plot", folder / "case.h5", "stress-map", "--body", 1, "-o", tmp_path / "one.png")
+    assert done.exit_code == 0, done.stderr
+    assert "--body has no effect on loop; leave it out" in refused(2, "plot", folder / "case.h5", "loop", "--body", 1)
 
 
 def test_a_sweep_collects_the_largest_stresses(tmp_path: Path) -> None:

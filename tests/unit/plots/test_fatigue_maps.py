@@ -39,6 +39,23 @@ def test_section_and_layer_go_through_the_worst_place(solved):
     assert section.collections[0].norm.vmax == pytest.approx(used.max())
 
 
+def test_a_body_is_chosen_and_its_depth_points_away_from_the_contact(solved, tmp_path):
+    both = solved.with_name("both.h5")
+    both.write_bytes(solved.read_bytes())
+    words = ("--material", KEYS, "--criterion", "findley", "--body", 1, "--body", 2, "-q")
+    assert invoke("fatigue", both, *words).exit_code == 0
+    with open_result(both) as result:
+        upper, lower = (fatigue_map(result, body=body).axes[0] for body in (1, 2))
+        everything = fatigue_map(result)
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("depth in body 1 (mm)", "depth in body 2 (mm)")
+    assert upper.get_ylim() == lower.get_ylim()[::-1]
+    assert upper.get_ylim()[1] > upper.get_ylim()[0] == 0.0
+    titles = [axes.get_title() for axes in everything.axes if axes.get_title()]
+    assert [title.split(",")[0] for title in titles] == ["body 2", "body 2", "body 1", "body 1"]
+    message = "the file has no parameters of body 1, only of body 2"
+    assert message in refused(2, "plot", solved, "fatigue-map", "--body", 1, "-o", tmp_path / "a.png")
+
+
 def test_all_criteria_by_default(solved):
     with open_result(solved) as result:
         titles = [axes.get_title() for axes in fatigue_map(result).axes]
