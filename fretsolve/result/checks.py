@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fretsolve.case.history import EXTENTS
 from fretsolve.result.layout import BULK_HISTORY, ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
-from fretsolve.result.state import CORRECTED_SUFFIX, ZONE_NAMES
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 
 _MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
@@ -95,7 +95,7 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     errors, bulk = (ours[0].name in columns for ours in (ERRORS, BULK_HISTORY))
     rows = np.empty(columns["step"].shape, row_type(errors, bulk, corrected=corrected))
     for name in rows.dtype.names or ():
-        if name in EXTENTS and name not in columns:  # a result of an earlier version
+        if name.removesuffix(ERROR_SUFFIX) in EXTENTS and name not in columns:  # a result of an earlier version
             rows[name] = np.nan
             continue
         column = columns[name if name in columns else FORMER_NAMES.get(name, name)]

@@ -90,6 +90,14 @@ class SummaryErrors:
     phi_z_error: float
     contact_radius_error: float
     stick_radius_error: float
+    contact_half_width_x_error: float
+    contact_half_width_y_error: float
+    contact_center_x_error: float
+    contact_center_y_error: float
+    stick_half_width_x_error: float
+    stick_half_width_y_error: float
+    stick_center_x_error: float
+    stick_center_y_error: float
     max_pressure_error: float
     work_error: float
     work_total_error: float

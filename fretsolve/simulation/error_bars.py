@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import BULK, EXTENTS, PAIRS
 from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
@@ -116,7 +116,7 @@ class ErrorBars:
 
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
-        self._largest = np.maximum(self._largest, np.abs(values_of(summary)))
+        self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         self._shear_path = self._shear_path.after(summary, self._setup.model.friction)
 
     def _follow(self, path: LoadPath) -> None:
@@ -173,7 +173,12 @@ class ErrorBars:
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant
             normal = tangential = self._setup.model.compliances.A * summary.P
+        if self._setup.model.bulk is not None:
+            stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
+            mismatch = float(np.abs(self._setup.model.bulk.mismatch(stresses)).max())
+            tangential = max(tangential, mismatch * summary.contact_radius)
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}
+        scales |= dict.fromkeys(EXTENTS, summary.contact_radius)
         scales |= {"P": summary.P, "Mx": half * summary.P, "My": half * summary.P}
         scales |= {"Qx": limit, "Qy": limit, "Mz": half * limit}
         scales |= {"delta_z": normal, "phi_x": normal / half, "phi_y": normal / half}

@@ -14,7 +14,18 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
 from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.quantity_estimates import CONTACT, FLOOR, MX, MY, PRESSURE, STICK, TOTAL, WORK
+from fretsolve.simulation.quantity_estimates import (
+    CONTACT,
+    CONTACT_EXTENTS,
+    FLOOR,
+    MX,
+    MY,
+    PRESSURE,
+    STICK,
+    STICK_EXTENTS,
+    TOTAL,
+    WORK,
+)
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
 FLOOR_ORDER = 2.0
@@ -26,6 +37,9 @@ DISSIPATED, DISSIPATED_ORDER = 0.2, 1.5
 
 CONTACT_EDGE, STICK_EDGE = 0.01, 0.03
 """Least error of the radii over h."""
+
+CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
+"""The same of half-widths and middles over h, which depend on the ends of a zone alone."""
 
 PART_STICK, PART_STICK_ORDER = 0.6, 1.5
 """Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
@@ -115,9 +129,12 @@ class LeastErrors:
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
+        ends = math.hypot(CONTACT_END, SHARP_END * self.sharp) * self.side
+        least[CONTACT_EXTENTS] = ends
         least[CONTACT] = math.hypot(CONTACT_EDGE, SHARP_EDGE * self.sharp) * self.side
         width, dissipated = self._unseen_slip(summary)
         least[STICK] = self._stick_radius(summary, ratio, width)
+        least[STICK_EXTENTS] = max(math.hypot(STICK_END, SHARP_END * self.sharp) * self.side, least[STICK])
         least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
         least[TOTAL] += dissipated
         least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
@@ -128,7 +145,9 @@ class LeastErrors:
             least[place] = math.hypot(moment, least[place])
         if summary.max_pressure:
             peak = least[PRESSURE] + self._hidden_pressure(state.fields.pressure)
-            least += min(self.flattening / summary.max_pressure, 1.0) * largest
+            unresolved = min(self.flattening / summary.max_pressure, 1.0)
+            least += unresolved * largest
+            least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
             least[PRESSURE] = peak
         return least
 

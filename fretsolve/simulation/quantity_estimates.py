@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from fretsolve.case.history import TANGENTIAL
+from fretsolve.case.history import EXTENTS, TANGENTIAL
 from fretsolve.result.state import ESTIMATED
 from fretsolve.system.arrays import DoubleArray
 
@@ -32,12 +32,15 @@ class QuantityEstimate:
 
 TILTING = QuantityEstimate(order=1.45, floor=0.3)
 DISSIPATED = QuantityEstimate(order=0.7)
+CONTACT_SIZE = QuantityEstimate(between=0.25)
+# On the coarse grid its change by the increments is mostly that of its edge within the cells.
+STICK_SIZE = QuantityEstimate(between=0.25, safety=2.0)
 DIFFERENT = {
     "delta_z": QuantityEstimate(order=1.4),
     "max_pressure": QuantityEstimate(order=0.75, floor=0.3),
-    "contact_radius": QuantityEstimate(between=0.25),
-    # On the coarse grid its change by the increments is mostly that of its edge within the cells.
-    "stick_radius": QuantityEstimate(between=0.25, safety=2.0),
+    "contact_radius": CONTACT_SIZE,
+    "stick_radius": STICK_SIZE,
+    **{name: CONTACT_SIZE if name.startswith("contact") else STICK_SIZE for name in EXTENTS},
     **dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), TILTING),
     **dict.fromkeys(("work", "work_total"), DISSIPATED),
     **dict.fromkeys(TANGENTIAL, QuantityEstimate(linked=0.2)),
@@ -55,3 +58,9 @@ CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY = map(
     ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My")
 )
 """Places in that order."""
+
+CONTACT_EXTENTS, STICK_EXTENTS = (
+    np.array([place for place, name in enumerate(ESTIMATED) if name in EXTENTS and name.startswith(zone)])
+    for zone in ("contact", "stick")
+)
+"""Places of half-widths and middles of the zones."""

@@ -14,6 +14,7 @@ import xarray
 from fake_states import ALL_FIELDS, fake_header, fake_states, write_fake
 
 from fretsolve import __version__, open_result
+from fretsolve.case.history import EXTENTS
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, reader
 from fretsolve.result.layout import ERRORS, FIELDS, FORMAT_VERSION, FORMER_NAMES, HISTORY, QUANTITIES
@@ -297,6 +298,22 @@ def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(t
             assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
     with HistoryWriter.open(out, header, resume=True) as writer:
         assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+
+
+def test_results_of_earlier_versions_lack_bars_of_half_widths(tmp_path: Path) -> None:
+    header, states = fake_header(errors=True), list(fake_states(3, errors=True))
+    out = write_fake(tmp_path / "out.h5", "failed", 2, errors=True)
+    with h5py.File(out, "r+") as file:
+        del file["header"]
+        for name in EXTENTS:
+            del file["history"][f"{name}_error"]
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        writer.append(states[2])
+        writer.finish("complete")
+    with open_result(out) as result:
+        column = result.history["stick_center_x_error"]
+        assert np.isnan(column[:2]).all()
+        assert column[2] == states[2].errors.stick_center_x_error
 
 
 @pytest.mark.parametrize("end", ["complete", "failed", "stopped"])

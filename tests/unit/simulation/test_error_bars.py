@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from command_line import invoke
 from fake_states import fake_header, fake_states, some_errors, write_fake
+from line_cases import LOAD, SHEAR_FORCE, A, line_case
 from small_cases import CASE, case_error, write_case
 from solving import DISSIMILAR, HERTZ, SPHERE, build
 
-from fretsolve import load_case, open_result
+from fretsolve import load_case, open_result, run
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import ESTIMATED, State, SummaryErrors
@@ -127,6 +128,37 @@ def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
     assert errors.P_error < 1e-6 * found.P
     assert 0.0 < errors.coarse_runs_applications < 0.5 * found.operator_applications
     assert errors.coarse_runs_wall_time > 0.0
+
+
+def test_bars_hold_the_errors_of_half_widths_and_middles() -> None:
+    """Under bulk stress and a force, against Hills and Nowell; a line contact has no extent along y."""
+    path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_2": {"xx": 141.9435}, "increments": 10}]
+    *_, (state, errors) = with_bars(set_up(line_case(grid={"points": 129}, load_path=path)))
+    exact = {
+        "contact_half_width_x": A,
+        "contact_center_x": 0.0,
+        "stick_half_width_x": 0.0680778,
+        "stick_center_x": 0.0215281,
+    }
+    for name, value in exact.items():
+        bar = getattr(errors, f"{name}_error")
+        assert abs(getattr(state.summary, name) - value) < bar < 0.02 * A, name
+    assert math.isnan(errors.stick_center_y_error)
+
+
+def test_what_is_unsolved_is_measured_against_the_mismatch_of_bulk_stress() -> None:
+    """Bulk stress alone moves no body, but makes them slip."""
+    setup = setup_of(24, load_path=[{"P": 400.0}, {"bulk_2": {"xx": 300.0, "yy": 300.0}, "increments": 4}])
+    bars = ErrorBars(setup)
+    *states, last = run(setup)
+    for state in states:
+        bars.of(state)
+    small = bars.of(last).work_total_error
+    unsolved = ErrorBars(setup, [state.summary for state in states])
+    errors = unsolved.of(replace(last, summary=replace(last.summary, residual_stick=0.1)))
+    limit, mismatch = setup.model.friction * 400.0, 0.7 * 300.0 / 200e3
+    expected = 0.1 * limit * mismatch * last.summary.contact_radius
+    assert errors.work_total_error == pytest.approx(math.hypot(small, expected), rel=1e-3)
 
 
 def test_increments_have_their_part_in_the_bar() -> None:
