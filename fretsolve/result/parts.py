@@ -77,6 +77,14 @@ def set_aside(folder: Path, parts: Sequence[Path]) -> Path:
     return aside
 
 
+def set_result_aside(out: Path) -> Path:
+    """Give a damaged result another name, and return that. Raises OSError."""
+    names = (out.with_name(f"{out.name}.damaged-{number}") for number in itertools.count(1))
+    aside = next(name for name in names if not os.path.lexists(name))
+    atomic_files.rename(out, aside)
+    return aside
+
+
 def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:
     """Commit a part of all increments of `sources` up to `state`, or of `state` alone. Raises OSError, FileError."""
     first = state.summary.step

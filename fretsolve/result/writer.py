@@ -15,6 +15,7 @@ from typing import Literal
 
 import h5py
 
+from fretsolve.case.dimensions import counted
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.header import RunHeader, require_same_run
 from fretsolve.result.lock import RunLock
@@ -25,12 +26,13 @@ from fretsolve.result.parts import (
     part_name,
     parts_folder,
     set_aside,
+    set_result_aside,
     write_increments,
     write_part,
     write_result,
 )
 from fretsolve.result.piece import Part, Piece
-from fretsolve.result.reader import open_result, read_header
+from fretsolve.result.reader import open_result, read_attributes, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free
@@ -227,10 +229,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self._clear()
             atomic_files.remove(self.out)
         elif self.out.exists():
-            if self._take_final(retry):
-                self._clear()
-            else:
-                self._take_up_failed()
+            self._take_up_result(retry)
             return
         if not all_parts(self._folder):
             self._clear()
@@ -287,27 +286,81 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self.complete = True
         return self.complete
 
+    def _take_up_result(self, retry: bool) -> None:
+        """Take OUT, or the parts beside it where OUT is damaged, or has failed and has fewer increments than they.
+
+        Nothing is removed before what else holds it has been read whole. Raises FileError.
+        """
+        if saved := all_parts(self._folder):
+            usable = self._require_own_parts()
+            try:
+                with open_result(self.out) as result, Piece(self.out) as piece:
+                    increments, complete = result.increments, result.status == "complete"
+                    piece.verify()
+            except FileError as damage:
+                if not usable:
+                    message = f"{damage.message}; the saved increments in {self._folder.name} cannot be used instead"
+                    raise FileError(f"{message}: {HEADER_NAME} or the first of them is missing", self.out) from damage
+                self._settle_parts(self._read_parts())
+                aside = set_result_aside(self.out)
+                self.notes.append(f"{damage}; going on from {self._folder.name}. The file was moved to {aside.name}")
+                return
+            if not complete and max(part.last for part in saved) >= increments:
+                if not usable:
+                    message = f"holds more increments than {self.out.name}, but {HEADER_NAME} or the first is missing"
+                    raise FileError(f"{message}: put it back, or start anew with --overwrite", self._folder)
+                damaged = self._read_parts()
+                if len(self.summaries) > increments:
+                    self._settle_parts(damaged)
+                    there = f"{self.out} has failed after {counted(increments, 'increment')}"
+                    self.notes.append(f"{there}, {self._folder.name} has {len(self.summaries)}; going on from those")
+                    atomic_files.remove(self.out)
+                    return
+                self.last_state, self.summaries, self._parts = None, [], []
+        if self._take_final(retry):
+            self._clear()
+        else:
+            self._take_up_failed()
+
+    def _require_own_parts(self) -> bool:
+        """Return whether the parts beside OUT are of use. Raises FileError if they or OUT are of another run."""
+        try:
+            attributes = read_attributes(self.out)
+        except FileError as error:
+            advice = f"the saved increments in {self._folder.name} stay: move this file away, and {self._advice}"
+            raise FileError(f"{error.message}; {advice}", self.out) from error
+        require_same_run(self.out, attributes, self.header)
+        try:
+            header = read_header(self._folder)
+        except (FileNotFoundError, FileError):
+            return False
+        require_same_run(self._folder, header.attributes("stopped"), self.header)
+        return bool(contiguous_parts(self._folder))
+
     def _write_header(self) -> None:
         atomic_files.write_text(self._folder / HEADER_NAME, self.header.to_json())
 
     def _take_up_failed(self) -> None:
         """Turn a failed result back into parts, to go on from its last increment. OUT goes last, so nothing is lost."""
+        self._take_up(self.out)
         self._clear()
         self._write_header()
-        self._take_up(self.out)
         if self.last_state is not None:
             self._parts = [write_part(self._folder, self.header, self.last_state, [self.out])]
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:
-        """Go on after the last increment up to which all parts are undamaged, and set aside those that follow.
+        """Go on from the parts of a stopped run. Raises FileError."""
+        require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
+        self._settle_parts(self._read_parts())
+
+    def _read_parts(self) -> dict[Part, FileError]:
+        """Take up the increments up to which all parts are undamaged, and return those that are damaged.
 
         In place of a damaged merged part, those that it was merged from are taken if they are still there.
         """
-        require_same_run(self._folder, read_header(self._folder).attributes("stopped"), self.header)
-        parts = all_parts(self._folder)
         damaged: dict[Part, FileError] = {}
-        for part in parts:
+        for part in all_parts(self._folder):
             if part.first != len(self.summaries):
                 continue
             try:
@@ -316,7 +369,11 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 damaged[part] = error
             else:
                 self._parts.append(part)
-        next_step = len(self.summaries)
+        return damaged
+
+    def _settle_parts(self, damaged: Mapping[Part, FileError]) -> None:
+        """Set the parts aside that follow those taken up, and remove those that merged ones hold. Raises FileError."""
+        parts, next_step = all_parts(self._folder), len(self.summaries)
         if not self._parts:
             first = next(iter(damaged.values()))
             message = f"{first.message}, and there is no saved increment before it: --overwrite starts anew"

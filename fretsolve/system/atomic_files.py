@@ -175,6 +175,12 @@ def remove(*files: Path) -> None:
         sync_folder(files[0].parent)
 
 
+def rename(file: Path, target: Path) -> None:
+    """Give a file a new name in its folder. Raises OSError, also if another file has that name."""
+    _name_new(file, target)
+    sync_folder(file.parent)
+
+
 def move(folder: Path, *files: Path) -> None:
     """Move the files of one folder, in order, to a new `folder` on the same file system. Raises OSError."""
     os.mkdir(folder)

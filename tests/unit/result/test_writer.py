@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 import os
+import shutil
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -131,6 +132,96 @@ def test_leftover_parts_of_a_complete_result_are_cleared(out: Path) -> None:
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert writer.complete
     assert not parts_folder(out).exists()
+
+
+def beside_parts(out: Path, stop_after: int, end: str, increments: int) -> dict[str, bytes]:
+    """Write parts of `stop_after` increments, and beside them a result of `increments`; return the parts."""
+    write(out, fake_header(), stop_after=stop_after)
+    kept = {path.name: path.read_bytes() for path in parts_folder(out).iterdir()}
+    shutil.rmtree(parts_folder(out))
+    with HistoryWriter.open(out, fake_header()) as writer:
+        for state in fake_states(increments):
+            writer.append(state)
+        writer.finish("complete" if end == "complete" else "failed")
+    parts_folder(out).mkdir()
+    for name, data in kept.items():
+        (parts_folder(out) / name).write_bytes(data)
+    return kept
+
+
+def overwrite_chunk(out: Path, name: str) -> None:
+    """Damage the first chunk of a dataset, as a bad disk does."""
+    with h5py.File(out) as file:
+        chunk = file[name].id.get_chunk_info(0)
+    data = bytearray(out.read_bytes())
+    data[chunk.byte_offset : chunk.byte_offset + chunk.size] = b"\xa5" * chunk.size
+    out.write_bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("end", "increments", "damaged"),
+    [("complete", 6, "fields/pressure"), ("failed", 4, "restart/displacement_x"), ("failed", 4, "history/P")],
+)
+def test_a_damaged_result_removes_no_saved_increments(tmp_path: Path, end: str, increments: int, damaged: str) -> None:
+    write(tmp_path / "whole.h5", fake_header())
+    out = tmp_path / "out.h5"
+    beside_parts(out, 4, end, increments)
+    overwrite_chunk(out, damaged)
+    wrong = out.read_bytes()
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == 4
+        assert not writer.complete
+        assert writer.notes[-1].endswith("going on from out.h5.parts. The file was moved to out.h5.damaged-1")
+    assert (tmp_path / "out.h5.damaged-1").read_bytes() == wrong
+    write(out, fake_header(), resume=True)
+    assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+def test_a_result_without_a_header_removes_no_saved_increments(out: Path) -> None:
+    kept = beside_parts(out, 4, "complete", 6)
+    overwrite_chunk(out, "header/json")
+    with pytest.raises(FileError, match=r"stay: move this file away, and --resume goes on"):
+        HistoryWriter.open(out, fake_header(), resume=True)
+    assert {path.name: path.read_bytes() for path in parts_folder(out).iterdir()} | kept == kept
+
+
+def test_a_damaged_result_beside_parts_without_a_header_is_refused(out: Path) -> None:
+    beside_parts(out, 4, "failed", 4)
+    overwrite_chunk(out, "fields/pressure")
+    (parts_folder(out) / "header.json").unlink()
+    with pytest.raises(FileError, match=r"cannot be used instead: header\.json or the first of them is missing"):
+        HistoryWriter.open(out, fake_header(), resume=True)
+    assert len(all_parts(parts_folder(out))) == 4
+
+
+def test_parts_of_another_run_beside_a_result_stay(out: Path) -> None:
+    beside_parts(out, 4, "complete", 6)
+    other = fake_header(max_iterations=2, tolerance=1e-7).to_json()
+    (parts_folder(out) / "header.json").write_text(other)
+    with pytest.raises(FileError, match=r"holds a run of another case: solver\.tolerance"):
+        HistoryWriter.open(out, fake_header(), resume=True)
+    assert len(all_parts(parts_folder(out))) == 4
+
+
+@pytest.mark.parametrize(("saved", "failed", "found"), [(4, 2, 4), (4, 4, 4), (3, 5, 5)])
+def test_of_a_failed_result_and_its_parts_the_longer_is_taken(
+    tmp_path: Path, saved: int, failed: int, found: int
+) -> None:
+    write(tmp_path / "whole.h5", fake_header())
+    out = tmp_path / "out.h5"
+    beside_parts(out, saved, "failed", failed)
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == found
+        assert len(writer.notes) == (saved > failed)
+    write(out, fake_header(), resume=True)
+    assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+def test_a_failed_result_wins_over_damaged_parts(out: Path) -> None:
+    beside_parts(out, 4, "failed", 3)
+    overwrite_chunk(parts_folder(out) / "000001-000001.h5", "fields/pressure")
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == 3
 
 
 def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
