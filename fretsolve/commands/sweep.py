@@ -13,7 +13,15 @@ from fretsolve.study.result_files import HDF5_NAME
 from fretsolve.sweep.beginnings import remove_beginnings
 from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines.slurm import requeue, submit
-from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list, read_manifest, require_own, write_manifest
+from fretsolve.sweep.manifest import (
+    Manifest,
+    ManifestRow,
+    index_list,
+    read_manifest,
+    require_no_link,
+    require_own,
+    write_manifest,
+)
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import NAMES, read_quantity
 from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
@@ -77,6 +85,7 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     from fretsolve.sweep.engines.worker_pool import run_cases  # on demand, as in `_run`
 
     manifest = read_manifest(folder)
+    require_no_link(folder)
     last = len(manifest.rows) - 1
     if max(indices) > last:
         raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fretsolve.errors import CaseError, FileError, dotted, shortened
 from fretsolve.result.reader import read_attributes
+from fretsolve.sweep.beginnings import FOLDER_NAME as BEGINNINGS_NAME
 from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, writing
@@ -157,12 +158,10 @@ def require_own(folder: Path, sweep: Path) -> None:
 
     Raises FileError if a file or a link that no sweep has written is in the way.
     """
-    results = folder / RESULTS_NAME
-    if results.is_symlink():
-        raise FileError("is a link, which a sweep does not follow; give another folder with -o, or remove it", results)
+    require_no_link(folder)
     if not os.path.lexists(folder / MANIFEST_NAME):
         require_own_names(folder, _OWN_NAME, "no sweep")
-        require_own_names(results, OF_A_CASE, "no sweep")
+        require_own_names(folder / RESULTS_NAME, OF_A_CASE, "no sweep")
         return
     try:
         there = read_manifest(folder).sweep
@@ -173,6 +172,14 @@ def require_own(folder: Path, sweep: Path) -> None:
         other = not there.samefile(sweep)
     if other:
         raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
+
+
+def require_no_link(folder: Path) -> None:
+    """Raise FileError if one of the folders in that of a sweep, into which its cases write, is a link."""
+    for name in (RESULTS_NAME, BEGINNINGS_NAME):
+        if (folder / name).is_symlink():
+            message = "is a link, which a sweep does not follow; give another folder with -o, or remove it"
+            raise FileError(message, folder / name)
 
 
 def require_own_names(folder: Path, own: re.Pattern[str], of_what: str) -> None:

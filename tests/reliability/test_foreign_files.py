@@ -496,6 +496,20 @@ def test_a_sweep_leaves_what_it_has_not_written(tmp_path: Path) -> None:
     assert sorted(folder.iterdir()) == [folder / ".hidden", folder / "results"]
 
 
+@pytest.mark.parametrize("name", ["results", FOLDER_NAME])
+def test_no_task_of_a_sweep_writes_through_a_link(tmp_path: Path, name: str) -> None:
+    manifest, target = manifest_of(tmp_path), tmp_path / "mine"
+    target.mkdir()
+    (target / "notes.txt").write_text(TEXT)
+    if (manifest.folder / name).exists():
+        (manifest.folder / name).rmdir()
+    (manifest.folder / name).symlink_to(target)
+    for words in (("work", manifest.folder, "--cases", "0"), ("run", tmp_path / "sweep.yaml")):
+        line = refused(4, "sweep", *words)
+        assert line.startswith(f"{manifest.folder / name}: is a link, which a sweep does not follow")
+    assert list(target.iterdir()) == [target / "notes.txt"]
+
+
 def test_a_study_leaves_what_it_has_not_written(tmp_path: Path) -> None:
     case, folder = write_case(tmp_path, SWEPT), tmp_path / "mine"
     words = ("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_x", "-q", "-o", folder)
