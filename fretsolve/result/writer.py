@@ -199,16 +199,23 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
     @contextmanager
     def _reported(self, problem: str, file: Path) -> Iterator[None]:
-        """Turn an OSError in the block into a FileError that says whether the increments so far are kept."""
+        """Turn an OSError in the block into a FileError that says how many of the increments so far are kept."""
         try:
             yield
         except OSError as error:
-            lost = not self._folder.is_dir() or not all(part.path.exists() for part in self._parts)
-            kept = "saved increments were removed under way" if lost else "the increments so far are kept"
-            reason, advice = reason_of(error), "" if lost else f", {self._advice}"
+            reason = reason_of(error)
             if isinstance(error, FileExistsError):
                 reason = "another file has taken this name under way and is not touched; move it away"
-            raise FileError(f"{problem}: {reason}; {kept}{advice}", file) from error
+            raise FileError(f"{problem}: {reason}; {self._kept()}", file) from error
+
+    def _kept(self) -> str:
+        """Return how many of the increments so far are saved, and how to go on."""
+        if not all(part.path.exists() for part in self._parts):
+            return "saved increments were removed under way"
+        saved = len(self.summaries) - len(self._unsaved)
+        if not saved:
+            return "no increment is saved"
+        return f"{saved} of {len(self.summaries)} increments are kept, {self._advice}"
 
     def stop(self) -> None:
         """Leave the committed increments for a later resume, and let other runs write."""

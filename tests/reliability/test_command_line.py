@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import itertools
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -117,11 +118,24 @@ def test_full_disk(case: Path, uninterrupted: Path) -> None:
     code, output, messages = finish("run", case, preexec_fn=limit_file_size)
     assert code == 4
     assert messages.count("\n") == 1
-    assert messages.endswith("File too large; the increments so far are kept, --resume goes on\n")
+    match = re.search(r"File too large; (\d+) of (\d+) increments are kept, --resume goes on\n$", messages)
+    assert match
     out = case.with_suffix(".h5")
     assert 0 < saved_steps(output)[-1] + 1 <= readable(out) < INCREMENTS
+    assert readable(out) == int(match[1]) < int(match[2]) <= INCREMENTS
     assert finish("run", case, "--resume", "-q") == (0, "", "")
     assert_same_result(out, uninterrupted)
+
+
+@pytest.mark.parametrize("resume", [(), ("--resume",)])
+def test_a_disk_that_has_no_room_for_one_increment(case: Path, resume: tuple[str, ...]) -> None:
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+
+    code, _, messages = finish("run", case, "--set", "grid.points=32", *resume, preexec_fn=limit)
+    assert (code, messages.count("\n")) == (4, 1)
+    assert messages.endswith("cannot save the increment: File too large; no increment is saved\n")
+    assert sorted(case.parent.iterdir()) == [case]
 
 
 def test_a_new_case_on_a_full_disk_leaves_nothing(tmp_path: Path) -> None:

@@ -304,7 +304,7 @@ def test_a_file_that_takes_the_name_of_the_result(tmp_path: Path, pause: float) 
             FileError, match="another file has taken this name under way and is not touched; move it"
         ) as c:
             writer.finish("complete")
-    assert str(c.value).endswith("away; the increments so far are kept, --resume goes on")
+    assert str(c.value).endswith("away; 6 of 6 increments are kept, --resume goes on")
     assert out.read_text() == TEXT
     out.rename(tmp_path / "moved")
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
