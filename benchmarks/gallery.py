@@ -332,7 +332,7 @@ def _streamlines(cases: dict[str, str]) -> Figure:
     for panel, (name, case) in zip(axes, cases.items(), strict=True):
         result = shipped(case)
         plots.streamlines(result, panel, step=end_of_stage(result, 2))
-        panel.set_title(f"{name}: shear traction")
+        panel.set_title(f"{name}: shear traction (MPa)")
         handles = panel.get_legend().legend_handles
         panel.get_legend().remove()
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)

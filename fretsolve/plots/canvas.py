@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
@@ -47,6 +48,8 @@ STYLE: dict[Any, Any] = {
     "figure.constrained_layout.w_pad": 0.05,
 }
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
+
 MOST_COLUMNS = 2
 """Panels side by side."""
 
@@ -88,13 +91,15 @@ class Canvas:
             width = int(14.0 * self.figure.get_figwidth())  # letters
             lines = textwrap.wrap(title, width, max_lines=2, placeholder=" ...")
             plain = [line.replace("$", r"\$") for line in lines]
-            self.figure.suptitle("\n".join([*plain, *textwrap.wrap(detail, width)]))
+            self.figure.suptitle("\n".join([*plain, *_wrapped(detail, width)]))
 
-    def colorbar(self, axes: Axes, colors: ScalarMappable, label: str, extend: str = "neither") -> Colorbar:
+    def colorbar(self, axes: Axes, colors: ScalarMappable, label: str = "", extend: str = "neither") -> Colorbar:
         """Add a colour bar of 0.14 inches beside a panel whose limits are set, as high as the panel is in the end."""
         width = panel_width(axes)
         place = axes.inset_axes((1.0 + 0.08 / width, 0.0, 0.14 / width, 1.0))
-        return self.figure.colorbar(colors, cax=place, label=label, extend=extend)
+        height = axes.bbox.height / _figure_of(axes).dpi
+        lines = textwrap.wrap(label, max(int(height / 0.062), 12), break_on_hyphens=False)  # inches of a letter
+        return self.figure.colorbar(colors, cax=place, label="\n".join(lines), extend=extend)
 
     def legend(self, handles: Sequence[Any], columns: int) -> None:
         """Add a legend below all panels of a new figure, or on the first of the user's axes."""
@@ -103,6 +108,12 @@ class Canvas:
             self.figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, most), frameon=False)
         elif handles:
             self.axes[0].legend(handles=handles)
+
+
+def _wrapped(detail: str, width: int) -> list[str]:
+    """Return lines of about `width` letters, with a quantity and its value in one of them."""
+    kept = re.sub(r" = \S+( [^\s,]+(?=,|$))?", lambda found: found[0].replace(" ", NO_BREAK), detail)
+    return [line.replace(NO_BREAK, " ") for line in textwrap.wrap(kept, width)]
 
 
 @contextmanager
@@ -120,13 +131,19 @@ def own_style() -> Iterator[None]:
 
 @contextmanager
 def canvas(
-    target: Target, count: int, size: tuple[float, float], columns: int = MOST_COLUMNS, *, share: str = ""
+    target: Target,
+    count: int,
+    size: tuple[float, float],
+    columns: int = MOST_COLUMNS,
+    *,
+    share: str = "",
+    narrowest: float = NARROWEST,
 ) -> Iterator[Canvas]:
     """Make a canvas of `count` panels of about `size` (inches each) in at most `columns`, or one of the axes given.
 
     A new figure is as wide as its sheet says, else one column of a journal, or two if its panels need more. share: "x",
-    all panels have one x axis, or "row", those of a row one y axis. Raises PictureError for axes that belong to no
-    figure.
+    all panels have one x axis, or "row", those of a row one y axis. narrowest: see `NARROWEST`. Raises PictureError for
+    axes that belong to no figure.
     """
     if target is not None and not isinstance(target, Sheet):
         axes = [target] if isinstance(target, Axes) else list(target)
@@ -139,7 +156,7 @@ def canvas(
     width = (
         sheet.width / INCH if sheet.width else (ONE_COLUMN if columns * size[0] <= 1.2 * ONE_COLUMN else TWO_COLUMNS)
     )
-    columns = min(columns, max(1, int(width / (NARROWEST * size[0]))))
+    columns = min(columns, max(1, int(width / (narrowest * size[0]))))
     rows = -(-count // columns)
     height = size[1] * min(width / (columns * size[0]), 1.25)
     with own_style():

@@ -6,25 +6,31 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from scipy.ndimage import binary_erosion
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names
 from fretsolve.plots import maps
 from fretsolve.plots.canvas import Target
-from fretsolve.plots.labels import FIELD_NAMES, line_colors
+from fretsolve.plots.labels import line_colors
 from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, require_area, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 LEAST_CHANGE = 1e-6
 """A smaller change of the load, in parts of it, is round-off."""
 
 
+LEAST_INNER = 0.4
+"""Part of a region's cells that lie inside of it where it is wide enough for lines."""
+
+
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
     """Draw lines along the shear traction and along the slip at an increment, by default the last with fields.
 
-    Colours show the length of the vectors. Raises PictureError if there are none.
+    Colours show the length of the vectors. A narrow ring, in which no lines find place, has arrows. Raises PictureError
+    if there are none.
     """
     require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))
@@ -44,7 +50,11 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
             length = snapshot.magnitude(name)
             scale = maps.scale_of(result, name, float(length.max()))
             # the direction of vectors that are short against the longest one is round-off
-            u, v = (np.ma.masked_where(length <= 1e-3 * length.max(), values) for values in snapshot.field(name))
+            short = length <= 1e-3 * length.max()
+            if _is_narrow(~short):
+                maps.draw_panel(drawn, axes, snapshot, scale, box)
+                continue
+            u, v = (np.ma.masked_where(short, values) for values in snapshot.field(name))
             lines = axes.streamplot(
                 x,
                 y,
@@ -56,11 +66,17 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
                 density=1.3,
                 linewidth=1.0,
                 arrowsize=0.8,
+                minlength=0.03,
             ).lines
             maps.draw_outlines(axes, snapshot)
-            maps.draw_frame(axes, box, FIELD_NAMES[name])
-            drawn.colorbar(axes, lines, scale.label)
+            maps.draw_frame(axes, box, scale.label)
+            drawn.colorbar(axes, lines)
     return drawn.figure
+
+
+def _is_narrow(cells: BoolArray) -> bool:
+    """Return whether less than `LEAST_INNER` of the cells (nx, ny) have all four neighbours among them."""
+    return bool(binary_erosion(cells).sum() < LEAST_INNER * cells.sum())
 
 
 def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:

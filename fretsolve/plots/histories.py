@@ -18,9 +18,11 @@ from fretsolve.export.selection import RESIDUALS
 from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
+    CLOSED_FORM_POINTS,
     MOST_INCREMENTS,
     MOST_NAMED,
     axis_label,
+    increment_ticks,
     line_colors,
     marker_spacing,
     marks,
@@ -36,6 +38,9 @@ from fretsolve.system.arrays import DoubleArray
 
 CURVE_POINTS = 200
 """Least points of the curve of a closed form."""
+
+WIDE = 4.5
+"""Width (inches) from which on a panel has its legend beside it."""
 
 COUNTS = {
     "iterations_normal": "normal iterations",
@@ -99,15 +104,18 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    with canvas(ax, 2, (7.4, 2.3), columns=1, share="x") as drawn:
+    with canvas(ax, 2, (WIDE, 2.1), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
             for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
-            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+            if panel_width(axes) > WIDE:
+                axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+            else:
+                axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)
             axes.set_xlim(-0.5, result.increments - 0.5)
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+            axes.xaxis.set_major_locator(increment_ticks())
         drawn.axes[-1].set_xlabel("increment (vertical lines: ends of stages)")
         drawn.heading(title_of(result))
     return drawn.figure
@@ -136,7 +144,14 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
         axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
     axes.set(xlabel=axis_label(pair.motion, x_unit), ylabel=axis_label(pair.force, y_unit))
+    _show_origin(axes, result)
     _tell_apart(drawn, axes, found)
+
+
+def _show_origin(axes: Axes, result: Result) -> None:
+    """Have the origin in the limits of a single point, which has none of its own."""
+    if result.increments == 1:
+        axes.plot([0.0], [0.0], linestyle="")
 
 
 def _bulk_moves(result: Result) -> bool:
@@ -151,12 +166,18 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
     found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
-    # a curve also between few increments; over a displacement the forces between them are not known
+    # a curve also between few increments; under displacement control the forces between them are not known
     parts = -(-CURVE_POINTS // result.increments) if name == moved.force else 1
     form = stick_form(result, moved.force, parts)
-    if form is not None:
+    if form is not None and name == moved.force:
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
-    axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel="stick radius over contact radius, c/a")
+    elif form is not None:
+        # values at the increments alone; in gross slip the force does not tell them
+        values = np.where(result.history["stick_radius"] > 0.0, form[1], np.nan)
+        axes.plot(load, values, label=f"{form[0]} (closed form)", **CLOSED_FORM_POINTS)
+    size = "half-width" if len(result.y) == 1 else "radius"
+    axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel=f"stick {size} over contact {size}, c/a")
+    _show_origin(axes, result)
     _tell_apart(drawn, axes, found)
 
 

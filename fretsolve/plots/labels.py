@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from fretsolve.case.history import BULK, PAIRS
@@ -40,6 +41,9 @@ MOST_INCREMENTS = 60
 
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
+
+CLOSED_FORM_POINTS: dict[str, Any] = {"color": "0.78", "linestyle": "", "marker": "o", "markersize": 8.0, "zorder": 1.5}
+"""Options of values of a closed form that no curve joins."""
 
 LEAST = 0.1
 """A unit is used if the largest value is at least this much of it."""
@@ -154,6 +158,11 @@ def symbol(name: str) -> str:
         return rf"$\sigma_{{{part},{body}}}$"
     stem, axis = name.rstrip("xyz").rstrip("_"), name[1:][-1:]
     return f"${_GREEK.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
+
+
+def increment_ticks() -> MaxNLocator:
+    """Return ticks at whole increments."""
+    return MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def short_number(value: float, scale: float) -> str:

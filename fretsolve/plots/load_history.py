@@ -125,7 +125,8 @@ def load_text(result: Result, step: int, *, plain: bool = False) -> str:
             texts.append(
                 f"{name if plain else symbol(name)} = {short_number(column[step], np.abs(column).max())} {unit.text}"
             )
-    return ", ".join(texts)
+    text = ", ".join(texts)
+    return text if plain else text.replace("-", "\N{MINUS SIGN}")  # as on the axes
 
 
 def step_text(result: Result, step: int, *, plain: bool = False) -> str:

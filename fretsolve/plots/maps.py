@@ -47,6 +47,9 @@ MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 
 MOST_FRAMES = 60
 
+LABEL_WIDTH, LABEL_HEIGHT = 0.45, 0.2
+"""Inches of the label of a tick."""
+
 AREA = 4.8
 """Square inches of a map."""
 
@@ -178,10 +181,12 @@ def map_canvas(
     aspect = box.height / box.width
     # some five square inches for the cells, within limits, and space for colour bar, labels and title
     width = max(min(math.sqrt(AREA / aspect), 6.0, 4.0 / aspect), 0.5)
-    width, height = width + 1.4, min(width * aspect, 4.0) + 0.6
-    columns = max(1, min(count, int(1.05 * TWO_COLUMNS / width)))
+    width, height = width + 1.4, min(width * aspect, 4.0) + 0.75
+    columns = max(1, min(count, int((1.2 if aspect > 2.0 else 1.05) * TWO_COLUMNS / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
-    with canvas(target, count, (larger[0] * width, larger[1] * height), columns) as drawn:
+    with canvas(
+        target, count, (larger[0] * width, larger[1] * height), columns, narrowest=0.72 if aspect > 2.0 else 0.83
+    ) as drawn:
         yield drawn
         drawn.heading(title_of(snapshot.result), step_text(snapshot.result, snapshot.step))
         key = [
@@ -189,12 +194,16 @@ def map_canvas(
             for name, _, line in _outlines(snapshot)
         ]
         drawn.legend(key, columns=2)
+        for axes in drawn.axes if drawn.own else ():
+            place = axes.get_subplotspec()
+            if place is not None and not place.is_first_col():
+                axes.set_ylabel("")  # as that of the first panel of the row
 
 
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
     """Return the scale of a field from 0 to `largest`, which is in its own units."""
     if name == "zone":
-        return FieldScale(name, "", 1.0, BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
+        return FieldScale(name, FIELD_NAMES[name], 1.0, BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), ZONE_COLORS)
     unit = unit_of(result, name, largest)
     norm = Normalize(0.0, (largest or 1.0) * unit.factor)
     return FieldScale(name, f"{FIELD_NAMES[name]} ({unit.text})", unit.factor, norm, matplotlib.colormaps["cividis"])
@@ -203,8 +212,8 @@ def scale_of(result: Result, name: str, largest: float) -> FieldScale:
 def draw_panel(drawn: Canvas, axes: Axes, snapshot: Snapshot, scale: FieldScale, box: Bbox) -> None:
     """Draw one field with its frame and its colour bar, in equal scales along x and y."""
     image = draw_field(axes, snapshot, scale, box)
-    draw_frame(axes, box, FIELD_NAMES[scale.name])
-    bar = drawn.colorbar(axes, image, scale.label)
+    draw_frame(axes, box, scale.label)
+    bar = drawn.colorbar(axes, image)
     if scale.name == "zone":
         bar.set_ticks(range(len(ZONE_NAMES)), labels=ZONE_NAMES)
         bar.ax.minorticks_off()
@@ -238,8 +247,16 @@ def draw_frame(axes: Axes, box: Bbox, title: str) -> None:
     """Set title, limits, labels and equal scales of a map."""
     axes.grid(False)
     axes.set(aspect="equal", xlim=box.intervalx, ylim=box.intervaly, xlabel="x (mm)", ylabel="y (mm)", title=title)
-    most_ticks = max(1, int(panel_width(axes) / 0.45))  # inches of a label
+    set_x_ticks(axes)
+
+
+def set_x_ticks(axes: Axes) -> None:
+    """Set as many ticks along x as have space for their labels, which are upright on a narrow panel."""
+    width = panel_width(axes)
+    narrow = width < 3.0 * LABEL_WIDTH
+    most_ticks = max(4, int(width / LABEL_HEIGHT)) if narrow else int(width / LABEL_WIDTH)
     axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=1))
+    axes.tick_params(axis="x", labelrotation=90.0 if narrow else 0.0)
 
 
 def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
@@ -256,14 +273,18 @@ def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
 def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: Bbox) -> None:
     """Draw arrows of equal length along `vectors` (2, nx, ny), except where they are below 3 % of the longest."""
     inside = cells_inside(result, box)
-    every = max(1, -(-max(len(indices) for indices in inside) // 17))  # 17 arrows along the longer side
-    i, j = np.meshgrid(*(indices[(len(indices) - 1) % every // 2 :: every] for indices in inside), indexing="ij")
+    # 17 arrows along the longer side, at about equal distances along x and y, whatever the cells
+    cells = cell_size(result.x), cell_size(result.y)
+    apart = max(*cells, max(box.width, box.height) / 17.0)
+    every = [max(1, math.ceil(apart / cell - 0.3)) for cell in cells]
+    chosen = [indices[(len(indices) - 1) % n // 2 :: n] for indices, n in zip(inside, every, strict=True)]
+    i, j = np.meshgrid(*chosen, indexing="ij")
     length = np.hypot(vectors[0], vectors[1])
     long = length[i, j] > 0.03 * length.max()
     if not long.any():
         return
     i, j = i[long], j[long]
-    size = every * cell_size(result.x)
+    size = min(n * cell for n, cell in zip(every, cells, strict=True))
     axes.quiver(
         result.x[i],
         result.y[j],

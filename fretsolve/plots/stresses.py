@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
-from fretsolve.plots.labels import label_depth, marks
+from fretsolve.plots.labels import increment_ticks, label_depth, marks
 from fretsolve.plots.load_history import step_text
+from fretsolve.plots.maps import set_x_ticks
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, middle, outer_edges
 from fretsolve.result import Result
 from fretsolve.stress.evaluate import layers
@@ -58,7 +59,8 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
                 _draw_section(drawn, axes, x, depths, invariant(name, below), name, request.bodies[0])
-                axes.set_title(f"{SHOWN[name]} at y = {result.y[row]:.3g} mm")
+                where = "" if tractions.plane_strain else f" at y = {result.y[row]:.3g} mm"
+                axes.set_title(f"{SHOWN[name]}{where}")
             elif surface is not None:
                 _draw_surface(drawn, axes, x, y, invariant(name, surface), name)
                 axes.set_title(f"{SHOWN[name]} on the surface")
@@ -93,17 +95,24 @@ def stress_cycle(
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
     with canvas(ax, 2, (3.7, 2.8), columns=2) as drawn:
         curves: list[list[tuple[str, DoubleArray]]] = [
-            list(zip(COMPONENTS, stress, strict=True)),
+            [(component_symbol(name), values) for name, values in zip(COMPONENTS, stress, strict=True)],
             [(text, invariant(name, stress)) for name, text in SHOWN.items()],
         ]
         for axes, lines in zip(drawn.axes, curves, strict=False):
             for (label, values), mark in zip(lines, marks(len(lines)), strict=True):
                 axes.plot(steps, values, label=label, **mark.options(len(steps)))
             axes.set(xlabel="increment", ylabel="stress (MPa)")
-            axes.legend(fontsize=7, ncols=2)
+            axes.xaxis.set_major_locator(increment_ticks())
+            # below the panel, as curves may fill it
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False)
         detail = f"body {body} at x = {x:.4g}, y = {y:.4g} mm on the surface, over {over}"
         drawn.heading(title_of(result), detail)
     return drawn.figure
+
+
+def component_symbol(name: str) -> str:
+    """Return a stress component, such as ``xx``, as a symbol."""
+    return rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$"
 
 
 def _request(result: Result, steps: Sequence[int], body: Body | None) -> tuple[TractionHistory, StressRequest]:
@@ -140,6 +149,7 @@ def _draw_surface(
     image = axes.imshow(values.T, origin="lower", extent=extent, **_colors(values, name))
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+    set_x_ticks(axes)
     drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
 
 

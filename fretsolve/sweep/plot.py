@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
@@ -131,7 +132,8 @@ def _draw_energy_ratios(axes: Axes, x: Column, y: Column, table: Table) -> list[
         return []
     look: dict[str, Any] = {"colors": "0.25", "linewidths": 0.8, "linestyles": "dashed"}
     lines = axes.contour(*grid, np.arange(0.1, 0.95, 0.1), **look)
-    axes.clabel(lines, fmt="%.1f", fontsize=6.5)
+    for text in axes.clabel(lines, fmt="%.1f", fontsize=6.5):
+        text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
     return [Line2D([], [], color="0.25", linewidth=0.8, linestyle="--", label="energy ratio")]
 
 

@@ -17,6 +17,14 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.load_history import cycles, load_text, moved_pairs
 from fretsolve.result import Result, open_result
 
+SPHERE = """\
+bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 16}
+friction: 0.1
+load_path: [{P: 400 N}, {Qx: 30 N, increments: 3}]
+"""
+
 
 def area(xy: np.ndarray) -> float:
     x, y = xy.T
@@ -134,6 +142,27 @@ def test_stick_history(results: dict[str, Result]) -> None:
     np.testing.assert_allclose(twisted.lines[-1].get_ydata()[increments], twisted.lines[0].get_ydata(), atol=0.04)
 
 
+def test_displacement_control_joins_no_values_of_closed_forms(tmp_path: Path) -> None:
+    case = SPHERE.replace("{Qx: 30 N, increments: 3}", "{delta_x: 1 um, increments: 2}, {delta_x: 5 um}")
+    assert invoke("run", write_case(tmp_path, case), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        (axes,) = panels(plots.stick_history(result))
+        form = next(line for line in axes.lines if line.get_label() == "Cattaneo-Mindlin (closed form)")
+        assert form.get_linestyle() == "None"
+        slides = result.history["stick_radius"] == 0.0
+        assert slides.any() and np.array_equal(np.isnan(form.get_ydata()), slides)
+
+
+def test_a_single_increment_is_drawn_with_the_origin(tmp_path: Path) -> None:
+    case = SPHERE.replace("{P: 400 N}, {Qx: 30 N, increments: 3}", "{P: 400 N, Qx: 30 N}")
+    assert invoke("run", write_case(tmp_path, case), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        axes = panels(plots.loop(result))[0]
+        assert axes.get_xlim()[0] < 0.0 < axes.get_xlim()[1] and axes.get_ylim()[0] < 0.0
+        (counts, _) = panels(plots.convergence(result))
+        assert [float(tick) for tick in counts.get_xticks() if -0.5 <= tick <= 0.5] == [0.0]
+
+
 def test_convergence(results: dict[str, Result]) -> None:
     result = results["fretting"]
     counts, residuals = panels(plots.convergence(result))
@@ -163,7 +192,7 @@ def test_bulk_stress_alone_is_what_its_case_is_drawn_over(tmp_path: Path) -> Non
         texts = figure_texts(plots.profiles(result))
         assert texts[1:3] == [
             rf"increment {step}: $P$ = 100 N/mm, $\sigma_{{xx,2}}$ = {stress} MPa"
-            for step, stress in ((10, 300), (20, -300))
+            for step, stress in ((10, "300"), (20, "−300"))
         ]
         assert load_text(result, 20, plain=True) == "P = 100 N/mm, bulk_2_xx = -300 MPa"
 
