@@ -109,10 +109,12 @@ def estimate(setup: ProblemSetup) -> Estimate:
     kept = [decision.part for decision in setup.model.decisions if decision.kept]
     shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part] + called.get(part, 0.0)) for part in kept}
     cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
-    has_trend = setup.model.has_shear and not single and max(setup.load_path.counts) > 1
+    # the trend of the increments is kept in double precision alone
+    trend = TREND_BYTES * cells * (setup.model.has_shear and max(setup.load_path.counts) > 1)
     on_coarse_grids = COARSE_APPLICATIONS * sum(seconds[part] for part in kept)
     on_coarse_grids += COARSE_CALLS * sum(called.get(part, 0.0) for part in kept)
-    in_cells = (cell_bytes + TREND_BYTES * cells * has_trend) * (1.0 + COARSE_CELLS * bars)
+    with_coarse = 1.0 + COARSE_CELLS * bars
+    in_cells = (cell_bytes + trend * (not single)) * with_coarse
     fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
     fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
     output = setup.case.output
@@ -123,7 +125,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
         applications=round(sum(applications.values()) * (1.0 + COARSE_APPLICATIONS * bars)),
         seconds=own_seconds + on_coarse_grids * bars,
-        saved=in_cells * (1.0 / SINGLE - 1.0) if single else 0.0,
+        saved=(cell_bytes * (1.0 / SINGLE - 1.0) + trend) * with_coarse if single else 0.0,
     )
 
 
