@@ -60,7 +60,7 @@ class CaseMessages:
         """Show an increment that is saved."""
         if self.bar is not None:
             done, increments = summary.step + 1, case.setup.load_path.increments
-            detail = printable(f"{words(case.settings)}: increment {done}/{increments}")
+            detail = printable(f"{words(case.settings, line=case.setup.model.line)}: increment {done}/{increments}")
             completed = self.before + self.expected.get(case.id, 0.0) * done / increments
             self.bar.update(self.bar.task_ids[0], completed=completed, detail=detail)
 

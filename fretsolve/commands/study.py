@@ -148,8 +148,9 @@ def _require_comparison(source: Path, study: Assessment) -> None:
     failed = [row for row in study.rows if row.outcome.failure]
     for row in failed:
         if row.is_reference:
+            settings = words(row.case.settings, line=row.case.setup.model.line)
             raise NoSolutionError(
-                f"the reference ({words(row.case.settings)}) has no solution, so no {study.difference}s are known:"
+                f"the reference ({settings}) has no solution, so no {study.difference}s are known:"
                 f" {row.outcome.failure}"
             )
     if len(failed) == len(study.rows):

@@ -14,7 +14,6 @@ from fretsolve.case.loading import read_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
 from fretsolve.errors import CaseError, FileError
-from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings, cells_across
@@ -107,8 +106,8 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
     if setup.case.friction_varies and displacement is None and setup.model.has_shear:
         yield "no closed form holds for partial slip under this friction"
     if setup.model.bulk is not None:
-        yield _sphere_under_bulk(forms)
-    if stick is not None:
+        yield _sphere_under_bulk(setup)
+    elif stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
         yield (
             f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
@@ -116,18 +115,20 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         )
 
 
-def _sphere_under_bulk(forms: ClosedForms) -> str:
+def _sphere_under_bulk(setup: ProblemSetup) -> str:
     """Return the stick zone of a sphere under a force and bulk stress in words, or why no closed form gives it."""
     from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
 
     try:
-        stage, found, center = sphere_under_bulk(forms)
+        forms = setup.closed_forms
+        stage, found = sphere_under_bulk(forms.model, forms.hertz, forms.loads)
     except NoClosedFormError as error:
         return f"no closed form gives the stick zone under this bulk stress: {error}"
-    x = center + found.stick_center
+    x = setup.case.surface[0].center[0] + found.stick_center
+    cells = 2.0 * found.stick_radius / max(setup.grid.dx, setup.grid.dy)
     return (
-        f"smallest stick radius c = {found.stick_radius:.6g} mm, its middle at x = {x:.6g} mm, at the end of stage"
-        f" {stage + 1} (Cattaneo-Mindlin, shifted)"
+        f"smallest stick radius c = {found.stick_radius:.6g} mm, {cells:.1f} cells across, its middle at x ="
+        f" {x:.6g} mm, at the end of stage {stage + 1} (Cattaneo-Mindlin, shifted)"
     )
 
 

@@ -72,6 +72,8 @@ def relevant_columns(result: Result) -> list[str]:
 def _is_relevant(result: Result, name: str) -> bool:
     if name in EXTENTS:
         return _tells_more(result.history, name)
+    if name.startswith("bulk_") and name.endswith("_yy") and result.effective_case.get("plane") == "strain":
+        return False  # it follows from xx
     column = result.history[name]
     if name in ("P", "delta_z"):
         return not np.isnan(column).all()

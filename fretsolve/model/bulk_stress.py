@@ -37,6 +37,15 @@ class BulkResponse:
         )
         return second - first
 
+    def with_constraint(self, stresses: Mapping[str, float]) -> dict[str, float]:
+        """Return bulk stresses (MPa) by their names; in plane strain with that along y, nu times that along x."""
+        found = dict(stresses)
+        for body, kind in enumerate(self.bodies, start=1) if self.plane_strain else ():
+            along, across, _ = BULK[body]
+            if along in found and isinstance(kind, ElasticBody):
+                found[across] = kind.poisson_ratio * found[along]
+        return found
+
 
 def surface_strain(body: Body, stress: list[float], plane_strain: bool = False) -> Vector:
     """Return e_xx, e_yy, e_xy, (3,), of a body's surface under the bulk stress xx, yy, xy (MPa)."""

@@ -210,6 +210,7 @@ class LoadPath:
             return Increment(step, planned.stage, normal, tangential, friction=friction)
         bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
         stretch = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
+        bulk = response.with_constraint(bulk)
         return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None, friction)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:

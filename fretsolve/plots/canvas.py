@@ -56,6 +56,9 @@ MOST_COLUMNS = 2
 LEGEND_WIDTH = 1.7
 """Inches of an entry in a legend."""
 
+LETTERS = 18
+"""Letters per inch of an entry in a legend, with the signs of its symbols."""
+
 NARROWEST = 0.72
 """Least width of a panel, in parts of the width it is made for; a narrower sheet has fewer side by side."""
 
@@ -105,7 +108,11 @@ class Canvas:
         """Add a legend below all panels of a new figure, or on the first of the user's axes."""
         if handles and self.own:
             most = max(1, int(self.figure.get_figwidth() / LEGEND_WIDTH))
-            self.figure.legend(handles=handles, loc="outside lower center", ncols=min(columns, most), frameon=False)
+            columns = min(columns, most)
+            width = int(LETTERS * self.figure.get_figwidth() / columns)
+            texts = [str(handle.get_label()).replace(" = ", "\xa0=\xa0") for handle in handles]
+            labels = [textwrap.fill(text, width).replace("\xa0", " ") for text in texts]
+            self.figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
         elif handles:
             self.axes[0].legend(handles=handles)
 

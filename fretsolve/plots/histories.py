@@ -62,7 +62,10 @@ def loop(result: Result, ax: Target = None) -> Figure:
         raise PictureError("no load component is more than round-off")
     moved = [pair for pair in moved if not np.isnan(result.history[pair.motion]).all()]
     if not moved:
-        raise PictureError("displacements of a line contact have an unknown constant; profiles draws its slip")
+        raise PictureError(
+            "displacements of a line contact have an unknown constant; profiles draws its slip, "
+            "stick-history its stick zone"
+        )
     pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2]
     if not pairs and _bulk_moves(result):
         raise PictureError("bulk stress has no displacement of its own; stick-history and profiles show what it does")

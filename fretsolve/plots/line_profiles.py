@@ -16,13 +16,13 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Target, canvas, title_of
 from fretsolve.plots.labels import CLOSED_FORM, FIELD_NAMES, marks, short_number, unit_of
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
-from fretsolve.plots.reference import hertz_pressure, shear_form
+from fretsolve.plots.reference import hertz_pressure, shear_form, slip_form
 from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, middle, view_box
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
 PROFILE_FIELDS = ("pressure", "shear", "slip")
-CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form}
+CLOSED_FORMS = {"pressure": hertz_pressure, "shear": shear_form, "slip": slip_form}
 
 COMPONENTS: dict[str, dict[str, Any]] = {
     "x component: open markers": {"linewidth": 1.4},

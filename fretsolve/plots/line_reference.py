@@ -45,6 +45,21 @@ def line_shear(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
     return Curve(forms.shear_source, both)
 
 
+def line_slip(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
+    """Return the slip of a cylinder in partial slip under a force in one direction. phi_y: tilt (rad)."""
+    assert isinstance(forms, LineClosedForms)
+    shear, middle = forms.partial_slip(step), _middle(forms, phi_y)
+    if shear is None or middle is None or not any(shear.path) or shear.slip(np.zeros(1)) is None:
+        return None
+
+    def both(x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        along, across = shear.slip(x - middle), np.zeros_like(x)
+        assert along is not None
+        return np.array([along, across] if shear.axis == 0 else [across, along])
+
+    return Curve(forms.shear_source, both)
+
+
 def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, DoubleArray] | None:
     """Return authors and c/a of each increment over a force or a bulk stress; None if no closed form applies.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.case.history import BULK
 from fretsolve.model.required_terms import derive_model
-from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_stick
+from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_slip, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.result import Result
@@ -46,6 +46,14 @@ def shear_form(result: Result, step: int) -> Curve | None:
         return line_shear(forms, step, float(result.history["phi_y"][step]))
     form = _shear(result, step, forms) if forms is not None else None
     return None if form is None else Curve(form.source, form.shear)
+
+
+def slip_form(result: Result, step: int) -> Curve | None:
+    """Return the slip of a line contact in partial slip."""
+    forms = _closed_forms(result)
+    if forms is None or not forms.model.line:
+        return None
+    return line_slip(forms, step, float(result.history["phi_y"][step]))
 
 
 def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleArray] | None:

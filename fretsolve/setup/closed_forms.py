@@ -252,6 +252,27 @@ class ClosedForms:
                 if under_force:
                     found["work_total"] = shear.dissipated_energy()
                 yield from (ClosedForm(name, stage, value, shear.source) for name, value in found.items())
+        directions_interact = self.model.terms.in_plane_coupling and self.model.compliances.B != 0.0
+        if self.model.bulk is not None and not directions_interact:
+            yield from self._under_bulk or ()
+
+    @cached_property
+    def _under_bulk(self) -> tuple[ClosedForm, ...] | None:
+        """Values of a sphere under a force and bulk stress where the force is largest, the stick radius first."""
+        from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
+
+        try:
+            stage, form = sphere_under_bulk(self.model, self.hertz, self.loads)
+        except NoClosedFormError:
+            return None
+        c = form.stick_radius
+        found = {"stick_radius": c, "stick_area": math.pi * c**2, "delta_x": form.delta_x}
+        found |= {
+            "stick_half_width_x": c,
+            "stick_half_width_y": c,
+            "stick_center_x": self.case.surface[0].center[0] + form.stick_center,
+        }
+        return tuple(ClosedForm(name, stage, value, "Cattaneo-Mindlin, shifted") for name, value in found.items())
 
     @property
     def why_not_mindlin(self) -> str:
@@ -274,6 +295,9 @@ class ClosedForms:
         """
         if not self.model.has_shear:
             return None
+        if self.model.bulk is not None:
+            under_bulk = self._under_bulk
+            return None if under_bulk is None else under_bulk[0]
         if self.model.moved:
             shear = self.tangential(len(self.loads) - 1)
             if shear is None or shear.largest >= shear.limit:

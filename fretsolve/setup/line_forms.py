@@ -79,6 +79,13 @@ class LineShear:
             return None
         return sum((factor * branch.shear(x) for factor, branch in self.branches), start=np.zeros_like(x))
 
+    def slip(self, x: DoubleArray) -> DoubleArray | None:
+        """Return the slip along its axis at `x` from the middle (mm), since the start; None where it is not known."""
+        if not self.slips_one_way or not isinstance(self.contact, HertzLine):
+            return None
+        total = sum((factor * branch.slip(x) for factor, branch in self.branches), start=np.zeros_like(x))
+        return np.where(np.abs(x) <= self.contact.half_width, total, 0.0)
+
     def dissipated_energy(self) -> float | None:
         """Return the energy dissipated on the path (mJ/mm); None where no closed form gives the slip."""
         if not isinstance(self.contact, HertzLine) or not self.slips_one_way:

@@ -154,8 +154,8 @@ class CoarseRuns:
         """Return why a coarse run stopped, in one line; None if none did."""
         for coarse in self.all:
             if coarse.failure is not None:
-                nx, ny = coarse.setup.grid.shape
-                return f"the coarse run on {nx} x {ny} cells has no solution: {coarse.failure.message}"
+                cells = " x ".join(map(str, coarse.setup.grid.shape[: self._directions]))
+                return f"the coarse run on {cells} cells has no solution: {coarse.failure.message}"
         return None
 
     def change_by_increments(self, step: int) -> DoubleArray:

@@ -68,7 +68,9 @@ class StudyPlan:
         """The reference in words."""
         if self.known is not None:
             return f"the {NOUNS[self.kind]}s"
-        return f"the {'run with' if self.problem_keys else 'finest run,'} {words(self.cases[0].settings)}"
+        first = self.cases[0]
+        settings = words(first.settings, line=first.setup.model.line)
+        return f"the {'run with' if self.problem_keys else 'finest run,'} {settings}"
 
 
 def make_study_plan(

@@ -47,7 +47,7 @@ def failures(study: Assessment) -> Iterator[str]:
     """Yield a line on each case without a solution."""
     for row in study.rows:
         if row.outcome.failure:
-            yield f"failed: {words(row.case.settings)}: {row.outcome.failure}"
+            yield f"failed: {words(row.case.settings, line=row.case.setup.model.line)}: {row.outcome.failure}"
 
 
 def advice(study: Assessment) -> Iterator[str]:
@@ -96,7 +96,7 @@ def _praise(study: Assessment, row: AssessedRun, names: Sequence[str]) -> str:
     worst_first = sorted(names, key=lambda name: -study.error_of(row, name))
     errors = ", ".join(f"{name} within {two_digits(100.0 * study.error_of(row, name))} %" for name in worst_first[:3])
     more = ", the rest closer" if len(worst_first) > 3 else ""
-    return f"{words(row.case.settings)}: {errors}{more}; {_saving(study, row)}"
+    return f"{words(row.case.settings, line=row.case.setup.model.line)}: {errors}{more}; {_saving(study, row)}"
 
 
 def _saving(study: Assessment, row: AssessedRun) -> str:

@@ -22,9 +22,12 @@ def points_along(key: str, values: Iterable[str]) -> list[Point]:
     return [(Value(key, value, f"--vary {key}={value}", tuple(key.split("."))),) for value in values]
 
 
-def words(settings: Mapping[str, str]) -> str:
-    """Return settings for a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``."""
-    return ", ".join(_words(key, value) for key, value in settings.items())
+def words(settings: Mapping[str, str], *, line: bool = False) -> str:
+    """Return settings for a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``.
+
+    line: of a line contact, ``64 points``.
+    """
+    return ", ".join(_words(key, value, line) for key, value in settings.items())
 
 
 def short(settings: Mapping[str, str]) -> str:
@@ -51,8 +54,10 @@ def read_variation(text: str) -> tuple[str, tuple[str, ...]]:
     return key, values
 
 
-def _words(key: str, value: str) -> str:
+def _words(key: str, value: str, line: bool) -> str:
     stage, _, name = key.rpartition(".")
+    if key == "grid.points" and line:
+        return f"{value} points"
     if key == "grid.points":
         sides = value.strip("[] ").split(",")
         return " x ".join(side.strip() for side in (sides if len(sides) == 2 else 2 * sides))

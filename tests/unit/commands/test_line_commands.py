@@ -51,7 +51,10 @@ def test_validate_prints_the_stick_zone_after_shakedown_or_why_there_is_none(tmp
 def test_validate_prints_the_stick_zone_of_a_sphere_under_bulk_stress_or_why_there_is_none() -> None:
     case = Path(__file__).parents[3] / "cases" / "sphere_bulk.yaml"
     done = invoke("validate", case)
-    assert "smallest stick radius c = 0.221858 mm, its middle at x = 0.0602212 mm, at the end of stage 2" in done.stdout
+    assert "smallest stick radius c = 0.221858 mm, 78.6 cells across, its middle at x = 0.0602212 mm" in done.stdout
+    narrow = "load_path=[{P: 400 N}, {Qx: 39.7 N, bulk_2: {xx: 71.141 MPa, yy: 14.89 MPa}}]"
+    few = invoke("validate", case, "--set", "grid.points=16", "--set", narrow, "--set", "expect=[]")
+    assert "the stick zone shrinks to" in few.stderr
     for change, why in (
         ("stage.2.bulk_2.yy=0 MPa", "force and bulk stress are not in proportion"),
         ("stage.3.Qx=0 N", "force and bulk stress are not in proportion"),

@@ -194,6 +194,7 @@ def test_bulk_stress_alone_is_what_its_case_is_drawn_over(tmp_path: Path) -> Non
             rf"increment {step}: $P$ = 100 N/mm, $\sigma_{{xx,2}}$ = {stress} MPa"
             for step, stress in ((10, "300"), (20, "−300"))
         ]
+        assert result.history["bulk_2_yy"][[10, 20]] == pytest.approx([90.0, -90.0])  # plane strain
         assert load_text(result, 20, plain=True) == "P = 100 N/mm, bulk_2_xx = -300 MPa"
 
 

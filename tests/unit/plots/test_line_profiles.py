@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
+import pytest
+from command_line import invoke
+from line_cases import LINE
 from pictures import figure_texts, panels
+from small_cases import write_case
 
 from fretsolve import plots
 from fretsolve.plots.load_history import chosen_stage_ends
-from fretsolve.result import Result
+from fretsolve.result import Result, open_result
 from fretsolve.result.state import Zone
 
 
@@ -46,3 +51,20 @@ def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -
     assert ends == [2, 4, 7, 10, 13, 16]
     labels = [text for text in figure_texts(figure) if text.startswith("increment")]
     assert [int(re.findall(r"\d+", text)[0]) for text in labels] == ends
+
+
+def test_profiles_of_a_line_have_the_slip_by_its_closed_form(tmp_path: Path) -> None:
+    """Also after a reversal, under force and bulk stress in phase."""
+    words = LINE.replace("points: 64", "points: 256").replace("increments: 4", "bulk_2: {xx: 142 MPa}")
+    words += "  - {Qx: -18 N/mm, bulk_2: {xx: -142 MPa}}\n"
+    assert invoke("run", write_case(tmp_path, words), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        slip = panels(plots.profiles(result))[2]
+        exact = [line for line in slip.lines if "closed form" in str(line.get_label())]
+        found = [line for line in slip.lines if "closed form" not in str(line.get_label())]
+        assert len(exact) == len(found) == 2
+        for form, line in zip(exact, found, strict=True):
+            there = np.interp(line.get_xdata(), form.get_xdata(), form.get_ydata())
+            inside = ~np.isnan(line.get_ydata() + there)
+            assert np.nanmax(np.abs(there)) == pytest.approx(0.125, rel=0.03)  # um, at the trailing edge
+            np.testing.assert_allclose(line.get_ydata()[inside], there[inside], atol=0.001)

@@ -130,6 +130,7 @@ def test_all_combinations(tmp_path: Path) -> None:
     ]
     assert words(plan.cases[0].settings) == "16 x 16, 5 increments per stage, tolerance 1e-2"
     assert words({EVERY: "1"}) == "1 increment per stage"
+    assert words({"grid.points": "512"}, line=True) == "512 points"
     assert words({"grid.points": "[8, 16]"}) == "8 x 16"
     assert words({"load_path.1.increments": "5"}) == "5 increments in load_path.1"
 
