@@ -106,10 +106,13 @@ class CaseText:
         return replaced(self.data, MATERIAL, found.data)
 
 
-def read_case(path: str | Path) -> CaseText:
-    """Read and parse a case file. Raises `CaseError` if it is not YAML, `FileError` if it cannot be read."""
+def read_case(path: str | Path, *, pipe: bool = False) -> CaseText:
+    """Read and parse a case file. Raises `CaseError` if it is not YAML, `FileError` if it cannot be read.
+
+    pipe: the file may be a pipe, as on a command line; not where it is named in a file or read again.
+    """
     path = Path(path)
-    text = read_text(path)
+    text = read_text(path, pipe=pipe)
     try:
         parsed = parse(text)
     except CaseError as error:
@@ -134,7 +137,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file cannot be read.
     """
-    return read_case(path).case((overrides,) if isinstance(overrides, str) else overrides, "override")
+    return read_case(path, pipe=True).case((overrides,) if isinstance(overrides, str) else overrides, "override")
 
 
 def case_from_dict(data: Mapping[str, Any], folder: str | Path = ".") -> Case:

@@ -6,7 +6,6 @@ text, ``010`` is ten and ``1:30`` is text.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from contextlib import suppress
@@ -18,6 +17,7 @@ import yaml
 
 from fretsolve.case.quantities import shown
 from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.system.foreign_files import read_bytes, read_pipe
 
 _LARGEST_FILE = 4 * 1024 * 1024
 _DEEPEST_NESTING = 50
@@ -131,17 +131,20 @@ class Parsed:
     flaws: tuple[CaseError, ...]
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a case file. Raises `FileError` if it cannot be read, `CaseError` if it cannot be a case."""
+def read_text(path: Path, *, pipe: bool = False) -> str:
+    """Return the text of a case file. Raises `FileError` if it cannot be read, `CaseError` if it cannot be a case.
+
+    pipe: the file may be a pipe, which can be read once.
+    """
     try:
-        # A pipe that nobody writes to counts as empty, instead of being waited for.
-        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
-            os.set_blocking(file.fileno(), True)
-            content = file.read(_LARGEST_FILE + 1)
+        if pipe and path.is_fifo():
+            content = read_pipe(path, _LARGEST_FILE)
+        elif path.is_file() and path.stat().st_size > _LARGEST_FILE:
+            raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
+        else:
+            content = read_bytes(path, _LARGEST_FILE)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}{_meant(path)}", path) from None
-    if len(content) > _LARGEST_FILE:
-        raise CaseError(f"the file is larger than {_LARGEST_FILE // 1024**2} MiB; a case is needed", (), path)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -112,7 +112,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     summaries: list[Summary] = []
     failure = None
     try:
-        case = read_case(path).case(overrides)
+        case = read_case(path, pipe=True).case(overrides)
         if not case.expect:
             raise case.source.problem(
                 "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)

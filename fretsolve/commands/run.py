@@ -43,7 +43,7 @@ def run_case(
 
     out: None for the case's name with .h5. At most one of the last three is true.
     """
-    loaded = read_case(case).case(overrides)
+    loaded = read_case(case, pipe=True).case(overrides)
     out = out or case.with_suffix(".h5")
     require_other(out, case, "the case itself")
     for height_map in height_maps(loaded):

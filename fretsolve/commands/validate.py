@@ -28,7 +28,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     code = 0
     for path in cases:
         try:
-            setup = set_up(read_case(path).case(overrides))
+            setup = set_up(read_case(path, pipe=True).case(overrides))
             if setup.case.output.fatigue is not None:
                 from fretsolve.fatigue.of_case import require_fatigue
 

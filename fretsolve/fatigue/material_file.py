@@ -50,7 +50,7 @@ def read_material(text: str) -> MaterialSource:
 
     Raises CaseError, FileError.
     """
-    found = _from_keys(text) if "=" in text else read_case(text)
+    found = _from_keys(text) if "=" in text else read_case(text, pipe=True)
     found.require_mapping(list(Material.model_fields))
     return MaterialSource(validated(Material, found.data, found.source, found.problems), found.source)
 

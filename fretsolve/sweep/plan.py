@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from fretsolve.sweep.points import Point, Value, all_of, common_values, override
 from fretsolve.sweep.quantity import CORRECTED_NAMES, key_beside, read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import missing
-from fretsolve.system.foreign_files import require_regular
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,7 @@ class SweepPlan:
 
 def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
-    text = read_case(path)
+    text = read_case(path, pipe=True)
     text.require_mapping(("case", "axes"))
     if isinstance(text.data, dict) and {"bodies", "load_path"} <= text.data.keys():
         raise text.source.problem("this is a case file; `fretsolve run` takes it, a sweep file names it as `case`")
@@ -91,8 +89,6 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
     extra = ["solver.error_bars=true"] if spec.error_bars else []
     values: dict[str, Value] = {}
     try:
-        with suppress(OSError):
-            require_regular(case)
         text = read_case(case)
     except FileError as error:
         raise source.problem(str(error), ("case",)) from None

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import itertools
 import os
+import select
 import stat
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -23,6 +25,9 @@ LARGEST_RATIO = 1100
 
 TRIAL_SECONDS = 10
 """Processor time for all attributes of an HDF5 file, which takes milliseconds."""
+
+PIPE_SECONDS = 15.0
+"""Within which a pipe must give its text and be closed."""
 
 MOST_NODES, DEEPEST = 2**15, 64
 """Groups and datasets of an HDF5 file, and groups within one another."""
@@ -79,6 +84,23 @@ def read_bytes(path: Path, most: int) -> bytes:
     if len(content) > most:
         require_regular(path, most)
     return content
+
+
+def read_pipe(path: Path, most: int) -> bytes:
+    """Return what comes through a pipe until it is closed. Raises OSError; FileError for too long a time or text."""
+    content, end = b"", time.monotonic() + PIPE_SECONDS
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # does not wait for a writer
+    with open(descriptor, "rb", buffering=0) as file:  # noqa: PTH123 - a descriptor
+        ready = select.poll()
+        ready.register(file, select.POLLIN)
+        while len(content) <= most:
+            if not ready.poll(1000.0 * max(end - time.monotonic(), 0.0)):
+                raise FileError(f"is a pipe that nobody has closed within {PIPE_SECONDS:g} s", path)
+            more = file.read(2**16)  # None if another process has taken it
+            if more == b"":
+                return content
+            content += more or b""
+    raise FileError(f"is a pipe of more than {most} bytes", path)
 
 
 def require_own(path: Path, mark: bytes, what: str) -> None:

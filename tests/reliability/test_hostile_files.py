@@ -192,10 +192,43 @@ def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", name]
 
 
-def test_a_case_from_a_pipe(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe.yaml"
+@pytest.mark.parametrize("silent", [False, True])
+def test_a_pipe_that_gives_no_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, silent: bool) -> None:
+    monkeypatch.setattr(foreign_files, "PIPE_SECONDS", 0.2)
+    pipe, out = tmp_path / "pipe.yaml", write_fake(tmp_path / "out.h5")
     os.mkfifo(pipe)
-    assert refused(2, "validate", pipe).startswith(f"{pipe}:")
+    line = f"{pipe}: is a pipe that nobody has closed within 0.2 s\n"
+    writer = os.open(pipe, os.O_RDWR) if silent else None
+    for words in (("validate",), ("run",), ("check",), ("fatigue", out, "--criterion", "swt", "--material")):
+        assert line in refused(4, *words, pipe)
+    if writer is not None:
+        os.write(writer, b"title: begun\n")
+        assert refused(4, "validate", pipe) == line
+        os.close(writer)
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "/dev/null", "pipe"])
+def test_what_is_no_case(tmp_path: Path, name: str) -> None:
+    """A device anywhere; a pipe where its text is read again, or where a file names it."""
+    path, case = tmp_path / name, write_case(tmp_path)
+    if name == "pipe":
+        os.mkfifo(path)
+    else:
+        assert refused(4, "validate", path) == f"{path}: {NOT_REGULAR}\n"
+        assert refused(4, "sweep", "run", path, "-o", tmp_path / "s") == f"{path}: {NOT_REGULAR}\n"
+    assert refused(4, "study", path, "--vary", "grid.points=8,16", "-o", tmp_path / "s") == f"{path}: {NOT_REGULAR}\n"
+    sweep = tmp_path / "sweep.yaml"
+    sweep.write_text(f"case: {path}\naxes:\n  - friction: [0.1, 0.2]\n")
+    assert refused(2, "sweep", "run", sweep).endswith(f"case: {path}: {NOT_REGULAR}\n")
+    beside = f"output: {{fatigue: {{material: {path}, criteria: [swt]}}}}\n"
+    case.write_text(CASE + beside)
+    assert refused(2, "validate", case).endswith(f"output.fatigue.material: {path}: {NOT_REGULAR}\n")
+
+
+NOT_REGULAR = "is not a regular file, but a pipe, a socket or a device; it is not read"
+
+
+def test_a_case_from_a_pipe(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     line = ["bash", "-c", f"{sys.executable} -m fretsolve validate <(sleep 1; cat {case})"]
     done = subprocess.run(line, env=environment(), capture_output=True, text=True, check=True)
