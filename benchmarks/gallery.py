@@ -35,6 +35,9 @@ from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result
+from fretsolve.sweep.manifest import read_manifest
+from fretsolve.sweep.plot import running_condition_map
+from fretsolve.sweep.table import collect
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES, PICTURES = ROOT / "cases", ROOT / "docs" / "pictures"
@@ -113,6 +116,19 @@ def tutorial() -> Figure:
     case = Path(_folder.name) / "mode1.yaml"
     case.write_text(found[1])
     return plots.loop(solved(case))
+
+
+def running_condition() -> Figure:
+    """Draw the running-condition map of the page on sweeps, with 12 values on each axis."""
+    text = (ROOT / "docs" / "howto" / "sweeps.md").read_text()
+    for name in ("sphere", "conditions"):
+        found = re.search(rf"```yaml\n(# {name}.yaml\n.*?)```", text, re.DOTALL)
+        assert found is not None
+        (Path(_folder.name) / f"{name}.yaml").write_text(found[1].replace("count: 6", "count: 12"))
+    command = [sys.executable, "-m", "fretsolve", "sweep", "run", "conditions.yaml", "-q"]
+    subprocess.run(command, check=True, cwd=_folder.name)
+    table = collect(read_manifest(Path(_folder.name) / "conditions.sweep"))
+    return running_condition_map(table, [setting.name for setting in table.settings][:2])
 
 
 def contact_map() -> Figure:
@@ -392,6 +408,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "tutorial_loop": tutorial,
     "contact_map": contact_map,
     "stick_history": stick_history,
+    "running_condition": running_condition,
     "stress_map": stress_map,
     "fatigue_map": fatigue_map,
     "convergence": convergence,
