@@ -178,8 +178,9 @@ def findings(contacts: tuple[Contact, ...]) -> Iterator[Finding]:
 
 def rows(found: list[Finding]) -> Iterator[str]:
     """Yield the table: of each contact how many bars hold, and how wide they are."""
-    yield "| contact | chosen by it | bars | hold, % | largest deviation over bar | bar over value, % |"
-    yield "| --- | --- | --- | --- | --- | --- |"
+    words = "contact", "chosen by it", "bars", "hold, %", "extrapolated", "hold, %", "largest deviation over bar"
+    yield f"| {' | '.join(words)} | bar over value, % |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
     for contact in dict.fromkeys(one.contact for one in found):
         yield _row(
             contact.name, "yes" if contact.calibrated else "no", [one for one in found if one.contact == contact]
@@ -191,8 +192,10 @@ def rows(found: list[Finding]) -> Iterator[str]:
 def _row(name: str, chosen: str, some: list[Finding]) -> str:
     shares = np.array([one.share for one in some])
     width = np.median([100.0 * one.found.error / abs(one.found.value) for one in some])
-    held = 100.0 * np.mean(shares <= 1.0)
-    return f"| {name} | {chosen} | {len(some)} | {held:.0f} | {shares.max():.2f} | {width:.1f} |"
+    at_edge = [one.share for one in some if one.found.at_edge]
+    held, edge_held = (f"{100.0 * np.mean(np.array(one) <= 1.0):.0f}" if len(one) else "" for one in (shares, at_edge))
+    edge = f"{len(at_edge)} | {edge_held}"
+    return f"| {name} | {chosen} | {len(some)} | {held} | {edge} | {shares.max():.2f} | {width:.1f} |"
 
 
 def main() -> None:

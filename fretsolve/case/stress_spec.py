@@ -34,7 +34,7 @@ class StressSpec(CaseModel):
     )
     window: Literal["auto", "all"] = Field(
         default="auto",
-        description="the cells: auto, the contact with a margin of a quarter of its width, or all, the whole grid",
+        description="the cells: auto, the contact with a margin, as in `fretsolve stress`, or all, the whole grid",
     )
     components: tuple[StressComponent, ...] = Field(
         default=ALL_COMPONENTS, description="components to store; none to keep the largest stresses alone"

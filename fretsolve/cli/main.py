@@ -273,6 +273,16 @@ def export(**options: Any) -> int:
     return export_result(**options)
 
 
+_WINDOW = click.option(
+    "--window",
+    metavar="auto|all|MARGIN",
+    default="auto",
+    show_default=True,
+    help="The cells: the contact with a margin of a quarter of its width, or of one and a half in a line contact; the"
+    " whole grid; or the contact with a margin such as 1mm. A margin may reach beyond the grid.",
+)
+
+
 @main.command()
 @_OUT
 @repeatable_option(
@@ -285,13 +295,7 @@ def export(**options: Any) -> int:
 @repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
 @click.option("--cycle", type=click.Choice(["last"]), help="All increments of the last cycle of the load path.")
 @click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
-@click.option(
-    "--window",
-    type=click.Choice(["auto", "all"]),
-    default="auto",
-    show_default=True,
-    help="The cells: the contact with a margin of a quarter of its width, or the whole grid.",
-)
+@_WINDOW
 @output_option("By default OUT with .stress.h5.", "FILE", "target")
 @overwrite_option("an existing file")
 @click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads to use.")
@@ -332,6 +336,7 @@ def stress(threads: int, **options: Any) -> int:
 @repeatable_option(
     "--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=click.Choice(["1", "2"])
 )
+@_WINDOW
 @output_option("By default OUT with .fatigue.h5.", "FILE", "target")
 @overwrite_option("an existing file")
 @click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads for stresses.")

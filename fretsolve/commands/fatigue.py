@@ -11,7 +11,7 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.fatigue_spec import KINDS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.commands.stress import compute_with_messages
+from fretsolve.commands.stress import compute_with_messages, window_choice
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import not_closed
@@ -35,6 +35,7 @@ def fatigue_of_result(
     criteria: Sequence[str],
     average: str | None,
     bodies: Sequence[str],
+    window: str,
     target: Path | None,
     overwrite: bool,
     threads: int,
@@ -46,13 +47,19 @@ def fatigue_of_result(
     commas; average: such as point:20um. Raises CaseError, FileError.
     """
     chosen: tuple[Body, ...] = tuple(1 if body == "1" else 2 for body in bodies)
-    request = FatigueRequest(read_material(material), _criteria(criteria), _average(average), chosen)
+    request = FatigueRequest(
+        read_material(material), _criteria(criteria), _average(average), chosen, window=window_choice(window)
+    )
     target = target or fatigue_path(out)
     require_ending(target, "a file of fatigue parameters", ".h5", ".hdf5")
     require_other(target, out, "the stresses or the result")
     require_free(target, overwrite=overwrite)
     with opened_computed(out) as found:
         if found is not None and found.kind == "stress":
+            if request.window != "auto":
+                raise CaseError(
+                    "--window has no effect on a file of stresses, which has its cells; leave it out", (), out
+                )
             _write(cycles_of(found.file, out, out, request), out, target, quiet=quiet, exclusive=not overwrite)
             return 0
     make_folder(target.parent)

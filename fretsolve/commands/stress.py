@@ -16,13 +16,15 @@ from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.stress.peaks import Key, Peak
-from fretsolve.stress.request import Plane, StressRequest, WindowKind, memory_problem, stress_request, warnings_of
+from fretsolve.stress.request import Plane, StressRequest, WindowChoice, memory_problem, stress_request, warnings_of
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import counting_bar, print_warnings
 
 TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
+
+WINDOW_KINDS: dict[str, WindowChoice] = {"auto": "auto", "all": "all"}
 
 LARGE_FILE = 1e9
 """Bytes from which the size of the file is printed before it is written."""
@@ -36,7 +38,7 @@ def stress_of_result(
     steps: Sequence[tuple[int, int]],
     cycle: str | None,
     plane: Plane | None,
-    window: WindowKind,
+    window: str,
     target: Path | None,
     overwrite: bool,
     threads: int,
@@ -55,7 +57,7 @@ def stress_of_result(
         require_free(target, overwrite=overwrite)
         tractions = TractionHistory(result)
         increments = _increments(result, stages, steps, cycle)
-        request = stress_request(tractions, increments, chosen, wanted, plane, window)
+        request = stress_request(tractions, increments, chosen, wanted, plane, window_choice(window))
         write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=not overwrite)
     return 0
 
@@ -126,6 +128,19 @@ def _mark(peak: Peak) -> str:
 
 def _count(values: Sequence[object], noun: str) -> str:
     return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
+
+
+def window_choice(text: str) -> WindowChoice:
+    """Return a window from a text: auto, all, or a margin such as 1mm. Raises CaseError."""
+    if text in WINDOW_KINDS:
+        return WINDOW_KINDS[text]
+    try:
+        margin = to_internal(text, LENGTH)
+    except QuantityError as error:
+        raise CaseError(f"{error}; auto, all, or a margin such as 0.5mm is needed", (), "--window") from None
+    if margin < 0.0:
+        raise CaseError(f"{text!r} is negative; a margin around the contact is needed", (), "--window")
+    return margin
 
 
 def _depth(text: str) -> float:

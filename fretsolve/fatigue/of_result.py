@@ -17,7 +17,7 @@ from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.request import StressRequest, least_depth, stress_request
+from fretsolve.stress.request import StressRequest, WindowChoice, least_depth, stress_request
 from fretsolve.stress.stress_file import bodies_of
 from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
 
@@ -30,7 +30,8 @@ class FatigueRequest:
     """Fatigue parameters to compute.
 
     criteria: their names; average: of the stresses, None for none. bodies: none for those in a file of stresses, or for
-    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones.
+    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the
+    cells of a result, as in `stress_request`.
     """
 
     material: MaterialSource
@@ -38,6 +39,7 @@ class FatigueRequest:
     average: Average | None = None
     bodies: tuple[Body, ...] = ()
     depths: tuple[float, ...] = ()
+    window: WindowChoice = "auto"
 
     def stress_depths(self, least: float) -> tuple[float, ...]:
         """Return the depths at which stresses are computed; least: that of the first one below the surface (mm)."""
@@ -102,7 +104,7 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     except CaseError as error:
         raise CaseError(error.message, (), result.path) from None
     depths = request.stress_depths(least_depth(tractions))
-    found = stress_request(tractions, steps, request.bodies, depths)
+    found = stress_request(tractions, steps, request.bodies, depths, window=request.window)
     for body in found.bodies:
         elastic = result.effective_case["bodies"][body - 1]
         request.material.with_elastic_constants(elastic).require(request.criteria)

@@ -24,7 +24,7 @@ from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.influence import COMPONENTS, Body
 from fretsolve.stress.invariants import invariant
 from fretsolve.stress.names import Invariant
-from fretsolve.stress.request import StressRequest, stress_request
+from fretsolve.stress.request import StressRequest, WindowChoice, cell_centres, stress_request
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.arrays import DoubleArray
 
@@ -35,6 +35,9 @@ SECTION_DEPTHS = 48
 
 DEEPEST = 1.5
 
+SIDE_MARGIN = 0.5
+"""Width of the strip around the contact that is shown, over the contact radius."""
+
 
 def stress_map(result: Result, ax: Target = None, *, step: int | None = None, body: Body | None = None) -> Figure:
     """Draw von Mises stress and first principal stress on a section along x and on the surface, of an increment.
@@ -43,7 +46,8 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     A line contact has the section alone. Raises PictureError.
     """
     chosen = chosen_step(result, step)
-    tractions, request = _request(result, (chosen,), body)
+    radius = float(result.history["contact_radius"][chosen])
+    tractions, request = _request(result, (chosen,), body, SIDE_MARGIN * radius or "all")
     snapshot = Snapshot(result, chosen)
     row = int(np.abs(result.y - middle(snapshot)[1]).argmin())
     depths = _section_depths(tractions, chosen)
@@ -54,7 +58,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     if not tractions.plane_strain:
         panels += [("surface", name) for name in SHOWN]
         surface = next(layers(tractions, replace(request, depths=(0.0,)))).stress
-    x, y = result.x[request.target[0]], result.y[request.target[1]]
+    x, y = cell_centres(tractions.grid, request.target)
     with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
@@ -81,7 +85,7 @@ def stress_cycle(
         steps, over = last_cycle(result), "the last cycle"
     except CaseError:
         steps, over = result.steps, "all increments with fields"
-    tractions, request = _request(result, steps, body)
+    tractions, request = _request(result, steps, body, "all")
     body = request.bodies[0]
     i, j = _cell(tractions, at) if at is not None else _largest_tension(tractions, request)
     x, y = float(result.x[i]), float(result.y[j])
@@ -115,11 +119,15 @@ def component_symbol(name: str) -> str:
     return rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$"
 
 
-def _request(result: Result, steps: Sequence[int], body: Body | None) -> tuple[TractionHistory, StressRequest]:
+def _request(
+    result: Result, steps: Sequence[int], body: Body | None, window: WindowChoice
+) -> tuple[TractionHistory, StressRequest]:
     """Return the tractions and the request for one body. Raises PictureError."""
     try:
         tractions = TractionHistory(result)
-        return tractions, stress_request(tractions, steps, () if body is None else (body,), depths=(0.0,))
+        return tractions, stress_request(
+            tractions, steps, () if body is None else (body,), depths=(0.0,), window=window
+        )
     except CaseError as error:
         raise PictureError(error.message) from error
 

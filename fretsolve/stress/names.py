@@ -20,7 +20,7 @@ Invariant = Literal["mises", "tension", "tresca"]
 
 INVARIANTS: tuple[Invariant, ...] = ("mises", "tension", "tresca")
 
-OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a larger grid.size or --window all shows"
+OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a larger --window shows"
 """What is said of a largest value at the end of the window."""
 
 PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)

@@ -21,7 +21,7 @@ from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.halfspace.layers import LayerConvolution
 from fretsolve.stress.invariants import largest
 from fretsolve.stress.names import INVARIANTS, Invariant
-from fretsolve.stress.request import StressRequest
+from fretsolve.stress.request import StressRequest, cell_centres
 from fretsolve.stress.surface_bars import Doubts, SurfaceBars, averaged
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -64,6 +64,7 @@ class PeakSearch:
 
     def __init__(self, tractions: TractionHistory, request: StressRequest):
         self._tractions, self._request = tractions, request
+        self._centres = cell_centres(tractions.grid, request.target)
         shape = len(request.steps), len(request.depths)
         keys = [(body, name) for body in request.bodies for name in INVARIANTS]
         self._values = {key: np.full(shape, -np.inf) for key in keys}
@@ -121,7 +122,13 @@ class PeakSearch:
     def _edge(self, index: int) -> BoolArray:
         """Return the cells of the target that lie at the edge of contact."""
         pressure = self._tractions.pressure(self._request.steps[index])
-        return edge_cells(pressure > 0.0)[self._request.target]
+        edge = edge_cells(pressure > 0.0)
+        target = self._request.target
+        found = np.zeros(self._request.shape, bool)
+        inside = [slice(max(0, of.start), min(of.stop, count)) for of, count in zip(target, edge.shape, strict=True)]
+        wanted = [slice(of.start - to.start, of.stop - to.start) for of, to in zip(inside, target, strict=True)]
+        found[wanted[0], wanted[1]] = edge[inside[0], inside[1]]
+        return found
 
     def _on_cells(
         self, key: Key, index: int, depth: int, halved: Mapping[tuple[Body, int], list[dict[Invariant, float]]]
@@ -174,8 +181,8 @@ class PeakSearch:
 
     def _place(self, cell: Sequence[int]) -> tuple[float, float]:
         """Return the centre of a cell of the target (mm)."""
-        grid, (first, second) = self._tractions.grid, self._request.target
-        return float(grid.x[first.start + cell[0]]), float(grid.y[second.start + cell[1]])
+        x, y = self._centres
+        return float(x[cell[0]]), float(y[cell[1]])
 
     def _on_doubled_cells(self, places: set[tuple[Body, int]]) -> dict[tuple[Body, int], list[dict[Invariant, float]]]:
         """Return the largest values of each increment at some depths, from tractions averaged over 2 x 2 cells."""

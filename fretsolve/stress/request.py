@@ -9,22 +9,29 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from fretsolve.errors import CaseError
+from fretsolve.model.grid import Grid
 from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component, Traction
 from fretsolve.stress.halfspace.layers import Window, padded_shape
 from fretsolve.stress.tractions import TractionHistory
+from fretsolve.system.arrays import DoubleArray
 
 GRADED = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0)
 """Depths by default, in contact radii. The largest shear of a Hertzian contact lies at about half a radius."""
 
-MARGIN = 0.25
-"""Width of the strip around the contact for which the stress is computed, over the contact's width."""
+MARGIN, LINE_MARGIN = 0.25, 1.5
+"""Width of the strip around the contact for which the stress is computed, over the contact's width, and that around a
+line contact, whose stress falls more slowly with the distance and costs little."""
 
 SPECTRA_BYTES = 2**30
 """Memory for the spectra of increments. Where they do not fit at once, increments are computed in several groups."""
 
 Plane = Literal["x=0", "y=0"]
 WindowKind = Literal["auto", "all"]
+WindowChoice = WindowKind | float
+"""The contact with a margin in proportion, the whole grid, or the contact with a margin in mm."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +40,7 @@ class StressRequest:
 
     bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: those that the file
     keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
+    They may lie outside of the grid, where tractions are 0: before its first cell numbers are negative.
     """
 
     bodies: tuple[Body, ...]
@@ -80,13 +88,13 @@ def stress_request(
     bodies: Sequence[Body] = (),
     depths: Sequence[float] = (),
     plane: Plane | None = None,
-    window: WindowKind = "auto",
+    window: WindowChoice = "auto",
     stored: Sequence[Component] = COMPONENTS,
 ) -> StressRequest:
     """Return what to compute of the increments `steps`. Raises CaseError.
 
     bodies: by default body 2, or 1 if that is rigid; depths: by default graded ones to two contact radii. plane: only
-    the row of cells nearest to it; window: the contact with a margin, or the whole grid.
+    the row of cells nearest to it; window: the contact with a margin, also beyond the grid, or the whole grid.
     """
     elastic, path = tractions.poisson_ratios, tractions.result.path
     for body in bodies:
@@ -150,14 +158,26 @@ def memory_problem(request: StressRequest, threads: int, free_disk: int | None) 
     return None
 
 
-def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowKind) -> Window:
+def cell_centres(grid: Grid, window: Window) -> tuple[DoubleArray, DoubleArray]:
+    """Return x and y (mm) of the centres of cells, also of those outside of the grid."""
+    x, y = (
+        axis[0] + side * np.arange(of.start, of.stop)
+        for axis, side, of in zip((grid.x, grid.y), (grid.dx, grid.dy), window, strict=True)
+    )
+    return x, y
+
+
+def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowChoice) -> Window:
     """Return the cells whose stress is wanted."""
-    target = []
-    for axis, (of, count) in enumerate(zip(source, tractions.grid.shape, strict=True)):
-        margin = math.ceil(MARGIN * (of.stop - of.start)) + 2
-        found = slice(max(0, of.start - margin), min(count, of.stop + margin)) if window == "auto" else slice(0, count)
+    target, grid = [], tractions.grid
+    share = LINE_MARGIN if tractions.plane_strain else MARGIN
+    for axis, (of, count, side) in enumerate(zip(source, grid.shape, (grid.dx, grid.dy), strict=True)):
+        found = slice(0, count)
+        if window != "all" and not (axis == 1 and tractions.plane_strain):
+            margin = math.ceil(share * (of.stop - of.start) if window == "auto" else window / side) + 2
+            found = slice(of.start - margin, of.stop + margin)
         if plane is not None and plane[0] == "xy"[axis]:
-            centers = (tractions.grid.x, tractions.grid.y)[axis]
+            centers = (grid.x, grid.y)[axis]
             row = int(abs(centers).argmin())
             found = slice(row, row + 1)
         target.append(found)

@@ -21,7 +21,7 @@ from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS
 from fretsolve.stress.names import PEAK_NAMES, Invariant
 from fretsolve.stress.peaks import Key, Peak, PeakSearch
-from fretsolve.stress.request import StressRequest
+from fretsolve.stress.request import StressRequest, cell_centres
 from fretsolve.stress.tractions import BODIES, TractionHistory
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reported
@@ -78,8 +78,8 @@ def _create_body(file: Any, tractions: TractionHistory, request: StressRequest, 
     """Create the group of a body with its axes, and return the datasets of the components that are stored."""
     group = file.create_group(f"stress/body_{body}")
     group.attrs["poisson_ratio"] = tractions.poisson_ratios[body]
-    grid, (along_x, along_y) = tractions.grid, request.target
-    axes = (STEP, request.steps), (DEPTH, request.depths), (X, grid.x[along_x]), (Y, grid.y[along_y])
+    x, y = cell_centres(tractions.grid, request.target)
+    axes = (STEP, request.steps), (DEPTH, request.depths), (X, x), (Y, y)
     scales = [create_column(group, quantity, values) for quantity, values in axes]
     stage = tractions.result.history["stage"]
     create_column(group, STAGE, [stage[step] for step in request.steps], scales[0])

@@ -14,6 +14,7 @@ from command_line import invoke, refused
 
 from fretsolve import open_result
 from fretsolve.plots import stress_cycle, stress_map
+from fretsolve.plots.stresses import SIDE_MARGIN
 from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.influence import COMPONENTS
 from fretsolve.stress.invariants import invariant
@@ -103,7 +104,8 @@ def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
             assert group["depth"][0] == 0.0
             assert group["depth"][-1] == pytest.approx(2.0 * radius, rel=1e-3)
             assert group["xx"].shape[3] == 1
-            assert len(group["x"]) <= 24
+            side = group["x"][1] - group["x"][0]
+            assert group["x"][-1] == pytest.approx(1.5 * radius, abs=4 * side)
     assert sorted(read_peaks(out)["max_tension"]) == [3, 4, 5]
 
 
@@ -225,9 +227,35 @@ def test_pictures(folder: Path, tmp_path: Path) -> None:
     )
 
 
+def test_cells_beyond_the_grid_hold_the_direct_sum(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "s.h5"
+    words = ("--depth", 0, "--depth", "30 um", "--stage", 2, "--window", "0.4 mm", "-o", out, "-q")
+    assert invoke("stress", folder / "case.h5", *words).exit_code == 0
+    with h5py.File(out) as file, open_result(folder / "case.h5") as result:
+        group, tractions = file["stress/body_2"], TractionHistory(result)
+        step, x, y = int(group["step"][0]), group["x"][:], group["y"][:]
+        assert x[0] < result.x[0] - 0.2
+        assert y[-1] > result.y[-1] + 0.2
+        np.testing.assert_allclose(np.diff(x), tractions.grid.dx, rtol=1e-9)
+        assert abs(x - result.x[3]).min() < 1e-12
+        loads = tractions.read(step, (slice(None), slice(None)))
+        for place, depth in enumerate(group["depth"][:]):
+            for i, j in ((0, 0), (0, len(y) // 2), (len(x) - 1, 2)):
+                influence = point_influence(tractions.grid, x[i], y[j], depth, tractions.poisson_ratios[2], 2)
+                exact = influence.stress(loads)
+                exact[[0, 1, 3]] += tractions.bulk_stress(2, step)
+                found = [group[name][0, place, i, j] for name in COMPONENTS]
+                np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-5)
+    for wrong, message in (("wide", "'wide'"), ("-1 mm", "is negative; a margin around the contact is needed")):
+        assert message in refused(2, "stress", folder / "case.h5", "--window", wrong, "-o", tmp_path / "t.h5")
+    words = ("--material", "tension_limit=300 MPa,torsion_limit=190 MPa", "--criterion", "findley", "--window", "1mm")
+    assert "--window has no effect on a file of stresses" in refused(2, "fatigue", out, *words)
+
+
 def test_pictures_of_either_body(folder: Path, tmp_path: Path) -> None:
     with open_result(folder / "case.h5") as result:
-        maps_step = result.steps[-1]
+        last = result.steps[-1]
+        margin = f"{SIDE_MARGIN * float(result.history['contact_radius'][last])!r} mm"
         maps = {body: stress_map(result, body=body) for body in (1, 2)}
         cycles = {body: stress_cycle(result, body=body, at=(0.05, 0.0)) for body in (1, 2)}
     assert maps[1].axes[0].get_ylim() == maps[2].axes[0].get_ylim()[::-1]
@@ -235,7 +263,7 @@ def test_pictures_of_either_body(folder: Path, tmp_path: Path) -> None:
     # The section is that of the body: its stresses on the surface, which is row 0, are those of the file.
     for body, figure in maps.items():
         out = tmp_path / f"{body}.h5"
-        words = ("--body", body, "--depth", 0, "--step", maps_step, "-o", out, "-q")
+        words = ("--body", body, "--depth", 0, "--step", last, "--window", margin, "-o", out, "-q")
         assert invoke("stress", folder / "case.h5", *words).exit_code == 0
         with h5py.File(out) as file:
             group = file[f"stress/body_{body}"]
