@@ -23,6 +23,10 @@ from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialMode
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 
+LARGE_SLIP = 1e-3
+"""Slip over the motion from which the motion is no least value."""
+
+
 @dataclass(frozen=True)
 class Solution:
     """A candidate for the end of an increment.
@@ -168,6 +172,17 @@ class Examiner:
         slip *= contact
         return slip
 
+    def _moved(self, solution: Solution, motion: float, slip: float) -> float:
+        """Return how far the surfaces move in the increment (mm), at most `motion`; slip: the largest one.
+
+        `motion` may be a least value that refers to the normal displacement, which is far more than friction can cause
+        under a small coefficient.
+        """
+        if slip > LARGE_SLIP * motion:
+            return motion
+        change = self._kernels.cg.largest(solution.displacement - solution.previous_displacement)
+        return float(min(motion, max(slip, change, LEAST_MOTION * self._kernels.cg.largest(solution.displacement))))
+
     def _stick_and_slip(
         self, solution: Solution, contact: BoolArray, friction_limit: FloatArray
     ) -> tuple[FloatArray, NDArray[np.uint8], float, float]:
@@ -177,10 +192,11 @@ class Examiner:
         # C2: slip increment (T2)
         slip = self._slip(solution, contact)
         distance = np.hypot(slip[0], slip[1])
-        motion, largest = self.slip_scales(solution, float(distance.max()))
+        farthest = float(distance.max())
+        motion, largest = self.slip_scales(solution, farthest)
         # C3: a cell at the friction limit slips if it moves
         reached = contact & slips(solution.shear, friction_limit, circle_width(self.precision))
-        moved = distance > least_slip_of_zones(self.tolerance, motion)
+        moved = distance > least_slip_of_zones(self.tolerance, self._moved(solution, motion, farthest))
         zone = zones(contact, reached & moved if self.friction else contact)
         # C5: slip of cells below the limit, direction of the others'
         if not np.isfinite(distance).all():
