@@ -22,7 +22,6 @@ from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
-
 LARGE_SLIP = 1e-3
 """Slip over the motion from which the motion is no least value."""
 
