@@ -41,9 +41,9 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
     out: a folder, None for the file's name with .sweep; jobs: how many cases at a time, None for one per core.
     """
     folder = out or sweep.with_suffix(".sweep")
-    require_own(folder, sweep)
     if (folder / HDF5_NAME).exists():
         raise CaseError("holds a study; give another folder with -o", (), folder)
+    require_own(folder, sweep)
     plan = make_sweep_plan(sweep, folder)
     stop.idle = False
     write_manifest(plan.manifest)
