@@ -226,5 +226,7 @@ def test_largest_stresses_of_a_solved_contact_are_within_their_error_bars(tmp_pa
             if name in ("tension", "mises"):
                 exact = 0.80878 if name == "tension" else 0.80479
                 assert peak.at_edge
-                assert abs(peak.value - exact * p0) < peak.error < 0.25 * exact * p0
+                # The value is off by up to 9 %, by how the grid cuts the edge, so that no bar of a tenth would do. Its
+                # factor is the one with which bars hold on varied contacts (docs/verification.md): found 20 and 21 %.
+                assert abs(peak.value - exact * p0) < peak.error < 0.22 * exact * p0
                 assert peak.x == pytest.approx(0.3 if body == 1 else -0.3, abs=0.03)
