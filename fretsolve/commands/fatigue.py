@@ -18,7 +18,7 @@ from fretsolve.fatigue.cycle import not_closed
 from fretsolve.fatigue.fatigue_file import Worst
 from fretsolve.fatigue.material_file import read_material
 from fretsolve.fatigue.names import CRITERIA, fatigue_path
-from fretsolve.fatigue.of_result import Cycles, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.of_result import SMALLER, Cycles, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
 from fretsolve.fatigue.stress_cycle import StressCycle
 from fretsolve.result import open_result
 from fretsolve.stress.halfspace.influence import Body
@@ -70,15 +70,22 @@ def fatigue_of_result(
 
 
 def write_fatigue_with_messages(
-    tractions: TractionHistory, request: FatigueRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
+    tractions: TractionHistory,
+    request: FatigueRequest,
+    target: Path,
+    threads: int,
+    *,
+    quiet: bool,
+    exclusive: bool,
+    advice: str = SMALLER,
 ) -> None:
     """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places.
 
-    exclusive: replace no file. Raises CaseError, FileError.
+    exclusive: replace no file; advice: what would help where memory or disk is too small. Raises CaseError, FileError.
     """
     with writing(target), stresses_beside(target) as stresses:
         needed = stresses_of_cycle(tractions, request)
-        compute_with_messages(tractions, needed, stresses, threads, quiet=quiet, exclusive=True)
+        compute_with_messages(tractions, needed, stresses, threads, quiet=quiet, exclusive=True, advice=advice)
         with open_hdf5(stresses) as file:
             out = tractions.result.path
             _write(cycles_of(file, stresses, out, request), out, target, quiet=quiet, exclusive=exclusive)

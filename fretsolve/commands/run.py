@@ -23,6 +23,9 @@ PAUSE = 0.1
 """Seconds for which increments may stay unsaved. On 32 x 32 points saving one takes as long as solving it, so all that
 end in this time are saved at once."""
 
+AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
+"""Advice where there is no room for files beside a result."""
+
 RESULT_ENDINGS = (".h5", ".hdf5")
 
 
@@ -147,8 +150,11 @@ def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, exclusive
         tractions, target = TractionHistory(result), stress_path(out)
         if stress is not None and not (missing and is_made_from(result, target)):
             request = case_request(tractions, stress)
-            write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive)
+            advice = AT_END.format("stress")
+            write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive, advice=advice)
         target = fatigue_path(out)
         if fatigue is not None and not (missing and is_made_from(result, target)):
             asked = fatigue_of_case.case_request(case)
-            write_fatigue_with_messages(tractions, asked, target, threads, quiet=quiet, exclusive=exclusive)
+            write_fatigue_with_messages(
+                tractions, asked, target, threads, quiet=quiet, exclusive=exclusive, advice=AT_END.format("fatigue")
+            )

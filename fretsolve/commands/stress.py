@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.export.selection import stored_step
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -16,7 +16,16 @@ from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.stress.peaks import Key, Peak
-from fretsolve.stress.request import Plane, StressRequest, WindowChoice, memory_problem, stress_request, warnings_of
+from fretsolve.stress.request import (
+    AS_OPTIONS,
+    Plane,
+    StressRequest,
+    WindowChoice,
+    disk_problem,
+    memory_problem,
+    stress_request,
+    warnings_of,
+)
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.files import require_ending, require_free, require_other, writing
@@ -63,13 +72,20 @@ def stress_of_result(
 
 
 def write_with_messages(
-    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
+    tractions: TractionHistory,
+    request: StressRequest,
+    target: Path,
+    threads: int,
+    *,
+    quiet: bool,
+    exclusive: bool,
+    advice: str = AS_OPTIONS,
 ) -> None:
     """Write the stresses that a request asks for, and print the largest ones; exclusive: replace no file.
 
-    Raises CaseError, FileError.
+    advice: what would help where the machine is too small. Raises CaseError, FileError.
     """
-    peaks = compute_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive)
+    peaks = compute_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive, advice=advice)
     if not quiet:
         for line in peak_lines(request, peaks):
             print(line)
@@ -77,15 +93,24 @@ def write_with_messages(
 
 
 def compute_with_messages(
-    tractions: TractionHistory, request: StressRequest, target: Path, threads: int, *, quiet: bool, exclusive: bool
+    tractions: TractionHistory,
+    request: StressRequest,
+    target: Path,
+    threads: int,
+    *,
+    quiet: bool,
+    exclusive: bool,
+    advice: str = AS_OPTIONS,
 ) -> dict[Key, list[Peak]]:
     """Write the stresses that a request asks for, with warnings and a bar on a terminal, and return the largest ones.
 
-    exclusive: replace no file. Raises CaseError where the machine is too small, FileError.
+    exclusive: replace no file; advice: what would help where memory or disk is too small. Raises CaseError, FileError.
     """
     path = tractions.result.path
-    if (problem := memory_problem(request, threads, free_bytes(target))) is not None:
+    if (problem := memory_problem(request, threads, advice)) is not None:
         raise CaseError(problem, (), path)
+    if (problem := disk_problem(request, free_bytes(target), advice)) is not None:
+        raise FileError(problem, path)
     print_warnings(path, *warnings_of(request, tractions))
     if not quiet and request.file_bytes > LARGE_FILE:
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)

@@ -10,7 +10,7 @@ from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import require_reversals, require_states
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.names import fatigue_path
-from fretsolve.fatigue.of_result import FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.of_result import SMALLER, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
 from fretsolve.result import Result
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.of_case import room_problem
@@ -58,9 +58,8 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
         require_reversals(ends, stored)
     except CaseError as error:
         raise case.source.problem(error.message, ("output", "every")) from None
-    problem = room_problem(
-        request.bodies, request.stress_depths(0.5 * max(grid.dx, grid.dy)), states, grid.shape, free_disk
-    )
+    depths = request.stress_depths(0.5 * max(grid.dx, grid.dy))
+    problem = room_problem(request.bodies, depths, states, grid.shape, free_disk, advice=SMALLER)
     if problem is not None:
         raise case.source.problem(problem, KEY)
 

@@ -21,6 +21,9 @@ from fretsolve.stress.request import StressRequest, WindowChoice, least_depth, s
 from fretsolve.stress.stress_file import bodies_of
 from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
 
+SMALLER = "fewer depths or bodies, or more room, is needed"
+"""What makes the stresses of a cycle smaller, or lets them be as large as they are."""
+
 AVERAGE_DEPTHS = 17
 """Depths that are computed for an average, graded towards the surface, where stresses change most."""
 

@@ -10,10 +10,13 @@ from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component
 from fretsolve.stress.names import stress_path
-from fretsolve.stress.request import GRADED, StressRequest, WindowKind, memory_problem, stress_request
+from fretsolve.stress.request import GRADED, StressRequest, WindowKind, disk_problem, memory_problem, stress_request
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import writing
+
+AS_KEYS = "fewer depths or components, a larger every, or window: auto is needed"
+"""What makes `output.stress` smaller."""
 
 
 def case_request(tractions: TractionHistory, spec: StressSpec) -> StressRequest:
@@ -58,11 +61,12 @@ def room_problem(
     free_disk: int | None,
     window: WindowKind = "auto",
     stored: Sequence[Component] = COMPONENTS,
+    advice: str = AS_KEYS,
 ) -> str | None:
     """Return why the stresses of a case that is not solved yet are too large for this machine, None if they are not.
 
     bodies, depths: none for those by default. Of the window around the contact only that is certain which a contact of
-    a quarter of the grid's width has.
+    a quarter of the grid's width has. advice: what would help.
     """
     side = 1.0 if window == "all" else 0.4
     nx, ny = (max(1, round(side * points)) for points in shape)
@@ -76,7 +80,7 @@ def room_problem(
         tractions=TRACTIONS,
         stored=tuple(stored),
     )
-    return memory_problem(request, 1, free_disk)
+    return memory_problem(request, 1, advice) or disk_problem(request, free_disk, advice)
 
 
 def increments_before(spec: StressSpec, increments: int, stages: int) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
+from fretsolve.setup.cost_estimate import rounded_bytes
 from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component, Traction
 from fretsolve.stress.halfspace.layers import Window, padded_shape
 from fretsolve.stress.tractions import TractionHistory
@@ -143,18 +144,26 @@ def warnings_of(request: StressRequest, tractions: TractionHistory) -> list[str]
     ]
 
 
-def memory_problem(request: StressRequest, threads: int, free_disk: int | None) -> str | None:
-    """Return why the computation is too large for this machine, None if it is not."""
+AS_OPTIONS = "fewer depths or increments, --plane, or --window auto is needed"
+"""What makes a request of the command line smaller."""
+
+
+def memory_problem(request: StressRequest, threads: int, advice: str = AS_OPTIONS) -> str | None:
+    """Return why the computation is too large for this machine, None if it is not; advice: what would help."""
     needed = request.memory(threads)
     there = math.inf
     with suppress(ValueError, OSError, AttributeError):
         there = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    advice = "fewer depths or increments, --plane, or --window auto is needed"
     if needed > there:
         return f"the stresses take {needed / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB; {advice}"
+    return None
+
+
+def disk_problem(request: StressRequest, free_disk: int | None, advice: str = AS_OPTIONS) -> str | None:
+    """Return why the file may not fit on its disk, None if it does or that is unknown; advice: what would help."""
     if free_disk is not None and request.file_bytes > free_disk:
-        size = f"{request.file_bytes / 1e9:.3g} GB"
-        return f"the file of stresses takes up to {size}, {free_disk / 1e9:.3g} GB are free on its disk; {advice}"
+        size, free = rounded_bytes(request.file_bytes), rounded_bytes(free_disk)
+        return f"the file of stresses takes up to {size}, {free} are free on its disk; {advice}"
     return None
 
 

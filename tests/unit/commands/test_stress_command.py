@@ -169,7 +169,34 @@ def test_a_case_asks_for_stresses(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("fretsolve.commands.run.free_bytes", lambda path: 1000)
     message = refused(2, "run", case, "--overwrite")
     assert "the file of stresses takes up to" in message
+    assert "output.stress" in message
+    assert "a larger every" in message
+    assert "--plane" not in message
     assert (tmp_path / "c.h5").exists()
+
+
+@pytest.mark.parametrize("kind", ["stress", "fatigue"])
+def test_a_disk_that_is_full_at_the_end_of_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """The result is kept, and --resume writes the rest once there is room."""
+    case, material = tmp_path / "c.yaml", "{tension_limit: 300 MPa, torsion_limit: 190 MPa}"
+    asked = {
+        "stress": "depths: [0 mm, 50 um]",
+        "fatigue": f"material: {material}, criteria: [crossland], depths: [0 mm]",
+    }
+    case.write_text(CASE.replace("points: 24", "points: 12") + f"output: {{{kind}: {{{asked[kind]}}}}}\n")
+    with monkeypatch.context() as full:
+        full.setattr("fretsolve.commands.stress.free_bytes", lambda path: 1000)
+        done = invoke("run", case, "-q")
+        message = done.stderr.splitlines()[-1]
+        assert done.exit_code == 4
+        assert "1 kB are free on its disk; the result is whole: with more room --resume writes" in message
+        assert message.endswith(f"what output.{kind} asks for")
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["c.h5", "c.yaml"]
+        given = () if kind == "stress" else ("--material", "tension_limit=300MPa,torsion_limit=190MPa", "--criterion")
+        message = refused(4, kind, tmp_path / "c.h5", *given, *(["crossland"] if given else []))
+        assert ("--plane" if kind == "stress" else "fewer depths or bodies") in message
+    assert invoke("run", case, "--resume", "-q").exit_code == 0
+    assert (tmp_path / f"c.{kind}.h5").exists()
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from fretsolve import open_result
 from fretsolve.errors import CaseError
 from fretsolve.stress import request as requests
 from fretsolve.stress.evaluate import layers
-from fretsolve.stress.request import memory_problem, stress_request
+from fretsolve.stress.request import disk_problem, memory_problem, stress_request
 from fretsolve.stress.tractions import TractionHistory, bounding_window
 
 
@@ -31,8 +31,9 @@ def test_groups_of_increments_give_the_same_bits(tmp_path: Path, monkeypatch: py
         assert whole.keys() == parts.keys()
         for key, stress in whole.items():
             np.testing.assert_array_equal(parts[key], stress)
-        assert "fewer depths or increments" in str(memory_problem(request, 1, 100))
-        assert memory_problem(request, 1, None) is None
+        assert "fewer depths or increments" in str(disk_problem(request, 100))
+        assert disk_problem(request, None) is None
+        assert memory_problem(request, 1) is None
         with pytest.raises(CaseError, match="the depth -1 mm is not one"):
             stress_request(tractions, result.steps, depths=(-1.0,))
 
