@@ -25,7 +25,6 @@ from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import OUTERMOST, opened_computed
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
-from fretsolve.system.foreign_files import open_hdf5
 from fretsolve.system.progress import counting_bar, print_warnings
 
 
@@ -60,7 +59,7 @@ def fatigue_of_result(
                 raise CaseError(
                     "--window has no effect on a file of stresses, which has its cells; leave it out", (), out
                 )
-            _write(cycles_of(found.file, out, out, request), out, target, quiet=quiet, exclusive=not overwrite)
+            _write(cycles_of(found, out, out, request), out, target, quiet=quiet, exclusive=not overwrite)
             return 0
     make_folder(target.parent)
     with open_result(out) as result:
@@ -86,7 +85,7 @@ def write_fatigue_with_messages(
     with writing(target), stresses_beside(target) as stresses:
         needed = stresses_of_cycle(tractions, request)
         compute_with_messages(tractions, needed, stresses, threads, quiet=quiet, exclusive=True, advice=advice)
-        with open_hdf5(stresses) as file:
+        with opened_computed(stresses) as file:
             out = tractions.result.path
             _write(cycles_of(file, stresses, out, request), out, target, quiet=quiet, exclusive=exclusive)
 

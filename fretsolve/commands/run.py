@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.kernels import load
-from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result import HistoryWriter, Result, RunHeader, open_result
 from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system.files import require_ending, require_free, require_other
+from fretsolve.system import atomic_files
+from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PAUSE = 0.1
@@ -61,10 +63,10 @@ def run_case(
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
     _require_room(setup, out)
-    _require_own_beside(setup, out, resume=resume, overwrite=overwrite)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
+    _require_own_beside(setup, out, header, resume=resume, overwrite=overwrite)
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=PAUSE) as writer:
         if quiet or log_json:
             messages = (QuietMessages if quiet else JsonMessages)(setup, out, threads, resume=resume)
@@ -72,7 +74,7 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
-            _write_beside(loaded, out, threads, quiet=quiet or log_json, exclusive=False, missing=True)
+            _write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -87,7 +89,7 @@ def run_case(
             raise
     if complete:
         messages.end()
-        _write_beside(loaded, out, threads, quiet=quiet or log_json, exclusive=not (resume or overwrite))
+        _write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
@@ -110,13 +112,13 @@ def _require_room(setup: ProblemSetup, out: Path) -> None:
         require_fatigue(setup, free_bytes(out))
 
 
-def _require_own_beside(setup: ProblemSetup, out: Path, *, resume: bool, overwrite: bool) -> None:
+def _require_own_beside(setup: ProblemSetup, out: Path, header: RunHeader, *, resume: bool, overwrite: bool) -> None:
     """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own."""
     output = setup.case.output
     if output.stress is None and output.fatigue is None:
         return
     from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.stress.names import opened_computed, stress_path
+    from fretsolve.stress.names import stress_path
 
     for spec, kind, path in (
         (output.stress, "stress", stress_path(out)),
@@ -124,16 +126,26 @@ def _require_own_beside(setup: ProblemSetup, out: Path, *, resume: bool, overwri
     ):
         if spec is None:
             continue
-        with opened_computed(path) as found:
-            own = resume and found is not None and found.kind == kind
+        if path.is_symlink() and not path.exists():
+            raise FileError("is a link to a file that does not exist; remove it, or give another name", path)
+        own = not overwrite and resume and _is_own(path, kind, header.attributes("running"))
         advice = "the run would replace it by what output asks for: move it away, or give --overwrite"
         require_free(path, overwrite=overwrite or own, advice=advice)
 
 
-def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, exclusive: bool, missing: bool = False) -> None:
+def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
+    """Return whether a file was computed from a run that gives the same numbers. Raises FileError if it is damaged."""
+    from fretsolve.result.header import is_same_run
+    from fretsolve.stress.names import opened_computed
+
+    with opened_computed(path) as found:
+        return found is not None and found.kind == kind and is_same_run(found.attributes, attributes)
+
+
+def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False) -> None:
     """Write and print the stresses and fatigue parameters that the case asks for.
 
-    exclusive: replace no file; missing: unless they are there.
+    overwrite: replace any file, otherwise only those of the same run; missing: unless they are there.
     """
     stress, fatigue = case.output.stress, case.output.fatigue
     if stress is None and fatigue is None:
@@ -150,11 +162,22 @@ def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, exclusive
         tractions, target = TractionHistory(result), stress_path(out)
         if stress is not None and not (missing and is_made_from(result, target)):
             request = case_request(tractions, stress)
+            _make_room(target, "stress", result, overwrite=overwrite)
             advice = AT_END.format("stress")
-            write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive, advice=advice)
+            write_with_messages(
+                tractions, request, target, threads, quiet=quiet, exclusive=not overwrite, advice=advice
+            )
         target = fatigue_path(out)
         if fatigue is not None and not (missing and is_made_from(result, target)):
             asked = fatigue_of_case.case_request(case)
+            _make_room(target, "fatigue", result, overwrite=overwrite)
             write_fatigue_with_messages(
-                tractions, asked, target, threads, quiet=quiet, exclusive=exclusive, advice=AT_END.format("fatigue")
+                tractions, asked, target, threads, quiet=quiet, exclusive=not overwrite, advice=AT_END.format("fatigue")
             )
+
+
+def _make_room(target: Path, kind: str, result: Result, *, overwrite: bool) -> None:
+    """Remove a file of the same run, so that no other one can be replaced. Raises FileError."""
+    if not overwrite and _is_own(target, kind, result.attributes):
+        with writing(target):
+            atomic_files.remove(target)

@@ -60,7 +60,7 @@ def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive
 
 
 def _stresses(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in bodies_of(computed.file, source).items():
+    for number, body in bodies_of(computed, source).items():
         for place, step in enumerate(body.steps.tolist()):
             yield _Volume("stress", number, step, body.x, body.y, body.depths, _stress_fields(body, place))
 
@@ -75,9 +75,8 @@ def _stress_fields(body: BodyStress, place: int) -> dict[str, DoubleArray]:
 
 
 def _parameters(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in fatigue_bodies(computed.file, source).items():
-        step = int(np.asarray(body.group.attrs["steps"])[-1])
-        yield _Volume("fatigue", number, step, body.x, body.y, body.depths, _fatigue_fields(body))
+    for number, body in fatigue_bodies(computed, source).items():
+        yield _Volume("fatigue", number, body.steps[-1], body.x, body.y, body.depths, _fatigue_fields(body))
 
 
 def _fatigue_fields(body: BodyFatigue) -> dict[str, DoubleArray]:

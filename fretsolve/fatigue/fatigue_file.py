@@ -18,15 +18,22 @@ from fretsolve.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.fatigue.critical_plane import SCAN_STEP
 from fretsolve.fatigue.names import WORST_NAMES, dataset_name
 from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
+from fretsolve.result import Result
+from fretsolve.result.checks import digests_of, read_columns, require
+from fretsolve.result.header import write_sealed
 from fretsolve.result.layout import FIELD_FILTERS, Quantity, X, Y, create_column
+from fretsolve.result.piece import damage_reported
+from fretsolve.stress.names import ComputedFile, opened_computed, require_made_from
 from fretsolve.stress.stress_file import DEPTH
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
+from fretsolve.system.foreign_files import own_dataset, own_node
 
 FORMAT = "fretsolve fatigue 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
+
+_AXES = ("depth", "x", "y")
 
 COMPONENT = Quantity("component", "1", "component of a normal: 0 along x, 1 along y, 2 along z", "int64")
 MEANINGS = {
@@ -73,7 +80,7 @@ def write_fatigue(
     worst: dict[int, dict[str, Worst]] = {}
     widest = 0.0
     with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
-        file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, **attributes})
+        content: dict[str, Any] = {}
         for number, cycle in cycles.items():
             group, scales = _create_body(file, number, cycle)
             worst[number] = {}
@@ -85,8 +92,16 @@ def write_fatigue(
                     if name not in worst[number] or found.value > worst[number][name].value:
                         worst[number][name] = found
                 show()
-            for name, found in worst[number].items():
-                group[dataset_name(name)].attrs.update(_attributes_of(found))
+            parameters = {dataset_name(name): _attributes_of(found) for name, found in sorted(worst[number].items())}
+            for name, values in parameters.items():
+                group[name].attrs.update(values)
+            units = {dataset_name(name): {"units": found.units} for name, found in worst[number].items()}
+            content[str(number)] = {
+                "steps": group.attrs["steps"].tolist(),
+                "columns": digests_of({name: group[name][:] for name in _AXES}),
+                "parameters": {name: values | units[name] for name, values in parameters.items()},
+            }
+        write_sealed(file, {"format": FORMAT, "fretsolve_version": __version__, **attributes}, content)
     return worst, widest
 
 
@@ -153,7 +168,7 @@ def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
 
 def _attributes_of(worst: Worst) -> dict[str, Any]:
     """Return the attributes of a criterion's dataset."""
-    found: dict[str, Any] = {"worst": worst.value, "worst_place": worst.place}
+    found: dict[str, Any] = {"worst": worst.value, "worst_place": list(worst.place)}
     if worst.limit is not None:
         found["limit"] = worst.limit
     if worst.normal is not None:
@@ -165,45 +180,59 @@ def _attributes_of(worst: Worst) -> dict[str, Any]:
 class BodyFatigue:
     """The part of a file of fatigue parameters about one body.
 
-    depths, x, y: in mm; criteria: names of datasets; group: the open HDF5 group.
+    depths, x, y: in mm; steps: of the cycle; parameters: names of datasets, with what is known of each; group: the open
+    HDF5 group of the file `path`.
     """
+
+    path: Path
 
     depths: NDArray[np.float64]
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    criteria: tuple[str, ...]
+    steps: tuple[int, ...]
+    parameters: Mapping[str, Mapping[str, Any]]
     group: Any
+
+    @property
+    def criteria(self) -> tuple[str, ...]:
+        """The names of the parameters' datasets."""
+        return tuple(self.parameters)
 
     def field(self, name: str) -> NDArray[Any]:
         """Return a dataset (depths, nx, ny), or (depths, nx, ny, 3) of normals."""
-        return np.asarray(own_dataset(self.group, name)[()])
+        with damage_reported(self.path, name):
+            dataset, whole = own_dataset(self.group, name), (len(self.depths), len(self.x), len(self.y))
+            require(dataset.shape[:3] == whole and dataset.dtype.kind in "fu", name, "the shape of its axes")
+            return np.asarray(dataset[()])
 
     def attribute(self, name: str, of: str) -> Any:
-        """Return an attribute of a dataset, None if it has none of that name."""
-        return own_dataset(self.group, name).attrs.get(of)
+        """Return what the header says of a dataset, None if that is not known."""
+        return self.parameters[name].get(of)
 
 
-def fatigue_bodies(file: Any, path: Path) -> dict[int, BodyFatigue]:
+def fatigue_bodies(computed: ComputedFile | None, path: Path) -> dict[int, BodyFatigue]:
     """Return the bodies of an open file of fatigue parameters. Raises FileError if it is not one, or is damaged."""
-    try:
-        numbers = [number for number in (1, 2) if f"fatigue/body_{number}" in file]
-        found = {number: _read_body(own_node(file, f"fatigue/body_{number}")) for number in numbers}
-    except (KeyError, ValueError, OSError) as error:
-        raise FileError(f"is damaged, or not a file of fatigue parameters: {error}", path) from error
-    if not found:
+    if computed is None or computed.kind != "fatigue" or not computed.content:
         raise FileError("is not a file of fatigue parameters, which `fretsolve fatigue` writes", path)
-    return found
+    with damage_reported(path, "the parameters"):
+        known = {int(number): body for number, body in computed.content.items()}
+        return {
+            number: _read_body(path, own_node(computed.file, f"fatigue/body_{number}"), body)
+            for number, body in known.items()
+        }
 
 
-def read_worst(path: Path) -> dict[str, float]:
+def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
     """Return the largest value of each parameter in a file, of all bodies, by `WORST_NAMES`; NaN for what is not there.
 
-    Raises FileError if it is damaged.
+    Raises FileError if it is damaged, or was not computed from `result`.
     """
     found = dict.fromkeys(WORST_NAMES, math.nan)
     if not path.exists():
         return found
-    with reported("cannot be read", path), open_hdf5(path) as file:
+    if result is not None:
+        require_made_from(result, path)
+    with reported("cannot be read", path), opened_computed(path) as file:
         for body in fatigue_bodies(file, path).values():
             for name, criterion in WORST_NAMES.items():
                 if dataset_name(criterion) in body.criteria:
@@ -212,10 +241,7 @@ def read_worst(path: Path) -> dict[str, float]:
     return found
 
 
-def _read_body(group: Any) -> BodyFatigue:
-    depths, x, y = (own_dataset(group, name)[:] for name in ("depth", "x", "y"))
-    criteria = tuple(name for name in group if "worst" in group[name].attrs)
-    whole = len(depths), len(x), len(y)
-    if any(own_dataset(group, name).shape != whole for name in criteria):
-        raise ValueError("a parameter does not have the shape of its axes")
-    return BodyFatigue(depths, x, y, criteria, group)
+def _read_body(path: Path, group: Any, known: Mapping[str, Any]) -> BodyFatigue:
+    columns = read_columns(group, known["columns"])
+    depths, x, y = (columns[name] for name in _AXES)
+    return BodyFatigue(path, depths, x, y, tuple(known["steps"]), known["parameters"], group)

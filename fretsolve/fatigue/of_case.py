@@ -13,11 +13,11 @@ from fretsolve.fatigue.names import fatigue_path
 from fretsolve.fatigue.of_result import SMALLER, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
 from fretsolve.result import Result
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.stress.names import opened_computed
 from fretsolve.stress.of_case import room_problem
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, cycle_stages
 from fretsolve.system.files import writing
-from fretsolve.system.foreign_files import open_hdf5
 
 KEY = ("output", "fatigue")
 
@@ -72,7 +72,7 @@ def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
     target, request, tractions = fatigue_path(result.path), case_request(case), TractionHistory(result)
     with writing(target), stresses_beside(target) as stresses:
         write_stress(tractions, stresses_of_cycle(tractions, request), stresses, threads)
-        with open_hdf5(stresses) as file:
+        with opened_computed(stresses) as file:
             cycles_of(file, stresses, result.path, request).write(target)
     return target
 

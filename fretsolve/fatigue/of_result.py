@@ -7,16 +7,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from fretsolve.case.material_spec import Material
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import require_reversals, require_states
 from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
 from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.names import ComputedFile
 from fretsolve.stress.request import StressRequest, WindowChoice, least_depth, stress_request
 from fretsolve.stress.stress_file import bodies_of
 from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
@@ -114,12 +114,14 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     return found
 
 
-def cycles_of(file: Any, stresses: Path, origin: Path, request: FatigueRequest) -> Cycles:
+def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> Cycles:
     """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
 
     Raises CaseError, FileError.
     """
-    found, attributes = bodies_of(file, stresses), dict(file.attrs)
+    if file is None:
+        raise FileError("is not a file of stresses, which `fretsolve stress` writes", stresses)
+    found, attributes = bodies_of(file, stresses), file.attributes
     for number in request.bodies:
         if number not in found:
             there = " and ".join(f"body {one}" for one in found)

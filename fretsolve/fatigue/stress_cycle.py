@@ -70,7 +70,7 @@ class StressCycle:
             yield np.stack(means).reshape(len(self.chosen), 6, -1)
             return
         for depth in range(len(self.depths)):
-            layer = [[self.body.group[name][index, depth] for name in COMPONENTS] for index in self.chosen]
+            layer = [self.body.layer(COMPONENTS, index, depth) for index in self.chosen]
             yield np.array(layer, np.float64).reshape(len(self.chosen), 6, -1)
 
     def _whole(self, index: int) -> DoubleArray:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from fretsolve.errors import FileError, PictureError
+from fretsolve.errors import PictureError
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
@@ -20,9 +20,8 @@ from fretsolve.plots.labels import label_depth
 from fretsolve.plots.snapshot import outer_edges
 from fretsolve.result import Result
 from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.names import is_made_from
+from fretsolve.stress.names import opened_computed
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import open_hdf5
 
 TRACE = 0.08
 """Length of the critical plane's trace on either side of the worst place, over the width of a panel."""
@@ -35,43 +34,40 @@ def fatigue_map(
 
     fields: criteria; body: by default all in the file. Section and layer go through the worst place, where a line is
     the trace of the critical plane; depth points upwards in body 1. Shown is the utilisation with its contour 1, or the
-    parameter if it has no limit. Raises PictureError.
+    parameter if it has no limit. Raises PictureError, FileError if the file is damaged.
     """
     path = fatigue_path(result.path)
-    try:
-        if path.exists() and not is_made_from(result, path):
+    with opened_computed(path) as computed:
+        if computed is None or computed.kind != "fatigue":
+            raise PictureError(f"there are no fatigue parameters in {path.name}; `fretsolve fatigue` writes them")
+        if computed.attributes.get("effective_case") != result.attributes["effective_case"]:
             raise PictureError(f"{path.name} is not of this result; `fretsolve fatigue --overwrite` writes it again")
-        with open_hdf5(path) as file:
-            bodies = _bodies(fatigue_bodies(file, path), body)
-            panels = [
-                (number, name, kind)
-                for number, found in reversed(bodies.items())
-                for name in _chosen(found, fields)
-                for kind in _kinds(found)
-            ]
-            with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
-                for axes, (number, name, kind) in zip(drawn.axes, panels, strict=False):
-                    title = f"body {number}, {name.replace('_', '-')}" if len(bodies) > 1 else name.replace("_", "-")
-                    if kind == "curve":
-                        _draw_curve(axes, bodies[number], name, title)
-                    else:
-                        _draw(drawn, axes, bodies[number], name, kind, title, number)
-                average = str(file.attrs.get("average", ""))
-                of_body = " and ".join(f"body {number}" for number in bodies)
-                drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
-                drawn.legend(
-                    [
-                        Line2D([], [], color="black", marker="+", linestyle="", label="worst place"),
-                        Line2D([], [], color="black", linewidth=2.0, label="trace of the critical plane"),
-                        Line2D([], [], color="white", linewidth=1.2, label="utilisation 1", path_effects=_OUTLINE),
-                    ],
-                    columns=3,
-                )
-            return drawn.figure
-    except (FileNotFoundError, FileError) as error:
-        raise PictureError(
-            f"there are no fatigue parameters in {path.name}; `fretsolve fatigue` writes them"
-        ) from error
+        bodies = _bodies(fatigue_bodies(computed, path), body)
+        panels = [
+            (number, name, kind)
+            for number, found in reversed(bodies.items())
+            for name in _chosen(found, fields)
+            for kind in _kinds(found)
+        ]
+        with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
+            for axes, (number, name, kind) in zip(drawn.axes, panels, strict=False):
+                title = f"body {number}, {name.replace('_', '-')}" if len(bodies) > 1 else name.replace("_", "-")
+                if kind == "curve":
+                    _draw_curve(axes, bodies[number], name, title)
+                else:
+                    _draw(drawn, axes, bodies[number], name, kind, title, number)
+            average = str(computed.attributes.get("average", ""))
+            of_body = " and ".join(f"body {number}" for number in bodies)
+            drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
+            drawn.legend(
+                [
+                    Line2D([], [], color="black", marker="+", linestyle="", label="worst place"),
+                    Line2D([], [], color="black", linewidth=2.0, label="trace of the critical plane"),
+                    Line2D([], [], color="white", linewidth=1.2, label="utilisation 1", path_effects=_OUTLINE),
+                ],
+                columns=3,
+            )
+        return drawn.figure
 
 
 _OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=2.4, foreground="black")]

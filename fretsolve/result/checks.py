@@ -16,6 +16,7 @@ from fretsolve.case.history import EXTENTS
 from fretsolve.result.layout import BULK_HISTORY, ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import own_dataset
 
 _MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
 """Columns in which NaN stands for what is not known or does not exist."""
@@ -123,8 +124,23 @@ def content_of(
     """Return 16 digits of the SHA-256 of each column and axis of a result, and the names of its fields."""
     arrays = {name: rows[name] for name in rows.dtype.names or ()}
     arrays |= {"x": x, "y": y, "step of fields": np.array(steps, STEP.dtype)}
-    digests = {name: hashlib.sha256(array.tobytes()).hexdigest()[:16] for name, array in arrays.items()}
-    return {"columns": digests, "fields": list(names)}
+    return {"columns": digests_of(arrays), "fields": list(names)}
+
+
+def digests_of(columns: Mapping[str, NDArray[Any]]) -> dict[str, str]:
+    """Return 16 digits of the SHA-256 of each column."""
+    return {name: hashlib.sha256(column.tobytes()).hexdigest()[:16] for name, column in columns.items()}
+
+
+def read_columns(group: Any, digests: Mapping[str, str]) -> dict[str, NDArray[Any]]:
+    """Return the columns of an HDF5 group. Raises ValueError or KeyError unless they have these `digests_of`."""
+    datasets = {name: own_dataset(group, name) for name in digests}
+    for dataset in datasets.values():
+        require_modest({"column": dataset})
+    columns = {name: read_column(dataset) for name, dataset in datasets.items()}
+    for name, digest in digests_of(columns).items():
+        require(digest == digests[name], name, "what the header says, it was changed")
+    return columns
 
 
 def changed_content(stored: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:

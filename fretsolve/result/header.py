@@ -14,8 +14,18 @@ import numpy as np
 
 from fretsolve import __version__
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
-from fretsolve.result.layout import FORMAT_VERSION, FieldQuantity, has_bulk_stress, is_single, stored_fields
+from fretsolve.result.layout import (
+    FORMAT_VERSION,
+    HEADER,
+    HEADER_GROUP,
+    FieldQuantity,
+    create_column,
+    has_bulk_stress,
+    is_single,
+    stored_fields,
+)
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import own_dataset
 
 WITHOUT_EFFECT = (
     *(("bodies", body, "yield_stress") for body in (0, 1)),
@@ -25,6 +35,9 @@ WITHOUT_EFFECT = (
 
 CHECKSUM = "sha256"
 """Name of the checksum in a header's text."""
+
+CONTENT = "content"
+"""Name of what a header's text says of the datasets."""
 
 LARGEST_HEADER = 2**25
 """Bytes of a header's text. A case file has at most 4 MiB."""
@@ -137,6 +150,25 @@ def unsealed(text: str) -> dict[str, Any]:
     return values
 
 
+def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
+    """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`."""
+    file.attrs.update(attributes)
+    text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
+    create_column(file.create_group(HEADER_GROUP), HEADER, text)
+
+
+def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return attributes and content that `write_sealed` wrote. Raises ValueError or KeyError if they are damaged."""
+    name = f"{HEADER_GROUP}/{HEADER.name}"
+    stored = own_dataset(file, name)
+    if stored.nbytes > LARGEST_HEADER:
+        raise ValueError(f"{name} must hold at most {LARGEST_HEADER} bytes")
+    attributes = unsealed(stored[:].tobytes().decode())
+    content = attributes.pop(CONTENT)
+    del attributes[CHECKSUM]
+    return attributes, content
+
+
 def _digest(values: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
@@ -178,6 +210,12 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
         more = f" and {len(differences) - 3} more" if len(differences) > 3 else ""
         message = f"holds a run of another case: {'; '.join(differences[:3])}{more}"
         raise FileError(f"{message}; give another -o, or start anew with --overwrite", file)
+
+
+def is_same_run(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Return whether the cases in two mappings of attributes give the same numbers."""
+    cases = [_identity({"effective_case": attributes.get("effective_case", "{}")}) for attributes in (one, other)]
+    return cases[0] == cases[1]
 
 
 def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:

@@ -19,14 +19,12 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.result.checks import content_of, row_type, widened
-from fretsolve.result.header import RunHeader, sealed
+from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
     CHANGE,
     COLUMN_FILTERS,
     DERIVED_FIELDS,
     DISPLACEMENT,
-    HEADER,
-    HEADER_GROUP,
     PLAIN_FILTERS,
     RESTART,
     STEP,
@@ -45,8 +43,6 @@ from fretsolve.result.state import State
 from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"
-CONTENT = "content"
-"""Name of `content_of` in the text of the header."""
 
 
 def parts_folder(out: Path) -> Path:
@@ -149,12 +145,9 @@ def write_result(
         steps.append(last_state.summary.step)
         unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
     with atomic_files.new_hdf5(out, folder, exclusive=True) as file:
-        attributes = header.attributes("complete" if failure is None else "failed", failure)
-        file.attrs.update(attributes)
         names = [quantity.name for quantity in header.stored_fields]
         content = content_of(rows, header.x, header.y, steps, names)
-        text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
-        create_column(file.create_group(HEADER_GROUP), HEADER, text)
+        write_sealed(file, header.attributes("complete" if failure is None else "failed", failure), content)
         history, fields = file.create_group("history"), file.create_group("fields")
         scale, known = None, quantities_of(json.loads(header.effective_case))
         for name in rows.dtype.names or ():  # the step first

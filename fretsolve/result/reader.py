@@ -18,14 +18,14 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.checks import changed_content, content_of, require, require_known
-from fretsolve.result.header import CHECKSUM, LARGEST_HEADER, RunHeader, present_case, require_header_texts, unsealed
-from fretsolve.result.layout import FORMAT_VERSION, HEADER, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
+from fretsolve.result.header import LARGEST_HEADER, RunHeader, present_case, read_sealed, require_header_texts
+from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import CONTENT, HEADER_NAME, contiguous_parts, parts_folder, read_rows
+from fretsolve.result.parts import HEADER_NAME, contiguous_parts, parts_folder, read_rows
 from fretsolve.result.piece import Part, Piece, damage_reported
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.foreign_files import open_hdf5, own_dataset, read_small_text, require_regular, try_attributes
+from fretsolve.system.foreign_files import open_hdf5, read_small_text, require_regular, try_attributes
 
 if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, takes long to load
     import xarray
@@ -239,13 +239,10 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
         if HEADER_GROUP in file:
-            stored = own_dataset(file, f"{HEADER_GROUP}/{HEADER.name}")
-            require(stored.nbytes <= LARGEST_HEADER, f"{HEADER_GROUP}/{HEADER.name}", f"at most {LARGEST_HEADER} bytes")
-            attributes = unsealed(stored[:].tobytes().decode())
-            content = attributes.pop(CONTENT)
-            del attributes[CHECKSUM]
+            attributes, content = read_sealed(file)
         else:
             attributes, content = _unchecked_attributes(out, file), None
+        _require_result(out, attributes)
         version = str(attributes["format_version"])
         require(version.isdecimal(), "format_version", "a whole number")
         attributes["format_version"] = int(version)
@@ -257,13 +254,16 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
 def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:
     """Return the attributes of a file of an earlier version, which has them only there. Raises FileError."""
     try_attributes(out)
-    attributes = dict(file.attrs)
+    return dict(file.attrs)
+
+
+def _require_result(out: Path, attributes: Mapping[str, Any]) -> None:
+    """Raise FileError unless these are the attributes of a result."""
     if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
         what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
         raise FileError(f"a file of {what}, not the result that they were computed from", out)
     if "format_version" not in attributes or "fretsolve_version" not in attributes:
         raise FileError("an HDF5 file, but not a result of fretsolve", out)
-    return attributes
 
 
 def read_header(folder: Path) -> RunHeader:

@@ -15,17 +15,21 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.errors import FileError
+from fretsolve.result import Result
+from fretsolve.result.checks import digests_of, read_columns, require
+from fretsolve.result.header import write_sealed
 from fretsolve.result.layout import FIELD_FILTERS, STEP, Quantity, X, Y, chunk_shape, create_column
+from fretsolve.result.piece import damage_reported
 from fretsolve.stress.evaluate import layers
 from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS
-from fretsolve.stress.names import PEAK_NAMES, Invariant
+from fretsolve.stress.names import PEAK_NAMES, ComputedFile, Invariant, opened_computed, require_made_from
 from fretsolve.stress.peaks import Key, Peak, PeakSearch
 from fretsolve.stress.request import StressRequest, cell_centres
 from fretsolve.stress.tractions import BODIES, TractionHistory
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
+from fretsolve.system.foreign_files import own_dataset, own_node
 
 FORMAT = "fretsolve stress 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
@@ -60,8 +64,8 @@ def write_stress(
     with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
         result = tractions.result
         names = "title", "case_yaml", "effective_case"
-        file.attrs.update({"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name})
-        file.attrs.update({name: result.attributes[name] for name in names if name in result.attributes})
+        attributes = {"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name}
+        attributes |= {name: result.attributes[name] for name in names if name in result.attributes}
         datasets = {body: _create_body(file, tractions, request, body) for body in request.bodies}
         for layer in layers(tractions, request, threads):
             search.add(layer)
@@ -71,6 +75,7 @@ def write_stress(
         peaks = search.peaks()
         for (body, name), found in peaks.items():
             _write_peaks(file[f"stress/body_{body}"], name, found)
+        write_sealed(file, attributes, {str(body): _content_of(file[f"stress/body_{body}"]) for body in datasets})
     return peaks
 
 
@@ -101,13 +106,20 @@ def _write_peaks(group: Any, name: Invariant, peaks: Sequence[Peak]) -> None:
         create_column(group, quantity, [getattr(peak, attribute) for peak in peaks], group["step"])
 
 
+def _content_of(group: Any) -> dict[str, str]:
+    """Return the digests of all columns of a body."""
+    return digests_of({name: dataset[:] for name, dataset in group.items() if dataset.ndim == 1})
+
+
 @dataclass(frozen=True, eq=False)
 class BodyStress:
     """The part of a file of stresses about one body.
 
     steps, stages: of the increments; depths, x, y: in mm; columns: the largest stresses over the increments, by name;
-    components: names of those that are stored, as ``(steps, depths, nx, ny)`` in the open HDF5 group.
+    components: names of those that are stored, as ``(steps, depths, nx, ny)`` in the open HDF5 group of `path`.
     """
+
+    path: Path
 
     steps: NDArray[np.int64]
     stages: NDArray[np.int64]
@@ -120,31 +132,41 @@ class BodyStress:
 
     def stress(self, step_index: int) -> NDArray[np.float32]:
         """Return all stored components of an increment, ``(components, depths, nx, ny)``."""
-        return np.stack([own_dataset(self.group, name)[step_index] for name in self.components])
+        return np.stack([self._read(name, step_index) for name in self.components])
+
+    def layer(self, names: Sequence[str], step_index: int, depth_index: int) -> NDArray[np.float32]:
+        """Return components of an increment at one depth, ``(components, nx, ny)``. Raises FileError."""
+        return np.stack([self._read(name, (step_index, depth_index)) for name in names])
+
+    def _read(self, name: str, place: int | tuple[int, int]) -> NDArray[np.float32]:
+        with damage_reported(self.path, name):
+            values: NDArray[np.float32] = own_dataset(self.group, name)[place]
+            require(np.isfinite(values).all(), name, "finite numbers, NaN is damage")
+            return values
 
 
-def bodies_of(file: Any, path: Path) -> dict[Body, BodyStress]:
+def bodies_of(stresses: ComputedFile, path: Path) -> dict[Body, BodyStress]:
     """Return the bodies of an open file of stresses. Raises FileError if it is not one, or is damaged."""
-    try:
-        found = {
-            body: _read_body(own_node(file, f"stress/body_{body}")) for body in BODIES if f"stress/body_{body}" in file
-        }
-    except (KeyError, ValueError, OSError, RuntimeError) as error:  # the last one is HDF5's for what is not there
-        raise FileError(f"is damaged, or not a file of stresses: {error}", path) from error
-    if not found:
+    if stresses.kind != "stress" or not stresses.content:
         raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)
-    return found
+    with damage_reported(path, "the stresses"):
+        known = {body: stresses.content[str(body)] for body in BODIES if str(body) in stresses.content}
+        return {body: _read_body(path, own_node(stresses.file, f"stress/body_{body}"), known[body]) for body in known}
 
 
-def read_peaks(path: Path) -> dict[str, dict[int, tuple[float, float]]]:
+def read_peaks(path: Path, result: Result | None = None) -> dict[str, dict[int, tuple[float, float]]]:
     """Return the largest stresses of all bodies in a file, with their errors: by name (`PEAK_NAMES`) and increment.
 
-    Empty if there is no file. Raises FileError if it is damaged.
+    Empty if there is no file. Raises FileError if it is damaged, or was not computed from `result`.
     """
     found: dict[str, dict[int, tuple[float, float]]] = {name: {} for name in PEAK_NAMES}
     if not path.exists():
         return found
-    with reported("cannot be read", path), open_hdf5(path) as file:
+    if result is not None:
+        require_made_from(result, path)
+    with reported("cannot be read", path), opened_computed(path) as file:
+        if file is None:
+            raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)
         for body in bodies_of(file, path).values():
             for name, known in found.items():
                 for index, step in enumerate(body.steps.tolist()):
@@ -153,16 +175,19 @@ def read_peaks(path: Path) -> dict[str, dict[int, tuple[float, float]]]:
     return found
 
 
-def _read_body(group: Any) -> BodyStress:
-    axes = {name: own_dataset(group, name)[:] for name in ("step", "stage", "depth", "x", "y")}
-    columns = {name: own_dataset(group, name)[:] for name in group if name.startswith("max_")}
+def _read_body(path: Path, group: Any, digests: Mapping[str, str]) -> BodyStress:
+    stored = read_columns(group, digests)
+    axes = {name: stored[name] for name in ("step", "stage", "depth", "x", "y")}
+    columns = {name: column for name, column in stored.items() if name.startswith("max_")}
     components = tuple(name for name in COMPONENTS if name in group)
     whole = len(axes["step"]), len(axes["depth"]), len(axes["x"]), len(axes["y"])
     if missing := {f"{name}{suffix}" for name in PEAK_NAMES for suffix, *_ in _PEAK_COLUMNS} - set(columns):
         raise KeyError(f"no column {min(missing)}")
     for name in components:
-        if own_dataset(group, name).shape != whole:
+        stress = own_dataset(group, name)
+        if stress.shape != whole or stress.dtype != np.float32:
             raise ValueError(f"{name} does not have the shape of its axes")
     if any(len(column) != whole[0] for column in (axes["stage"], *columns.values())):
         raise ValueError("the largest stresses do not have a value per increment")
-    return BodyStress(axes["step"], axes["stage"], axes["depth"], axes["x"], axes["y"], columns, components, group)
+    steps, stages, depths, x, y = axes.values()
+    return BodyStress(path, steps, stages, depths, x, y, columns, components, group)

@@ -175,12 +175,12 @@ def read_outcome(
         if any(one.name in PEAK_NAMES for one in quantities):
             from fretsolve.stress.stress_file import read_peaks
 
-            stresses = read_peaks(stress_path(result.path))
+            stresses = read_peaks(stress_path(result.path), result)
         worst: dict[str, float] = {}
         if any(one.name in WORST_NAMES for one in quantities):
             from fretsolve.fatigue.fatigue_file import read_worst
 
-            worst = read_worst(fatigue_path(result.path))
+            worst = read_worst(fatigue_path(result.path), result)
 
         cycles = result.cycles if any(one.name in CYCLE_NAMES for one in quantities) else None
 

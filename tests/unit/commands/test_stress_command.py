@@ -327,7 +327,7 @@ def test_damaged_files(tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as file:
         file.create_group("stress/body_2")
-    assert "is damaged, or not a file of stresses" in refused(4, "export", path, "--to", "vtk")
+    assert "has no header with a checksum" in refused(4, "export", path, "--to", "vtk")
 
 
 def test_a_study_compares_the_largest_stresses_of_cases_that_ask_for_them(tmp_path: Path) -> None:

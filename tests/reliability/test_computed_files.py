@@ -1,0 +1,184 @@
+"""Files of stresses and fatigue parameters: damage is named, and what another result gave is not taken for its own."""
+
+from __future__ import annotations
+
+import random
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import finish, invoke, refused
+from damage import damaged
+from small_cases import write_case
+
+from fretsolve.commands import run
+from fretsolve.result.layout import HEADER, HEADER_GROUP
+
+CASE = """\
+bodies: [{young_modulus: 70 GPa, poisson_ratio: 0.5}, {young_modulus: 70 GPa, poisson_ratio: 0.5}]
+surface: {sphere: {radius: 10 mm}}
+friction: 0.3
+grid: {points: 16}
+load_path:
+  - {P: 100 N}
+  - {cycle: {amplitude: {Qx: 15 N}, times: 1, increments: 8}}
+output:
+  stress: {every: 1, depths: [0, 40 um]}
+  fatigue:
+    criteria: [crossland, swt]
+    depths: [0, 40 um]
+    material: {tension_limit: 300 MPa, torsion_limit: 190 MPa}
+"""
+ENDINGS = ("h5", "stress.h5", "fatigue.h5")
+WORDS = ("--material", "tension_limit=300MPa,torsion_limit=190MPa", "--criterion", "crossland", "-q", "--overwrite")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the case ``c.yaml`` and its three files."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "c.yaml").write_text(CASE)
+    done = invoke("run", folder / "c.yaml", "-q")
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+@pytest.fixture()
+def folder(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "c"))
+
+
+def readers(folder: Path) -> tuple[tuple[object, ...], ...]:
+    """Return the commands that read the files beside a result."""
+    stress, parameters = folder / "c.stress.h5", folder / "c.fatigue.h5"
+    return (
+        ("fatigue", stress, *WORDS, "-o", folder / "f.h5"),
+        ("export", stress, "--to", "vtk", "-o", folder / "s.pvd", "--overwrite"),
+        ("export", parameters, "--to", "vtk", "-o", folder / "p.pvd", "--overwrite"),
+        ("plot", folder / "c.h5", "fatigue-map", "-o", folder / "p.png"),
+        ("run", folder / "c.yaml", "--resume", "-q"),
+    )
+
+
+@pytest.mark.parametrize("ending", ENDINGS[1:])
+def test_texts_of_attributes_are_not_read(folder: Path, ending: str) -> None:
+    """They have no checksum, and zeros in them make HDF5 loop without end."""
+    path = folder / f"c.{ending}"
+    data = path.read_bytes()
+    for match in re.finditer(b"GCOL", data):
+        data = data[: match.start() + 16] + bytes(64) + data[match.start() + 80 :]
+    path.write_bytes(data)
+    for words in readers(folder):
+        assert finish(*words)[0] == 0, words
+
+
+@pytest.mark.parametrize("ending", ENDINGS[1:])
+def test_every_damage_is_named_or_without_effect(folder: Path, ending: str) -> None:
+    path, chance = folder / f"c.{ending}", random.Random(1)
+    whole = path.read_bytes()
+    assert invoke(*readers(folder)[0]).exit_code == 0
+    with h5py.File(folder / "f.h5") as file:
+        right = file["fatigue/body_2/crossland"][()]
+    for _ in range(30):
+        path.write_bytes(damaged(whole, chance))
+        for words in readers(folder)[:3]:
+            done = invoke(*words)
+            assert done.exit_code in (0, 4), done.output
+            assert done.exit_code == 0 or done.stderr.count("\n") == 1
+            if words[0] == "fatigue" and done.exit_code == 0:
+                with h5py.File(folder / "f.h5") as file:
+                    np.testing.assert_array_equal(file["fatigue/body_2/crossland"][()], right)
+
+
+def test_a_changed_case_in_the_header_is_found(folder: Path) -> None:
+    path = folder / "c.stress.h5"
+    with h5py.File(path, "r+") as file:
+        text = file[f"{HEADER_GROUP}/{HEADER.name}"][()].tobytes().replace(b"70000", b"60000", 1)
+        del file[HEADER_GROUP]
+        file[f"{HEADER_GROUP}/{HEADER.name}"] = np.frombuffer(text, np.uint8)
+    for words in readers(folder)[:2]:
+        assert "the checksum does not match" in refused(4, *words)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda values: np.full_like(values, np.nan),
+        lambda values: values.astype([("a", "f4")]),
+        lambda values: values[0],
+        lambda values: values.astype("S8"),
+    ],
+)
+@pytest.mark.parametrize("name", ["xx", "x", "max_mises", "max_mises_error", "step"])
+def test_other_structure_is_named(folder: Path, name: str, change: Callable[[np.ndarray], np.ndarray]) -> None:
+    with h5py.File(folder / "c.stress.h5", "r+") as file:
+        group = file["stress/body_2"]
+        values = change(group[name][()].astype("f4"))
+        del group[name]
+        group[name] = values
+    for words in readers(folder)[:2]:
+        refused(4, *words)
+
+
+@pytest.mark.parametrize("ending", ENDINGS[1:])
+def test_files_of_earlier_versions_are_to_be_made_again(folder: Path, ending: str) -> None:
+    with h5py.File(folder / f"c.{ending}", "r+") as file:
+        del file[HEADER_GROUP]
+    line = refused(4, "export", folder / f"c.{ending}", "--to", "vtk", "-o", folder / "s.pvd")
+    assert "makes it again" in line
+    assert invoke("run", folder / "c.yaml", "-q", "--overwrite").exit_code == 0
+
+
+def test_a_file_of_another_result_is_neither_read_nor_replaced(folder: Path) -> None:
+    other = write_case(folder, CASE.replace("friction: 0.3", "friction: 0.5"))
+    assert invoke("run", other, "-q").exit_code == 0
+    for ending in ENDINGS[1:]:
+        path = folder / f"c.{ending}"
+        own = path.read_bytes()
+        shutil.copy(folder / f"case.{ending}", path)
+        before = path.read_bytes()
+        assert "the run would replace it" in refused(2, "run", folder / "c.yaml", "--resume", "-q")
+        assert path.read_bytes() == before
+        path.write_bytes(own)
+
+
+def test_a_link_that_leads_nowhere_is_not_replaced(folder: Path) -> None:
+    (folder / "c.stress.h5").unlink()
+    (folder / "c.stress.h5").symlink_to("nowhere.h5")
+    assert "is a link to a file that does not exist" in refused(4, "run", folder / "c.yaml", "--resume", "-q")
+    assert (folder / "c.stress.h5").readlink() == Path("nowhere.h5")
+
+
+@pytest.mark.parametrize("ending", ENDINGS[1:])
+def test_a_file_made_during_a_resumed_run_is_not_replaced(
+    folder: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for made in ENDINGS:
+        (folder / f"c.{made}").unlink()
+    path, solve = folder / f"c.{ending}", run.solve_missing
+
+    def solve_and_write(*words: object, **options: object) -> bool:
+        path.write_text("mine")
+        return bool(solve(*words, **options))
+
+    monkeypatch.setattr(run, "solve_missing", solve_and_write)
+    done = invoke("run", folder / "c.yaml", "--resume", "-q")
+    assert (done.exit_code, "another file has taken this name" in done.stderr) == (4, True)
+    assert path.read_text() == "mine"
+    assert (folder / "c.h5").exists()
+
+
+def test_exchanged_files_of_a_sweep_are_refused(folder: Path) -> None:
+    (folder / "s.yaml").write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [max_mises, swt_max]\n")
+    assert invoke("sweep", "run", folder / "s.yaml").exit_code == 0
+    results = folder / "s.sweep" / "results"
+    one, other = sorted(results.glob("*.stress.h5"))
+    one.rename(folder / "aside")
+    other.rename(one)
+    (folder / "aside").rename(other)
+    assert "2 error" in invoke("sweep", "collect", folder / "s.sweep").output
+    assert (folder / "s.sweep" / "table.csv").read_text().count("was not computed from") == 2
