@@ -135,7 +135,7 @@ def stick_zone() -> Figure:
         axes.plot(mismatch * ratio["xx"], e * mismatch + side * c, label=name, **CLOSED_FORM)
     axes.axhline(1.0, color="0.5", linewidth=0.8)
     axes.axhline(-1.0, color="0.5", linewidth=0.8, label="edge of the contact")
-    axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a (1)", ylim=(-1.1, 1.1))
+    axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a", ylim=(-1.1, 1.1))
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return figure
 
@@ -155,7 +155,7 @@ def line_stick_zone() -> Figure:
         axes.plot(closed, np.array([form.stick_zone for form in forms]) / a, **CLOSED_FORM, label="closed forms")
     for side in (-1.0, 1.0):
         axes.axhline(side, color="0.5", linewidth=0.8, label="edge of the contact")
-    axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a (1)", ylim=(-1.1, 1.1))
+    axes.set(xlabel="bulk stress xx in body 2 (MPa)", ylabel="ends of the stick zone, x/a", ylim=(-1.1, 1.1))
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=2, frameon=False)
     return figure

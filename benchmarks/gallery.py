@@ -195,7 +195,7 @@ def figure_13() -> Figure:
         shown = slice(end_of_stage(result, 1), None)
         displacement = 1e3 * result.history["delta_x"][shown]
         axes.plot(displacement, result.history["Qx"][shown], label=name, **mark.options(len(displacement)))
-    axes.set(xlabel="delta_x (µm)", ylabel="Qx (N)")
+    axes.set(xlabel=r"rigid displacement $\delta_x$ (µm)", ylabel=r"tangential force $Q_x$ (N)")
     axes.legend()
     return figure
 
@@ -221,7 +221,7 @@ def figure_14() -> Figure:
         axes.axhline(spence_stick_ratio(friction, DUNDURS), **CLOSED_FORM)
         axes.plot(history["P"], ratio, label=f"friction {friction:g}", **mark.options(len(ratio)))
     axes.plot([], [], label="Spence (closed form)", **CLOSED_FORM)
-    axes.set(xlabel="P (N)", ylabel="c/a (1)", ylim=(-0.03, 1.05))
+    axes.set(xlabel="normal force $P$ (N)", ylabel="c/a", ylim=(-0.03, 1.05))
     figure.legend(loc="outside right center", frameon=False)
     return figure
 
@@ -235,7 +235,7 @@ def figure_15() -> Figure:
     for mark, increments in zip(marks(2), (10, 40), strict=True):
         found = [_final_ratio(mode_2(value, increments)) for value in MODE_2_FRICTION]
         axes.plot(MODE_2_FRICTION, found, label=f"{increments} increments", **mark.options(len(found)))
-    axes.set(xlabel="coefficient of friction (1)", ylabel="c/a (1)")
+    axes.set(xlabel="coefficient of friction", ylabel="c/a")
     axes.legend()
     return figure
 
@@ -256,11 +256,11 @@ def figure_16() -> Figure:
             options = {"color": mark.color, "linestyle": "-" if name == "pressure" else "--"}
             label = f"friction {friction:g}" if name == "pressure" else None
             profile.plot(x, values / scale, label=label, linewidth=1.0, **options)
-    profile.set(xlabel="x/a (1)", ylabel="p/p0, and dashed |q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    profile.set(xlabel="x/a", ylabel="p/p0, and dashed |q|/μ p0", xlim=(-1.05, 1.05))
     figure.legend(loc="outside right center", frameon=False)
     ratio = [mode_2(friction).history["max_pressure"][-1] / p0 for friction in MODE_2_FRICTION]
     largest.plot(MODE_2_FRICTION, ratio, **marks(1)[0].options(len(ratio)))
-    largest.set(xlabel="coefficient of friction (1)", ylabel="largest pressure over Hertz's p0 (1)")
+    largest.set(xlabel="coefficient of friction", ylabel="largest pressure over Hertz's p0")
     return figure
 
 
@@ -272,7 +272,7 @@ def figure_17() -> Figure:
         x, shear = along_x(result, "shear", result.increments - 1)
         label = f"{increments} increment{'s' if increments > 1 else ''}"
         axes.plot(x, shear / (FRICTION * hertz().max_pressure), label=label, **mark.options(len(x)))
-    axes.set(xlabel="x/a (1)", ylabel="|q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    axes.set(xlabel="x/a", ylabel="|q|/μ p0", xlim=(-1.05, 1.05))
     figure.legend(loc="outside right center", frameon=False)
     return figure
 
@@ -289,9 +289,9 @@ def figure_18() -> Figure:
                 panel = axes[3 * row + column]
                 panel.plot(x, values / scale, color=mark.color, linewidth=1.0, label=f"{result.history['P'][step]:g} N")
         axes[column].set_title(f"friction {friction:g}")
-        axes[3 + column].set_xlabel("x/a (1)")
-    axes[0].set(ylabel="p/p0 (1)", xlim=(-1.05, 1.05))
-    axes[3].set_ylabel("|q|/μ p0 (1)")
+        axes[3 + column].set_xlabel("x/a")
+    axes[0].set(ylabel="p/p0", xlim=(-1.05, 1.05))
+    axes[3].set_ylabel("|q|/μ p0")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", frameon=False, title="P")
     return figure
@@ -315,7 +315,7 @@ def figure_20() -> Figure:
         result = shipped(case)
         at, found = along_x(result, "shear", result.increments - 1)
         axes.plot(at, found / scale, label=name, **mark.options(len(at)))
-    axes.set(xlabel="x/a (1)", ylabel="|q|/μ p0 (1)", xlim=(-1.05, 1.05))
+    axes.set(xlabel="x/a", ylabel="|q|/μ p0", xlim=(-1.05, 1.05))
     figure.legend(loc="outside right center", frameon=False)
     return figure
 
@@ -332,9 +332,9 @@ def figure_21() -> Figure:
         share = np.divide(x * shear[0] + y * shear[1], length, out=np.full_like(x, np.nan), where=touching)
         edges = np.array([result.x[0], result.x[-1], result.y[0], result.y[-1]]) / hertz().contact_radius
         image = panel.imshow(share.T, origin="lower", extent=tuple(edges), cmap="RdBu_r", vmin=-0.05, vmax=0.05)
-        panel.set(xlabel="x/a (1)", ylabel="y/a (1)", title=f"{name}: at most {np.nanmax(np.abs(share)):.2g}")
+        panel.set(xlabel="x/a", ylabel="y/a", title=f"{name}: at most {np.nanmax(np.abs(share)):.2g}")
         panel.grid(False)
-    figure.colorbar(image, ax=axes, label="radial part of the shear traction (1)")
+    figure.colorbar(image, ax=axes, label="radial part of the shear traction")
     return figure
 
 
