@@ -99,6 +99,7 @@ def write_fatigue(
             content[str(number)] = {
                 "steps": group.attrs["steps"].tolist(),
                 "columns": digests_of({name: group[name][:] for name in _AXES}),
+                "fields": sorted(set(group) - {*_AXES, COMPONENT.name}),
                 "parameters": {name: values | units[name] for name, values in parameters.items()},
             }
         write_sealed(file, {"format": FORMAT, "fretsolve_version": __version__, **attributes}, content)
@@ -203,7 +204,10 @@ class BodyFatigue:
         with damage_reported(self.path, name):
             dataset, whole = own_dataset(self.group, name), (len(self.depths), len(self.x), len(self.y))
             require(dataset.shape[:3] == whole and dataset.dtype.kind in "fu", name, "the shape of its axes")
-            return np.asarray(dataset[()])
+            values = np.asarray(dataset[()])
+            sound = (values > -np.inf) if name.endswith("_life") else np.isfinite(values)  # an endless life is infinite
+            require(sound.all(), name, "numbers, NaN is damage")
+            return values
 
     def attribute(self, name: str, of: str) -> Any:
         """Return what the header says of a dataset, None if that is not known."""
@@ -243,5 +247,8 @@ def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
 
 def _read_body(path: Path, group: Any, known: Mapping[str, Any]) -> BodyFatigue:
     columns = read_columns(group, known["columns"])
+    for name in known["fields"]:
+        with damage_reported(path, name):
+            own_dataset(group, name)
     depths, x, y = (columns[name] for name in _AXES)
     return BodyFatigue(path, depths, x, y, tuple(known["steps"]), known["parameters"], group)

@@ -124,6 +124,18 @@ def test_other_structure_is_named(folder: Path, name: str, change: Callable[[np.
         refused(4, *words)
 
 
+@pytest.mark.parametrize("change", [None, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["crossland", "crossland_utilisation", "swt_normal"])
+def test_parameters_that_are_missing_or_no_numbers(folder: Path, name: str, change: float | None) -> None:
+    with h5py.File(folder / "c.fatigue.h5", "r+") as file:
+        dataset = file[f"fatigue/body_2/{name}"]
+        if change is None:
+            del file[dataset.name]
+        else:
+            dataset[0, 0, 0] = change
+    assert name in refused(4, *readers(folder)[2])
+
+
 @pytest.mark.parametrize("ending", ENDINGS[1:])
 def test_files_of_earlier_versions_are_to_be_made_again(folder: Path, ending: str) -> None:
     with h5py.File(folder / f"c.{ending}", "r+") as file:

@@ -27,6 +27,7 @@ from fretsolve.errors import FretsolveError
 from fretsolve.result import HistoryWriter, writer
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep.plan import make_sweep_plan
+from fretsolve.sweep.quantity import read_outcome, read_quantity
 from fretsolve.system.arrays import DoubleArray
 
 COUNT = int(os.environ.get("FRETSOLVE_DAMAGED_INPUTS", "40"))
@@ -101,6 +102,7 @@ class Samples:
     def __init__(self, folder: Path):
         self.folder = folder
         self.made: dict[str, Any] = {}
+        self.computed_files: list[Path] = []
 
     def result(self, end: str) -> tuple[Path, Any]:
         if end not in self.made:
@@ -109,6 +111,17 @@ class Samples:
             out = write_fake(folder / "out.h5", end, shape=SHAPE, errors=True, increments=6)
             self.made[end] = out, readings(out)
         return self.made[end]
+
+    def computed(self) -> dict[str, Any]:
+        """All that is read of the stresses and fatigue parameters of a run, whose files lie in `computed_files`."""
+        if "computed" not in self.made:
+            folder = self.folder / "computed"
+            folder.mkdir()
+            assert outcome("run", write_case(folder, CYCLE.replace("KEYS", GIVEN)), "-q")[0] == 0
+            self.computed_files = sorted(folder.glob("*.h5"))
+            self.made["computed"] = computed_readings(folder)
+            assert all(self.made["computed"].values())
+        return self.made["computed"]
 
 
 _samples: list[Samples] = []
@@ -263,6 +276,7 @@ tension_limit: 300 MPa
 torsion_limit: 190 MPa
 strain_life: {strength: 1000 MPa, strength_exponent: -0.1, ductility: 0.5}
 """
+GIVEN = "criteria: [crossland, swt], material: {tension_limit: 300 MPa, torsion_limit: 190 MPa}, depths: [0 mm, 20 um]"
 CYCLE = f"""\
 {SPHERE.replace("16", "12")}load_path:
   - {{P: 400 N}}
@@ -271,6 +285,42 @@ output:
   stress: {{depths: [0 mm, 20 um], every: 1}}
   fatigue: {{KEYS}}
 """
+
+
+def damage_computed(folder: Path, chance: random.Random) -> None:
+    """Files of stresses and of fatigue parameters, read by all that takes them."""
+    before = _samples[0].computed()
+    for path in _samples[0].computed_files:
+        shutil.copy(path, folder)
+    kind = chance.choice(["stress", "fatigue"])
+    path = folder / f"case.{kind}.h5"
+    if chance.random() < 0.5:
+        restructured(path, chance)
+    else:
+        path.write_bytes(damaged(path.read_bytes(), chance))
+    for name, reading in computed_readings(folder).items():
+        assert reading is None or reading == before[name], f"{name} is read in another way"
+
+
+def computed_readings(folder: Path) -> dict[str, Any]:
+    """All that is said of the stresses and fatigue parameters in a folder; None for what is refused."""
+    found: dict[str, Any] = {}
+    limits = "tension_limit=300MPa,torsion_limit=190MPa"
+    words = ("--criterion", "crossland", "--material", limits, "--overwrite", "-o", folder / "new.h5")
+    code, printed = outcome("fatigue", folder / "case.stress.h5", *words)
+    found["parameters"] = printed.replace(str(folder), "") if code == 0 else None
+    for name, quantities in {"stress": ("max_mises", "max_tension"), "fatigue": ("crossland_max", "swt_max")}.items():
+        try:
+            read = read_outcome(folder / "case.h5", [read_quantity(one) for one in quantities])
+            found[f"largest of {name}"] = (read.values.tolist(), np.nan_to_num(read.errors).tolist())
+        except FretsolveError as error:
+            assert error.exit_code == 4, error
+            found[f"largest of {name}"] = None
+        target = folder / f"{name}.pvd"
+        code, _ = outcome("export", folder / f"case.{name}.h5", "--to", "vtk", "--overwrite", "-o", target)
+        files = sorted(folder.glob(f"{name}.vtk/*"))
+        found[f"grids of {name}"] = [path.read_bytes() for path in files] if code == 0 else None
+    return found
 
 
 def damage_sweep(folder: Path, chance: random.Random) -> None:
@@ -306,10 +356,11 @@ KINDS: dict[str, Attempt] = {
     "manifest": damage_manifest,
     "friction map": damage_friction_map,
     "material": damage_material,
+    "stresses and fatigue parameters": damage_computed,
 }
 
 
-TAKE_LONG = ("friction map", "material")
+TAKE_LONG = ("friction map", "material", "stresses and fatigue parameters")
 
 
 def attempt(kind: str, folder: Path, seed: int) -> int:
