@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from fretsolve.case.material_spec import Material
 from fretsolve.errors import CaseError, FileError
@@ -20,6 +19,7 @@ from fretsolve.stress.names import ComputedFile
 from fretsolve.stress.request import StressRequest, WindowChoice, least_depth, stress_request
 from fretsolve.stress.stress_file import bodies_of
 from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
+from fretsolve.system.working_folder import working_folder
 
 SMALLER = "fewer depths or bodies, or more room, is needed"
 """What makes the stresses of a cycle smaller, or lets them be as large as they are."""
@@ -80,9 +80,8 @@ class Cycles:
 @contextmanager
 def stresses_beside(target: Path) -> Iterator[Path]:
     """Yield the name of a file of stresses that is removed at the end of the block. Raises OSError."""
-    # In the folder of the target, since the folder for temporary files may be small.
-    with TemporaryDirectory(dir=target.parent, prefix=f"{target.stem}.", suffix=".tmp") as folder:
-        yield Path(folder) / "stress.h5"
+    with working_folder(target) as folder:
+        yield folder / "stress.h5"
 
 
 def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> StressRequest:
