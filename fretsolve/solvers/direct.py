@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, TINY, circle_width, slips
@@ -45,7 +46,8 @@ class DirectSolution:
 class DirectSolver:
     """Solves increments on one grid, in double precision.
 
-    pressings, slidings: steps of the contact zone and of the shear in the last solve.
+    pressings, slidings: steps of the contact zone and of the shear in the last solve; threads: of the linear algebra,
+    one of which is to be used.
     """
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
@@ -54,6 +56,8 @@ class DirectSolver:
         self._tables = InfluenceTables(operator, grid)
         self._uz, self._gap, self._separation = (np.zeros(grid.shape) for _ in range(3))
         self._cells = Cells(np.zeros(0, np.intp), grid, self._tables)
+        # More threads gain nothing with so small matrices, and the bits would depend on their number.
+        self.threads = ThreadpoolController()
         self.pressings = self.slidings = 0
 
     def solve(

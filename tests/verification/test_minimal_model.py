@@ -151,4 +151,4 @@ def test_memory_grows_with_what_is_needed():
     pulled = peak(load_path=[press, pull])
     coupled = peak(bodies=DISSIMILAR, load_path=[press | {"increments": 1}, pull])
     assert pressed < 0.8 * pulled
-    assert pulled < 0.98 * coupled  # the spectra of the coupling, beside the peak of the tangential solver
+    assert pulled < coupled  # the spectra of the coupling, beside the peak of the tangential solver

@@ -587,7 +587,11 @@ def test_picture_has_a_panel_per_quantity_with_the_front(tmp_path: Path) -> None
     figure = trade(study, "title")
     worst, delta_x, work = figure.axes[:3]
     titles = [axes.get_title() for axes in figure.axes[:3]]
-    assert titles == ["worst of the quantities", "delta_x, stage 4", "work_total, stage 4"]
+    assert titles == [
+        "worst of the quantities",
+        r"rigid displacement along x $\delta_x$, stage 4",
+        "dissipated energy, stage 4",
+    ]
     np.testing.assert_allclose(delta_x.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
     np.testing.assert_allclose(worst.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
     assert work.lines[0].get_data()[0].tolist() == [1.0, 2.0]
