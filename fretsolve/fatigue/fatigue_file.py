@@ -202,8 +202,9 @@ class BodyFatigue:
     def field(self, name: str) -> NDArray[Any]:
         """Return a dataset (depths, nx, ny), or (depths, nx, ny, 3) of normals."""
         with damage_reported(self.path, name):
-            dataset, whole = own_dataset(self.group, name), (len(self.depths), len(self.x), len(self.y))
-            require(dataset.shape[:3] == whole and dataset.dtype.kind in "fu", name, "the shape of its axes")
+            dataset = own_dataset(self.group, name)
+            whole = (len(self.depths), len(self.x), len(self.y), *((3,) if name.endswith("_normal") else ()))
+            require(dataset.shape == whole and dataset.dtype.kind in "fu", name, "the shape of its axes")
             values = np.asarray(dataset[()])
             sound = (values > -np.inf) if name.endswith("_life") else np.isfinite(values)  # an endless life is infinite
             require(sound.all(), name, "numbers, NaN is damage")

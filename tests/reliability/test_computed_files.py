@@ -136,6 +136,16 @@ def test_parameters_that_are_missing_or_no_numbers(folder: Path, name: str, chan
     assert name in refused(4, *readers(folder)[2])
 
 
+@pytest.mark.parametrize("name", ["crossland", "swt_normal"])
+def test_parameters_of_another_shape(folder: Path, name: str) -> None:
+    with h5py.File(folder / "c.fatigue.h5", "r+") as file:
+        group = file["fatigue/body_2"]
+        values = group[name][()]
+        del group[name]
+        group[name] = np.stack([values, values], axis=-1)
+    assert name in refused(4, *readers(folder)[2])
+
+
 @pytest.mark.parametrize("ending", ENDINGS[1:])
 def test_files_of_earlier_versions_are_to_be_made_again(folder: Path, ending: str) -> None:
     with h5py.File(folder / f"c.{ending}", "r+") as file:
