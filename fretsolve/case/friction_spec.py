@@ -126,7 +126,7 @@ class FrictionSpec(CaseModel):
 
     @property
     def is_constant(self) -> bool:
-        """Whether the friction limit is one coefficient times the pressure."""
+        """True if the friction limit is one coefficient times the pressure."""
         return isinstance(self.coefficient, float) and self.shear_limit is None and self.exponent is None
 
     @property

@@ -110,7 +110,7 @@ class AmplitudeSpec(StageSpec):
 
 
 class Repetition(CaseModel):
-    """How often a cycle is run."""
+    """The number of times that a cycle is run."""
 
     times: Count | None = Field(default=None, description="number of repetitions, such as 3", examples=[3])
     until: Literal["periodic"] | None = Field(

@@ -285,7 +285,7 @@ class Case(CaseModel):
 
     @property
     def friction_varies(self) -> bool:
-        """Whether the friction limit is anything but one coefficient times the pressure."""
+        """True if the friction limit is anything but one coefficient times the pressure."""
         return not self.friction.is_constant or bool(stage_friction(self.load_path))
 
     def effective(self) -> dict[str, Any]:

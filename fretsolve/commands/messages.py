@@ -120,6 +120,7 @@ class TextMessages(QuietMessages):
             yield
 
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
+        """Show a solved increment in the bar, or print it as a line."""
         if self.has_bar:
             iterations = summary.iterations_normal + summary.iterations_tangential
             detail = f"{iterations} iterations, residual {summary.worst_residual:.1e}"

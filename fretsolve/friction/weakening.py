@@ -1,4 +1,4 @@
-"""Whether friction that falls with slip lets the slip run away.
+"""Find whether friction that falls with slip lets the slip run away.
 
 In an increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact
 that slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential

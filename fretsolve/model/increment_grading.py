@@ -86,7 +86,7 @@ class _Branch:
 
 @dataclass(frozen=True)
 class EdgeLaws:
-    """How edges move: power of P and of delta_z with which the contact grows, and ratio of stick to contact radius.
+    """The laws of moving edges: power of P and of delta_z with which the contact grows, stick over contact radius.
 
     stick_ratio: of the tangential force over mu P, from 0 to 1, both (n,).
     """

@@ -75,7 +75,6 @@ def increment_frames(result: Result) -> dict[str, bytes]:
     Raises PictureError if the result has no fields.
     """
     require_increments(result)
-    steps = few_steps(result, MOST_FRAMES)
     if len(result.y) > 1:
         drawn = film(result, most=MOST_FRAMES)
         found = {}
@@ -83,6 +82,7 @@ def increment_frames(result: Result) -> dict[str, bytes]:
             drawn.show(step)
             found[step_text(result, step, plain=True)] = rendered(drawn.figure, "png", FRAME_DPI)
         return found
+    steps = few_steps(result, MOST_FRAMES)
     figures = [profiles(result, steps=[step]) for step in steps]
     # one scale for panels of one field and unit
     panels = [axes for figure in figures for axes in figure.axes]

@@ -51,7 +51,7 @@ class RimSlipBound:
 
     @cached_property
     def slips_from_rim(self) -> bool:
-        """Whether bh falls, so that the slip zone grows from the rim inwards and these formulas hold."""
+        """True if bh falls, so that the slip zone grows from the rim inwards and these formulas hold."""
         values = self.transform(np.linspace(0.0, self.contact_radius, CELLS_TRIED))
         return bool((np.diff(values) < 1e-9 * values.max()).all())
 

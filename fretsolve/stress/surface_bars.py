@@ -1,4 +1,4 @@
-"""How wrong the largest stresses on the surface may be, from tractions averaged over blocks of cells.
+"""Estimate the errors of the largest stresses on the surface from tractions averaged over blocks of cells.
 
 At the edges of contact and of slip zones the stress on the surface converges with the square root of the cells' side h,
 so that its error is some 1/(sqrt(2) - 1) times its difference to the stress S_2h of blocks of 2 x 2 cells. The largest
