@@ -33,7 +33,7 @@ from fretsolve.study.plan import StudyPlan, make_study_plan
 from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.quantity import Outcome, read_outcome
+from fretsolve.sweep.outcome import Outcome, read_outcome
 from fretsolve.system.signals import StopRequest
 
 CASES = Path(__file__).resolve().parent.parent / "cases"

@@ -23,7 +23,7 @@ from fretsolve.study.result_files import (
 from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.manifest import MANIFEST_NAME
-from fretsolve.sweep.quantity import Outcome, read_outcome
+from fretsolve.sweep.outcome import Outcome, read_outcome
 from fretsolve.sweep.status import missing, own_attributes, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing

@@ -12,7 +12,8 @@ from fretsolve.case.history import PAIRS
 from fretsolve.study.plan import StudyPlan
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.manifest import index_list
-from fretsolve.sweep.quantity import Outcome, StageQuantity
+from fretsolve.sweep.outcome import Outcome
+from fretsolve.sweep.quantity import StageQuantity
 from fretsolve.system.arrays import DoubleArray
 
 

@@ -22,7 +22,8 @@ from fretsolve.errors import CaseError, FileError
 from fretsolve.result.cycles import CYCLE_NAMES
 from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.quantity import LAST_STAGE, Outcome, read_outcome, read_quantity
+from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.quantity import LAST_STAGE, read_quantity
 from fretsolve.sweep.status import CaseState, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing

@@ -26,8 +26,9 @@ from sweeping import manifest_of, write_sweep
 from fretsolve.errors import FretsolveError
 from fretsolve.result import HistoryWriter, writer
 from fretsolve.result.parts import parts_folder
+from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.quantity import read_outcome, read_quantity
+from fretsolve.sweep.quantity import read_quantity
 from fretsolve.system.arrays import DoubleArray
 
 COUNT = int(os.environ.get("FRETSOLVE_DAMAGED_INPUTS", "40"))

@@ -29,7 +29,8 @@ from fretsolve.study.plan import ReferenceKind, StudyPlan, finest, make_study_pl
 from fretsolve.study.report import advice, two_digits
 from fretsolve.study.variation import changes_the_problem, read_variation, short, words
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.quantity import Outcome, StageQuantity, usual_quantities
+from fretsolve.sweep.outcome import Outcome
+from fretsolve.sweep.quantity import StageQuantity, usual_quantities
 from fretsolve.sweep.status import missing
 
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fretsolve.errors import SlidingError
-from fretsolve.sweep.quantity import running_condition_of
+from fretsolve.sweep.outcome import running_condition_of
 
 
 def result(sticking: list[int], ends: list[tuple[int, int]], **attributes: str) -> Any:

@@ -12,8 +12,8 @@ from pictures import figure_texts
 
 from fretsolve.errors import PictureError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
+from fretsolve.sweep.outcome import Outcome, RunningCondition
 from fretsolve.sweep.plot import curve, running_condition_map, surface
-from fretsolve.sweep.quantity import Outcome, RunningCondition
 from fretsolve.sweep.status import CaseState
 from fretsolve.sweep.table import Column, Table, setting_column
 
