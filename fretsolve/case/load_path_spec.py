@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
@@ -18,6 +19,20 @@ MOST_CYCLES, LOOP_TOLERANCE = 20, 0.01
 Force = Annotated[float, InUnits(FORCE)]
 Moment = Annotated[float, InUnits(MOMENT)]
 Angle = Annotated[float, InUnits(ANGLE)]
+
+
+@dataclass(frozen=True)
+class WearJumps:
+    """How a cycle stands for others under wear.
+
+    represents: cycles in all, >= 1; jump: cycles that one solved cycle stands for, None to choose it by the estimated
+    error; tolerance: of the worn volume; max_depth: largest depth of one jump (mm), None for a part of the approach.
+    """
+
+    represents: float
+    jump: float | None = None
+    tolerance: float = 0.01
+    max_depth: float | None = None
 
 
 class BulkStress(CaseModel):
@@ -128,6 +143,11 @@ class Repetition(CaseModel):
         " is left out",
         examples=["1 %"],
     )
+
+    @property
+    def jumps(self) -> WearJumps | None:
+        """How the cycle stands for others under wear, None where it stands for itself."""
+        return None
 
     @property
     def most(self) -> int:
