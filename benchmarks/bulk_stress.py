@@ -13,8 +13,9 @@ from marked import parser_of, report
 from matplotlib.figure import Figure
 
 from fretsolve import run
+from fretsolve.case.body_spec import ElasticBody
 from fretsolve.case.line_case import LineCase
-from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.plots.labels import CLOSED_FORM, marks
 from fretsolve.reference.bulk_stress import LineUnderBulk, SphereUnderBulk

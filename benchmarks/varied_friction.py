@@ -14,7 +14,8 @@ import numpy as np
 from marked import parser_of, report
 
 from fretsolve import run
-from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Summary

@@ -25,6 +25,7 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
+from fretsolve.reference.materials import LIBRARY
 from fretsolve.result.cycles import CYCLES
 from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, Quantity
 
@@ -48,6 +49,16 @@ CLOSED_FORMS = tuple(
 def case_file() -> Iterator[str]:
     """Return the keys of the case file: those of the top, then a section for each kind of mapping."""
     yield from _sections(area_schema())
+
+
+def materials() -> Iterator[str]:
+    """Return a table of the library of materials."""
+    rows = []
+    for one in LIBRARY:
+        limit = "" if one.yield_stress is None else f"{one.yield_stress:g}"
+        names = "`" + "`, `".join((one.name, *one.others)) + "`"
+        rows.append((names, f"{1e-3 * one.young_modulus:g}", f"{one.poisson_ratio:g}", limit, one.source))
+    yield from _table(("name", "E (GPa)", "nu", "yield (MPa)", "source"), rows)
 
 
 def line_case_file() -> Iterator[str]:
@@ -79,10 +90,13 @@ def _mapping(schema: Schema) -> Iterator[str]:
         schema = next(part for part in schema["anyOf"] if "properties" in part)
         yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
     yield schema["description"] + "\n"
-    required = schema.get("required", ())
+    required = dict.fromkeys(schema.get("required", ()), "needed")
+    if "then" in schema:
+        without = schema["if"]["not"]["required"][0]
+        required |= dict.fromkeys(schema["then"]["required"], f"needed without `{without}`")
     rows = []
     for key, node in schema["properties"].items():
-        default = "needed" if key in required else _default(node)
+        default = required[key] if key in required else _default(node)
         meaning = node.get("description", "").partition(UNIT_NOTE)[0]
         rows.append((f"`{key}`", _value(node), default, meaning))
     yield from _table(KEY_HEADINGS, rows)
@@ -117,7 +131,8 @@ def _value(node: Schema) -> str:
         return f"`{node['const']}`"
     if "enum" in node:
         return ", ".join(f"`{value}`" for value in node["enum"])
-    if "examples" in node and all(part.get("type") in ("number", "string") for part in node.get("anyOf", [node])):
+    plain = ("number", "string", "integer") if "anyOf" in node else ("number", "string")
+    if "examples" in node and all(part.get("type") in plain for part in node.get("anyOf", [node])):
         return " or ".join(f"`{value}`" for value in node["examples"])
     for kind in ("anyOf", "oneOf"):
         if kind in node:
@@ -334,6 +349,7 @@ def _escaped(text: str) -> str:
 
 PARTS: Mapping[str, Callable[[], Iterator[str]]] = {
     "case file": case_file,
+    "materials": materials,
     "line case file": line_case_file,
     "history": history,
     "errors": errors,

@@ -9,13 +9,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     ConfigDict,
-    Discriminator,
     Field,
     PrivateAttr,
     StrictBool,
-    Tag,
     ValidationError,
     ValidationInfo,
     WithJsonSchema,
@@ -35,7 +32,8 @@ from fretsolve.case.base import (
     refused_at,
     require_either,
 )
-from fretsolve.case.dimensions import NUMBER, PRESSURE, Dimension
+from fretsolve.case.body_spec import Body
+from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.fatigue_spec import FatigueSpec
 from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.history import HISTORY_DIMENSIONS
@@ -66,31 +64,6 @@ LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
 FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound"]
-
-
-class ElasticBody(CaseModel):
-    """A linear elastic, isotropic half-space."""
-
-    young_modulus: Annotated[float, InUnits(PRESSURE, above=0)] = Field(description="Young's modulus, such as 200 GPa")
-    poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] = Field(
-        description="Poisson's ratio, such as 0.3", examples=[0.3]
-    )
-    yield_stress: Annotated[float, InUnits(PRESSURE, above=0)] | None = Field(
-        default=None, description="yield stress, for a warning where the contact would yield", examples=["900 MPa"]
-    )
-
-
-def _require_body(value: object) -> object:
-    if value == "rigid" or isinstance(value, dict | ElasticBody):
-        return value
-    raise refused(f"{shown(value)} is not a body; rigid or {{young_modulus: 200 GPa, poisson_ratio: 0.3}} is needed")
-
-
-Body = Annotated[
-    Annotated[Literal["rigid"], Tag("(rigid)")] | Annotated[ElasticBody, Tag("(elastic)")],
-    Discriminator(lambda value: "(rigid)" if value == "rigid" else "(elastic)"),
-    BeforeValidator(_require_body),
-]
 
 
 class GridSpec(CaseModel):

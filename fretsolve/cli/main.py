@@ -375,6 +375,18 @@ def new(kind: str, target: Path | None) -> int:
 
 
 @main.command()
+def materials() -> int:
+    """Print the materials that a body may name, with their sources.
+
+    A body of a case takes one by its name, as {material: Ti-6Al-4V}; keys beside it, as young_modulus: 120 GPa,
+    override its constants. Constants are those at room temperature. Compare them with those of your own material.
+    """
+    from fretsolve.commands.new import print_materials
+
+    return print_materials()
+
+
+@main.command()
 @output_option("Write it to this .json file instead of printing it.", "FILE", "target")
 @overwrite_option("an existing file")
 def schema(target: Path | None, overwrite: bool) -> int:

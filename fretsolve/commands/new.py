@@ -1,4 +1,4 @@
-"""Carry out ``fretsolve new`` and ``fretsolve schema``, which help to write a case."""
+"""Carry out ``fretsolve new``, ``fretsolve materials`` and ``fretsolve schema``, which help to write a case."""
 
 from __future__ import annotations
 
@@ -63,4 +63,18 @@ def print_schema(path: Path | None, *, overwrite: bool) -> int:
         with writing(path):
             atomic_files.write_text(path, text + "\n", exclusive=not overwrite)
     print(text if path is None else path)
+    return 0
+
+
+def print_materials() -> int:
+    """Print the library of materials with the source of each; return the exit code."""
+    from fretsolve.reference.materials import LIBRARY
+
+    width = max(len(one.name) for one in LIBRARY)
+    print(f"{'material':{width}}  {'E (GPa)':>7}  {'nu':>5}  {'yield (MPa)':>11}  other names")
+    for one in LIBRARY:
+        limit = "" if one.yield_stress is None else f"{one.yield_stress:g}"
+        others = ", ".join(one.others)
+        line = f"{one.name:{width}}  {1e-3 * one.young_modulus:7g}  {one.poisson_ratio:5g}  {limit:>11}  {others}"
+        print(f"{line.rstrip()}\n    {one.source}")
     return 0

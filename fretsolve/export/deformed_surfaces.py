@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.models import Body
+from fretsolve.case.body_spec import Body
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.certificate import Examiner, Solution

@@ -28,7 +28,7 @@ from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
 
 WITHOUT_EFFECT = (
-    *(("bodies", body, "yield_stress") for body in (0, 1)),
+    *(("bodies", body, key) for body in (0, 1) for key in ("material", "yield_stress")),
     *(("title",), ("expect",), ("solver", "max_iterations"), ("output", "stress")),
 )
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_cases import case_error, write_case
 
+from fretsolve.case.body_spec import ElasticBody
 from fretsolve.case.loading import load_case
-from fretsolve.case.models import ElasticBody
 from fretsolve.case.surface_specs import ConeSurface, SphereSurface
 from fretsolve.errors import CaseError
 

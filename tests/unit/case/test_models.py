@@ -13,9 +13,10 @@ import pytest
 import yaml
 from small_cases import write_case
 
+from fretsolve.case.body_spec import ElasticBody
 from fretsolve.case.history import BULK, HISTORY_DIMENSIONS
 from fretsolve.case.loading import load_case
-from fretsolve.case.models import Case, ElasticBody
+from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import (
     ConeSurface,
     CylinderSurface,
