@@ -15,6 +15,7 @@ from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
 from fretsolve.system.foreign_files import PICTURE_MARK, require_own
+from fretsolve.system.progress import print_warnings
 
 PAGE_NAME = "index.html"
 
@@ -52,17 +53,21 @@ def plot_result(
             try:
                 pictures[kind.name] = kind.content(result, _format(path), steps, at, fields, body, sheet)
             except PictureError as error:
-                if not every_kind:
-                    raise CaseError(f"{kind.name}: {error}", (), result.path) from error
                 left_out[kind.name] = str(error)
-                print(f"left out: {kind.name}: {error}")
+                if every_kind:
+                    print(f"left out: {kind.name}: {error}")
             else:
                 write_picture(path, pictures[kind.name])
         if every_kind:
             from fretsolve.plots.report_page import html_page, increment_frames
 
             frames = increment_frames(result) if result.steps and result.fields else {}
-            _write(files[0].with_name(PAGE_NAME), html_page(result, pictures, left_out, frames).encode())
+            page = html_page(result, pictures, left_out, frames, sheet.dpi)
+            _write(files[0].with_name(PAGE_NAME), page.encode())
+        elif not pictures:
+            raise CaseError("; ".join(f"{name}: {reason}" for name, reason in left_out.items()), (), result.path)
+        else:
+            print_warnings(result.path, *(f"{name}: not drawn: {reason}" for name, reason in left_out.items()))
     return 0
 
 

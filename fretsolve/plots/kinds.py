@@ -67,8 +67,13 @@ class PictureKind(NamedTuple):
         sheet = sheet or Sheet()
         picture = self.draw(result, sheet, **{name: given[name] for name in self.options})
         if file_format in MOVING:
-            return saved_film(picture, file_format, sheet.dpi // 3)
+            return saved_film(picture, file_format, film_dpi(sheet.dpi))
         return rendered(picture, file_format, sheet.dpi)
+
+
+def film_dpi(dpi: int) -> int:
+    """Return the dots per inch of a film where pictures that stand still have `dpi`."""
+    return dpi // 3
 
 
 _ALL = (

@@ -7,12 +7,15 @@ import io
 from collections.abc import Mapping
 from html import escape
 
+from PIL import Image
+
 from fretsolve.export.text_report import print_report
-from fretsolve.plots.canvas import rendered, title_of
-from fretsolve.plots.kinds import KINDS
+from fretsolve.plots.canvas import TWO_COLUMNS, rendered, title_of
+from fretsolve.plots.kinds import KINDS, MOVING, film_dpi
 from fretsolve.plots.line_profiles import profiles
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.maps import few_steps, film
+from fretsolve.plots.sheet import Sheet
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 
@@ -40,12 +43,16 @@ slider.addEventListener("input", () => frames.forEach((frame, k) => { frame.hidd
 
 
 def html_page(
-    result: Result, pictures: Mapping[str, bytes], left_out: Mapping[str, str], frames: Mapping[str, bytes]
+    result: Result,
+    pictures: Mapping[str, bytes],
+    left_out: Mapping[str, str],
+    frames: Mapping[str, bytes],
+    dpi: int = Sheet.dpi,
 ) -> str:
     """Return a page that needs no other file: table, increments, pictures, what is left out and why, and the case.
 
     pictures: files of the kinds in their first formats; left_out: reasons. Both by the names of the kinds. frames: PNG
-    files by what they show.
+    files by what they show. dpi: dots per inch of the pictures that stand still.
     """
     table = io.StringIO()
     print_report(result, file=table)
@@ -56,17 +63,25 @@ def html_page(
         f"<style>{PAGE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         f"<pre>{escape(table.getvalue())}</pre>",
         *([_increments(frames)] if len(frames) > 1 else []),
-        *(_figure(name, content) for name, content in pictures.items()),
+        *(_figure(name, content, dpi) for name, content in pictures.items()),
         *(["<h2>Left out</h2>\n<ul>", *reasons, "</ul>"] if reasons else []),
         f"<h2>Case</h2>\n<pre>{escape(result.case_yaml)}</pre>\n</body>\n</html>\n",
     ]
     return "\n".join(parts)
 
 
-def _figure(name: str, content: bytes) -> str:
-    caption = escape(KINDS[name].caption)
-    image = f'<img src="{_embedded(content, KINDS[name].formats[0])}" alt="{name}: {caption}">'
+def _figure(name: str, content: bytes, dpi: int) -> str:
+    caption, file_format = escape(KINDS[name].caption), KINDS[name].formats[0]
+    width = _share_of_page(content, film_dpi(dpi) if file_format in MOVING else dpi)
+    source = _embedded(content, file_format)
+    image = f'<img src="{source}" alt="{name}: {caption}" style="width:{width:.3g}%">'
     return f'<figure id="{name}">\n<h2>{name}</h2>\n{image}\n<figcaption>{caption}</figcaption>\n</figure>'
+
+
+def _share_of_page(content: bytes, dpi: int) -> float:
+    """Return the width of a picture in per cent of the page, which is as wide as two columns of a journal."""
+    with Image.open(io.BytesIO(content)) as picture:
+        return min(100.0 * picture.width / (dpi * TWO_COLUMNS), 100.0)
 
 
 def increment_frames(result: Result) -> dict[str, bytes]:

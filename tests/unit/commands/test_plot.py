@@ -67,6 +67,17 @@ def test_what_cannot_be_drawn_is_one_line(
     assert not list(tmp_path.iterdir())
 
 
+def test_kinds_that_cannot_be_drawn_leave_the_others(result_folder: Path, tmp_path: Path) -> None:
+    result = result_folder / "hertz.h5"
+    done = invoke("plot", result, "loop", "stick-history", "-o", tmp_path)
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'hertz.loop.png'}\n")
+    reason = "nothing sticks or slips without friction and shear traction"
+    assert done.stderr == f"{result}: warning: stick-history: not drawn: {reason}\n"
+    told = refused(2, "plot", result, "streamlines", "stick-history", "-o", tmp_path)
+    assert told.startswith(f"{result}: streamlines: no field 'shear' is stored") and told.endswith(f"{reason}\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["hertz.loop.png"]
+
+
 def test_picture_that_cannot_be_written(result_folder: Path, tmp_path: Path) -> None:
     result, missing, taken = result_folder / "torsion.h5", tmp_path / "missing" / "x.svg", tmp_path / "taken"
     told = f"{missing}: cannot be written: No such file or directory\n"

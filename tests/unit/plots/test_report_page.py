@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import re
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import invoke, refused
 from fake_states import fake_header, fake_states
+from PIL import Image
 
 from fretsolve import plots
 from fretsolve.plots.report_page import html_page
@@ -24,11 +26,20 @@ class _Pictures(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.sources: list[str] = []
+        self.widths: list[str] = []
         self.tags: set[str] = set()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.add(tag)
         self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
+        self.widths += [value or "" for name, value in attrs if name == "style"]
+
+
+def _picture(file_format: str, width: int) -> bytes:
+    """Return a white picture so many pixels wide."""
+    content = io.BytesIO()
+    Image.new("L", (width, 100), 255).save(content, file_format)
+    return content.getvalue()
 
 
 def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
@@ -36,7 +47,8 @@ def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
         for state in fake_states(2):
             writer.append(state)
         writer.finish("complete")
-    pictures = {"loop": b"a loop", "animate": b"a film"}
+    # 90 of 190 mm at 300 dpi, and a film of a third of them, which is too wide
+    pictures = {"loop": _picture("png", 1063), "animate": _picture("gif", 1063)}
     with open_result(tmp_path / "out.h5") as result:
         text = html_page(result, pictures, {"map": "nothing to show, as 0 < 1"}, {})
         without_reasons = html_page(result, pictures, {}, {"the only one": b"frame"})
@@ -46,6 +58,7 @@ def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
     assert page.sources == [
         f"data:{kind};base64,{base64.b64encode(content).decode()}" for kind, content in shown.items()
     ]
+    assert page.widths == ["width:47.4%", "width:100%"]
     assert "<h1>a &lt; b &amp; c</h1>" in text
     assert f'alt="loop: {plots.KINDS["loop"].caption}"' in text
     assert "complete, 2 increments" in text
