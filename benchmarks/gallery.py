@@ -30,7 +30,7 @@ from PIL import Image
 from fretsolve import plots
 from fretsolve.model.materials import Compliances, compliances
 from fretsolve.plots.canvas import own_style
-from fretsolve.plots.labels import CLOSED_FORM, marks
+from fretsolve.plots.labels import CLOSED_FORM, marks, physical_name
 from fretsolve.plots.reference import hertz_pressure, shear_form
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
@@ -253,10 +253,10 @@ def figure_16() -> Figure:
         step = result.increments - 1
         for name, scale in (("pressure", p0), ("shear", friction * p0)):
             x, values = along_x(result, name, step)
-            options = {"color": mark.color, "linestyle": "-" if name == "pressure" else "--"}
-            label = f"friction {friction:g}" if name == "pressure" else None
+            options = mark.options(len(x)) | {"linestyle": "--"} if name == "shear" else {"color": mark.color}
+            label = f"friction {friction:g}" if name == "shear" else None
             profile.plot(x, values / scale, label=label, linewidth=1.0, **options)
-    profile.set(xlabel="x/a", ylabel="p/p0, and dashed |q|/μ p0", xlim=(-1.05, 1.05))
+    profile.set(xlabel="x/a", ylabel="p/p0, and dashed with markers |q|/μ p0", xlim=(-1.05, 1.05))
     figure.legend(loc="outside right center", frameon=False)
     ratio = [mode_2(friction).history["max_pressure"][-1] / p0 for friction in MODE_2_FRICTION]
     largest.plot(MODE_2_FRICTION, ratio, **marks(1)[0].options(len(ratio)))
@@ -290,6 +290,10 @@ def figure_18() -> Figure:
                 panel.plot(x, values / scale, color=mark.color, linewidth=1.0, label=f"{result.history['P'][step]:g} N")
         axes[column].set_title(f"friction {friction:g}")
         axes[3 + column].set_xlabel("x/a")
+    for step, away in ((0, -9.0), (-1, 2.0)):  # the curves between are in the order of the loads
+        load, peak = result.history["P"][step], result.history["max_pressure"][step] / p0
+        axes[2].annotate(f"{load:g} N", (0.0, peak), (0.0, away), textcoords="offset points", ha="center", fontsize=6.5)
+    axes[2].margins(y=0.12)
     axes[0].set(ylabel="p/p0", xlim=(-1.05, 1.05))
     axes[3].set_ylabel("|q|/μ p0")
     handles, labels = axes[0].get_legend_handles_labels()
@@ -357,7 +361,7 @@ def _streamlines(cases: dict[str, str]) -> Figure:
 
 def convergence() -> Figure:
     """Draw the errors of case I.1 at A against closed forms as the grid is refined."""
-    figure, (axes,) = panels(1, 1, (5.4, 4.0))
+    figure, (axes,) = panels(1, 1, (6.6, 4.0))
     contact = hertz()
     form = cattaneo_mindlin(contact, FRICTION, 36.0, base_compliances().tangential)
     truths = {
@@ -373,7 +377,7 @@ def convergence() -> Figure:
     cells = np.array([2.0 * contact.contact_radius / (run.x[1] - run.x[0]) for run in runs])
     for mark, (name, truth) in zip(marks(len(truths)), truths.items(), strict=True):
         error = np.abs([run.history[name][-1] / truth - 1.0 for run in runs])
-        axes.loglog(cells, 100.0 * error, label=name, **mark.options(len(cells)))
+        axes.loglog(cells, 100.0 * error, label=physical_name(name), **mark.options(len(cells)))
     axes.loglog(cells, 0.5 * (20.0 / cells) ** 1.5, label="power -1.5", **CLOSED_FORM)
     axes.set(xlabel="cells across the contact", ylabel="error (%)")
     axes.set_xticks([20, 50, 100, 200, 400], ["20", "50", "100", "200", "400"])

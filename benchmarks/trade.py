@@ -4,6 +4,7 @@
     python benchmarks/trade.py --modes I.3 II --studies tolerance        # of some modes, some of them
     python benchmarks/trade.py --points 32 64 128 256 512     # finer grids with all increments (half an hour more)
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
+    python benchmarks/trade.py --studies --pictures docs/pictures        # no runs, pictures from the written data
 
 The page shows the worst error of a run; ``--into`` also writes those of all quantities to ``data/trade_*.csv``.
 
@@ -15,6 +16,7 @@ changes, and seconds of the processor, of one thread.
 
 from __future__ import annotations
 
+import csv
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +38,12 @@ from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.outcome import Outcome, read_outcome
 from fretsolve.system.signals import StopRequest
 
-CASES = Path(__file__).resolve().parent.parent / "cases"
+ROOT = Path(__file__).resolve().parent.parent
+CASES, PAGE = ROOT / "cases", ROOT / "docs" / "trade.md"
+
+DPI = 200
+"""Dots per inch of the pictures."""
+
 PRESS, PULL, TWIST = "{P: 400 N}", "{Qx: 36 N}", "{Mz: 5 N*mm, Qx: 0 N, Qy: 0 N}"
 MODES = {
     "I.2": ("mode1_similar", f"load_path=[{PRESS}, {PULL}]"),
@@ -102,6 +109,14 @@ def variations(mode: str, study: str, asked: Asked) -> list[str]:
 
 def studied(mode: str, study: str, asked: Asked) -> Assessment:
     """Make the runs that are missing, and compare."""
+    plan = planned(mode, study, asked)
+    for _ in run_serially(plan.cases, StopRequest()):
+        pass
+    return assess(plan, [_outcome(case, plan, study == CORRECTED) for case in plan.cases])
+
+
+def planned(mode: str, study: str, asked: Asked) -> StudyPlan:
+    """Return the plan of a study."""
     case, path = MODES[mode]
     fixed = [path, "expect=[]"]
     stages = range(path.count("{"))
@@ -116,10 +131,29 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     folder = asked.runs / f"{mode}{'_corrected' * corrected}"
     folder.mkdir(parents=True, exist_ok=True)
     axes = variations(mode, study, asked)
-    plan = make_study_plan(CASES / f"{case}.yaml", fixed, axes, (), "finest", folder, corrected=corrected)
-    for _ in run_serially(plan.cases, StopRequest()):
-        pass
-    return assess(plan, [_outcome(case, plan, corrected) for case in plan.cases])
+    return make_study_plan(CASES / f"{case}.yaml", fixed, axes, (), "finest", folder, corrected=corrected)
+
+
+def recorded(mode: str, study: str, asked: Asked) -> Assessment:
+    """Return the study as it was written to its table, with two digits of each error and no values."""
+    plan = planned(mode, study, asked)
+    with data_file(PAGE, data_name(study)).open(encoding="utf-8") as file:
+        table = [row for row in csv.DictReader(file) if row["mode"] == mode]
+    found = {tuple(row[key] for key in key_names(plan.variations)): row for row in table}
+    kept = tuple(one for one in plan.quantities if any(row[one.name] for row in table))
+    nothing = np.full(len(kept), np.nan)
+    rows = []
+    for case in plan.cases:
+        row = found[tuple(case.settings.values())]
+        errors = np.array([0.01 * float(row[one.name] or "nan") for one in kept])
+        outcome = Outcome(nothing, nothing, 0, float(row["seconds"]))
+        rows.append(AssessedRun(case, outcome, nothing, errors, case is plan.cases[0], row["best"] == "yes"))
+    return Assessment(plan, kept, (), nothing, nothing, tuple(rows))
+
+
+def data_name(study: str) -> str:
+    """Return the name of a study's table."""
+    return f"trade_{study.replace(' ', '_')}"
 
 
 def _outcome(case: PreparedCase, plan: StudyPlan, corrected: bool) -> Outcome:
@@ -262,13 +296,13 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
 
 
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
-    """Draw the studies of grids and increments, as ``fretsolve study`` does."""
+    """Draw the studies of grids and increments from their table, as ``fretsolve study`` does."""
     from fretsolve.plots.canvas import rendered
     from fretsolve.study.plot import trade
 
     for mode in modes:
-        picture = trade(studied(mode, STUDIES[0], asked), f"Mode {mode}")
-        (folder / f"trade_{mode.replace('.', '_')}.png").write_bytes(rendered(picture, "png"))
+        picture = trade(recorded(mode, STUDIES[0], asked), f"Mode {mode}")
+        (folder / f"trade_{mode.replace('.', '_')}.png").write_bytes(rendered(picture, "png", DPI))
 
 
 def processor_seconds() -> float:
@@ -280,7 +314,7 @@ def main() -> None:
     """Read the arguments, and print the tables or put them into a page."""
     parser = parser_of(__doc__)
     parser.add_argument("--modes", nargs="+", choices=MODES, default=list(MODES))
-    parser.add_argument("--studies", nargs="+", choices=STUDIES, default=STUDIES, help="the tables to make")
+    parser.add_argument("--studies", nargs="*", choices=STUDIES, default=STUDIES, help="the tables to make")
     parser.add_argument("--points", nargs="+", type=int, default=POINTS)
     parser.add_argument("--increments", nargs="+", type=int, default=INCREMENTS)
     parser.add_argument("--runs", type=Path, default=Path(gettempdir()) / "fretsolve-trade", help="where runs are kept")
@@ -294,8 +328,7 @@ def main() -> None:
     report({study: parts[study] for study in words.studies}, words.into)
     if words.into:
         for study in words.studies:
-            name = f"trade_{study.replace(' ', '_')}"
-            write_trade(data_file(words.into, name), study, words.modes, asked)
+            write_trade(data_file(words.into, data_name(study)), study, words.modes, asked)
     if words.pictures:
         draw(words.modes, asked, words.pictures)
 

@@ -145,12 +145,14 @@ def canvas(
     *,
     share: str = "",
     narrowest: float = NARROWEST,
+    heights: Sequence[float] = (),
 ) -> Iterator[Canvas]:
     """Make a canvas of `count` panels of about `size` (inches each) in at most `columns`, or one of the axes given.
 
     A new figure is as wide as its sheet says, else one column of a journal, or two if its panels need more. share: "x",
-    all panels have one x axis, or "row", those of a row one y axis. narrowest: see `NARROWEST`. Raises PictureError for
-    axes that belong to no figure.
+    all panels have one x axis, or "row", those of a row one y axis. narrowest: see `NARROWEST`. heights: those of the
+    panels (inches) where they differ, of which a row has the largest. Raises PictureError for axes that belong to no
+    figure.
     """
     if target is not None and not isinstance(target, Sheet):
         axes = [target] if isinstance(target, Axes) else list(target)
@@ -165,16 +167,31 @@ def canvas(
     )
     columns = min(columns, max(1, int(width / (narrowest * size[0]))))
     rows = -(-count // columns)
-    height = size[1] * min(width / (columns * size[0]), 1.25)
+    each = heights or [size[1]] * count
+    tall = [max(each[row * columns : (row + 1) * columns]) for row in range(rows)]
+    height = sum(tall) * min(width / (columns * size[0]), 1.25)
     with own_style():
         # a legend below the panels and a title need some more height
-        picture = Picture(figsize=(width, rows * height + 0.4), layout="constrained")
+        picture = Picture(figsize=(width, height + 0.4), layout="constrained")
         panels = picture.subplots(
-            rows, columns, squeeze=False, sharex=share == "x", sharey="row" if share == "row" else False
+            rows,
+            columns,
+            squeeze=False,
+            sharex=share == "x",
+            sharey="row" if share == "row" else False,
+            height_ratios=tall,
         ).ravel()
         for unused in panels[count:]:
             unused.remove()
         yield Canvas(picture, list(panels[:count]), own=True, titled=sheet.title)
+
+
+def scaled_height(aspect: float, width: float) -> float:
+    """Return the height (inches) of a panel `width` wide whose axes have one scale; aspect: height over width of them.
+
+    A colour bar, labels and a title take a part of both.
+    """
+    return min(max((width - 1.4) * aspect, 0.5), 4.0) + 0.75
 
 
 def panel_width(axes: Axes) -> float:

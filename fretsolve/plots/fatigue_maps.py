@@ -11,17 +11,33 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
+from matplotlib.transforms import Bbox
 
 from fretsolve.errors import PictureError
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.fatigue.names import dataset_name, fatigue_path
-from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import label_depth
+from fretsolve.plots.maps import set_x_ticks
 from fretsolve.plots.snapshot import outer_edges
+from fretsolve.plots.stresses import DEEPEST, SIDE_MARGIN, WIDTH
 from fretsolve.result import Result
 from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import opened_computed
 from fretsolve.system.arrays import DoubleArray
+
+NAMES = {
+    "crossland": "Crossland",
+    "dang_van": "Dang Van",
+    "findley": "Findley",
+    "mcdiarmid": "McDiarmid",
+    "fatemi_socie": "Fatemi-Socie",
+    "swt": "Smith-Watson-Topper",
+}
+"""Authors of the criteria, by their datasets."""
+
+CURVE_HEIGHT = 2.6
+"""Inches of the panel of a curve."""
 
 TRACE = 0.08
 """Length of the critical plane's trace on either side of the worst place, over the width of a panel."""
@@ -49,13 +65,15 @@ def fatigue_map(
             for name in _chosen(found, fields)
             for kind in _kinds(found)
         ]
-        with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
-            for axes, (number, name, kind) in zip(drawn.axes, panels, strict=False):
-                title = f"body {number}, {name.replace('_', '-')}" if len(bodies) > 1 else name.replace("_", "-")
-                if kind == "curve":
+        boxes = [_box(result, bodies[number], name, kind) for number, name, kind in panels]
+        heights = [CURVE_HEIGHT if box is None else scaled_height(box.height / box.width, WIDTH) for box in boxes]
+        with canvas(ax, len(panels), (WIDTH, max(heights)), columns=2, heights=heights) as drawn:
+            for axes, (number, name, kind), box in zip(drawn.axes, panels, boxes, strict=False):
+                title = f"body {number}, {NAMES[name]}" if len(bodies) > 1 else NAMES[name]
+                if box is None:
                     _draw_curve(axes, bodies[number], name, title)
                 else:
-                    _draw(drawn, axes, bodies[number], name, kind, title, number)
+                    _draw(drawn, axes, bodies[number], name, kind, title, number, box)
             average = str(computed.attributes.get("average", ""))
             of_body = " and ".join(f"body {number}" for number in bodies)
             drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
@@ -97,6 +115,39 @@ def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
     return names or body.criteria
 
 
+def _box(result: Result, body: BodyFatigue, name: str, kind: str) -> Bbox | None:
+    """Return what a section or a layer shows (mm): where bodies touch at any time, a margin, and the worst place.
+
+    None for a curve.
+    """
+    if kind == "curve":
+        return None
+    worst = _worst_place(body, name)
+    sides = []
+    for axis, centres, at in (("x", body.x, worst[1]), ("y", body.y, worst[2])):
+        half, middle = (result.history.get(f"contact_{part}_{axis}") for part in ("half_width", "center"))
+        low, high = outer_edges(centres)
+        if half is not None and middle is not None and np.isfinite(middle[half > 0.0]).any():
+            half, middle = half[half > 0.0], middle[half > 0.0]
+            margin = SIDE_MARGIN * float(half.max())
+            least, most = float(np.nanmin(middle - half)), float(np.nanmax(middle + half))
+            low, high = max(low, min(least, centres[at]) - margin), min(high, max(most, centres[at]) + margin)
+        sides.append((low, high))
+    if kind == "section":
+        deep = max(
+            0.5 * DEEPEST / (1.0 + SIDE_MARGIN) * (sides[0][1] - sides[0][0]), 1.2 * float(body.depths[worst[0]])
+        )
+        sides[1] = (0.0, min(deep, float(body.depths[-1])))
+    return Bbox(np.transpose(sides))
+
+
+def _worst_place(body: BodyFatigue, name: str) -> tuple[int, int, int]:
+    """Return the indices of the worst place over depth, x and y."""
+    values = body.field(name)
+    depth, i, j = (int(part) for part in np.unravel_index(int(values.argmax()), values.shape))
+    return depth, i, j
+
+
 def _shown(body: BodyFatigue, name: str) -> tuple[DoubleArray, bool, str]:
     """Return the utilisation of a criterion, or the parameter if it has no limit; which of them; and their label."""
     limited = f"{name}_utilisation" in body.group
@@ -117,17 +168,18 @@ def _draw_curve(axes: Axes, body: BodyFatigue, name: str, title: str) -> None:
     axes.set(xlabel="x (mm)", ylabel=label, title=f"{title} at depth {body.depths[0]:.3g} mm")
 
 
-def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, number: int) -> None:
+def _draw(
+    drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, number: int, box: Bbox
+) -> None:
     """Draw one panel; number: of the body. The depth of body 1 is along -z."""
     values, limited, label = _shown(body, name)
-    place = np.unravel_index(int(body.field(name).argmax()), values.shape)
-    depth, i, j = (int(part) for part in place)
+    place = depth, i, j = _worst_place(body, name)
     normal = body.field(f"{name}_normal")[place] if f"{name}_normal" in body.group else None
     if kind == "section":
         shown, across = values[:, :, j], body.depths
         axes.pcolormesh(body.x, across, shown, shading="gouraud", rasterized=True, norm=_norm(values), cmap="cividis")
         axes.set(aspect="equal", xlabel="x (mm)")
-        label_depth(axes, number, across[-1])
+        label_depth(axes, number, box.ymax)
         axes.set_title(title if len(body.y) == 1 else f"{title} at y = {body.y[j]:.3g} mm")
         worst = body.x[i], body.depths[depth]
         along = None if normal is None else (-normal[2] * (-1.0 if number == 1 else 1.0), normal[0])
@@ -135,11 +187,13 @@ def _draw(drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, ti
         shown, across = values[depth].T, body.y
         extent = (*outer_edges(body.x), *outer_edges(body.y))
         axes.imshow(shown, origin="lower", extent=extent, norm=_norm(values), cmap="cividis")
-        axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+        axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", ylim=box.intervaly)
         axes.set_title(f"{title} at depth {body.depths[depth]:.3g} mm")
         worst = body.x[i], body.y[j]
         along = None if normal is None else (-normal[1], normal[0])
     axes.grid(False)
+    axes.set_xlim(box.intervalx)
+    set_x_ticks(axes)
     if limited and shown.min() < 1.0 < shown.max():
         axes.contour(body.x, across, shown, levels=[1.0], colors="white", linewidths=1.2).set_path_effects(_OUTLINE)
     bar = matplotlib.cm.ScalarMappable(_norm(values), matplotlib.colormaps["cividis"])

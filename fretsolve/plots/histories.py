@@ -170,7 +170,7 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
     # a curve also between few increments; under displacement control the forces between them are not known
-    parts = -(-CURVE_POINTS // result.increments) if name == moved.force else 1
+    parts = max(2, -(-CURVE_POINTS // result.increments)) if name == moved.force else 1
     form = stick_form(result, moved.force, parts)
     if form is not None and name == moved.force:
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)

@@ -16,6 +16,9 @@ from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.problem_setup import closed_forms_of
 from fretsolve.system.arrays import DoubleArray
 
+JUST_AFTER = 1e-3
+"""Part of an increment after its beginning at which a curve has its first point."""
+
 
 def hertz_pressure(result: Result, step: int) -> Curve | None:
     """Return the pressure of a sphere or an ellipsoid without friction."""
@@ -84,8 +87,15 @@ def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleA
 
 
 def along_path(values: DoubleArray, parts: int) -> DoubleArray:
-    """Return values (n,) with `parts` - 1 more of them, on a straight line, between each two."""
-    return np.interp(np.arange((len(values) - 1) * parts + 1), parts * np.arange(len(values)), values)
+    """Return values (n,) with `parts` - 1 more of them, on a straight line, between each two.
+
+    The first of these is just after the increment, since all sticks as soon as a load turns back.
+    """
+    after = np.linspace(0.0, 1.0, parts, endpoint=False)
+    after[1:2] = JUST_AFTER
+    increments = np.arange(len(values))
+    places = np.append((increments[:-1, None] + after).ravel(), increments[-1])
+    return np.interp(places, increments, values)
 
 
 def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:

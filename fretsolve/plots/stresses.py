@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots.canvas import Canvas, Target, canvas, title_of
+from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import increment_ticks, label_depth, marks
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.maps import set_x_ticks
@@ -34,6 +34,9 @@ SECTION_DEPTHS = 48
 """Depths of a section, the deepest at `DEEPEST` contact radii."""
 
 DEEPEST = 1.5
+
+WIDTH = 3.7
+"""Inches of a panel."""
 
 SIDE_MARGIN = 0.5
 """Width of the strip around the contact that is shown, over the contact radius."""
@@ -59,7 +62,9 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
         panels += [("surface", name) for name in SHOWN]
         surface = next(layers(tractions, replace(request, depths=(0.0,)))).stress
     x, y = cell_centres(tractions.grid, request.target)
-    with canvas(ax, len(panels), (3.7, 2.6), columns=2) as drawn:
+    wide, deep, long = (outer[1] - outer[0] for outer in (outer_edges(x), (0.0, depths[-1]), outer_edges(y)))
+    heights = [scaled_height((deep if place == "section" else long) / wide, WIDTH) for place, _ in panels]
+    with canvas(ax, len(panels), (WIDTH, max(heights)), columns=2, heights=heights) as drawn:
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
                 _draw_section(drawn, axes, x, depths, invariant(name, below), name, request.bodies[0])
@@ -97,7 +102,7 @@ def stress_cycle(
     for index, step in enumerate(steps):
         stress[:, index] = influence.stress(tractions.read(step, whole))
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
-    with canvas(ax, 2, (3.7, 2.8), columns=2) as drawn:
+    with canvas(ax, 2, (WIDTH, 2.8), columns=2) as drawn:
         curves: list[list[tuple[str, DoubleArray]]] = [
             [(component_symbol(name), values) for name, values in zip(COMPONENTS, stress, strict=True)],
             [(text, invariant(name, stress)) for name, text in SHOWN.items()],

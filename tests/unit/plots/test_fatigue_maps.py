@@ -59,7 +59,12 @@ def test_a_body_is_chosen_and_its_depth_points_away_from_the_contact(solved, tmp
 def test_all_criteria_by_default(solved):
     with open_result(solved) as result:
         titles = [axes.get_title() for axes in fatigue_map(result).axes]
-    assert [title.split(" at ")[0] for title in titles if title] == ["findley", "findley", "swt", "swt"]
+    assert [title.split(" at ")[0] for title in titles if title] == [
+        "Findley",
+        "Findley",
+        "Smith-Watson-Topper",
+        "Smith-Watson-Topper",
+    ]
 
 
 def test_average_over_depth_has_no_section(solved, tmp_path):
@@ -70,7 +75,7 @@ def test_average_over_depth_has_no_section(solved, tmp_path):
     with open_result(solved) as result:
         figure = fatigue_map(result)
     target.write_bytes(content)
-    assert [axes.get_title() for axes in figure.axes if axes.get_title()] == ["findley at depth 0.05 mm"]
+    assert [axes.get_title() for axes in figure.axes if axes.get_title()] == ["Findley at depth 0.05 mm"]
     assert "point over 0.1 mm" in figure.get_suptitle()
 
 
