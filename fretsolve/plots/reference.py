@@ -95,7 +95,7 @@ def along_path(values: DoubleArray, parts: int) -> DoubleArray:
     after[1:2] = JUST_AFTER
     increments = np.arange(len(values))
     places = np.append((increments[:-1, None] + after).ravel(), increments[-1])
-    return np.interp(places, increments, values)
+    return np.asarray(np.interp(places, increments, values))
 
 
 def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
