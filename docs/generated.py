@@ -42,7 +42,7 @@ RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", 
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"
-    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "bulk_stress", "line")
+    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "bulk_stress", "line", "worn_contact")
 )
 
 

@@ -8,13 +8,16 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
 from pydantic.config import JsonDict
 
-from fretsolve.case.base import CaseModel, Count, Length, auto, refused_at
+from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, auto, refused_at
 from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, STRESS
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused
 
 MOST_CYCLES, LOOP_TOLERANCE = 20, 0.01
 """Of a cycle that runs until it is periodic, by default: the most cycles, and the change that counts as none."""
+
+JUMP_TOLERANCE = 0.01
+"""Error of the worn volume by the jumps of a cycle that stands for others, by default."""
 
 Force = Annotated[float, InUnits(FORCE)]
 Moment = Annotated[float, InUnits(MOMENT)]
@@ -125,7 +128,7 @@ class AmplitudeSpec(StageSpec):
 
 
 class Repetition(CaseModel):
-    """The number of times that a cycle is run."""
+    """The number of times that a cycle is run, or that it stands for under wear."""
 
     times: Count | None = Field(default=None, description="number of repetitions, such as 3", examples=[3])
     until: Literal["periodic"] | None = Field(
@@ -137,32 +140,64 @@ class Repetition(CaseModel):
     at_most: Annotated[int, Field(strict=True, ge=2, le=10**9)] | None = Field(
         default=None, description=f"with until: the most repetitions, {MOST_CYCLES} if it is left out", examples=[20]
     )
+    represents: Annotated[float, InUnits(NUMBER, least=1)] | None = Field(
+        default=None,
+        description="instead of times: number of cycles that a few solved ones stand for, which wear needs; the cycle"
+        " has to end at the loads that it begins with",
+        examples=[1e5],
+    )
+    jump: (
+        Annotated[
+            Annotated[float, InUnits(NUMBER, least=1), Tag("(number)")] | Annotated[Literal["auto"], Tag("(auto)")],
+            Discriminator(lambda value: "(auto)" if value == "auto" else "(number)"),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="with represents: number of cycles that each solved one stands for, or auto: by the tolerance",
+        examples=[1000],
+    )
+    max_depth: PositiveLength | None = Field(
+        default=None,
+        description="with represents: largest depth that is worn by one jump, such as 50 nm",
+        examples=["50 nm"],
+    )
     tolerance: Annotated[float, InUnits(NUMBER, above=0, below=1)] | None = Field(
         default=None,
-        description="with until: the change that counts as none, over the energy and the ranges of the cycle, 1 % if it"
-        " is left out",
+        description="with until: the change that counts as none, over the energy and the ranges of the cycle; with"
+        " represents: the error of the worn volume by the jumps; 1 % if it is left out",
         examples=["1 %"],
     )
 
     @property
     def jumps(self) -> WearJumps | None:
         """How the cycle stands for others under wear, None where it stands for itself."""
-        return None
+        if self.represents is None:
+            return None
+        jump = self.jump if isinstance(self.jump, float) else None
+        return WearJumps(self.represents, jump, self.tolerance or JUMP_TOLERANCE, self.max_depth)
 
     @property
     def most(self) -> int:
-        """The number of repetitions, or the most of them."""
-        return self.times or self.at_most or MOST_CYCLES
+        """The number of repetitions, or the most of them; 1 for a cycle that stands for others."""
+        return 1 if self.represents else self.times or self.at_most or MOST_CYCLES
 
     @model_validator(mode="before")
     @classmethod
     def _defaults_of_until(cls, value: Any) -> Any:
         if isinstance(value, dict) and value.get("until") == "periodic":
             return {"at_most": MOST_CYCLES, "tolerance": LOOP_TOLERANCE, **value}
+        if isinstance(value, dict) and "represents" in value:
+            return {"jump": "auto", "tolerance": JUMP_TOLERANCE, **value}
         return value
 
     @model_validator(mode="after")
-    def _times_or_until(self) -> Self:
+    def _times_or_until_or_represents(self) -> Self:
+        if self.represents is not None:
+            self._only_represents(self.represents)
+            return self
+        given = [name for name in ("jump", "max_depth") if getattr(self, name) is not None]
+        refused_at(((name,), "only represents takes it; remove it, or add represents: 1e5") for name in given)
         if self.until is None:
             given = [name for name in ("at_most", "tolerance") if getattr(self, name) is not None]
             refused_at(((name,), "only until: periodic takes it; remove it, or add until: periodic") for name in given)
@@ -174,8 +209,17 @@ class Repetition(CaseModel):
             refused_at([(("times",), "times and until exclude each other; at_most limits a cycle with until")])
         return self
 
+    def _only_represents(self, cycles: float) -> None:
+        """Refuse what cannot stand beside `represents`, the number of `cycles`."""
+        others = [name for name in ("times", "until") if getattr(self, name) is not None]
+        others += ["at_most"] if self.at_most is not None and self.until is None else []
+        refused_at(((name,), f"{name} and represents exclude each other; keep one of them") for name in others)
+        if isinstance(self.jump, float) and self.jump > cycles:
+            message = f"{self.jump:g} cycles are more than the {cycles:g} that the cycle represents"
+            refused_at([(("jump",), f"{message}; at most as many, or auto, are possible")])
 
-_REPEATED: JsonDict = {"oneOf": [{"required": ["times"]}, {"required": ["until"]}]}
+
+_REPEATED: JsonDict = {"oneOf": [{"required": ["times"]}, {"required": ["until"]}, {"required": ["represents"]}]}
 
 
 class Cycle(Repetition):
@@ -191,8 +235,11 @@ class Cycle(Repetition):
 
     @model_validator(mode="after")
     def _loop_is_simple(self) -> Self:
-        if self.until is not None and any(isinstance(step, CycleSpec) for step in self.stages):
-            refused_at([(("until",), "its stages hold cycles, of which each may have its own; remove it here")])
+        if any(isinstance(step, CycleSpec) for step in self.stages):
+            given = [name for name in ("until", "represents") if getattr(self, name) is not None]
+            refused_at(
+                ((name,), "its stages hold cycles, of which each may have its own; remove it here") for name in given
+            )
         return self
 
 

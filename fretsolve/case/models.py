@@ -36,7 +36,7 @@ from fretsolve.case.body_spec import Body
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.fatigue_spec import FatigueSpec
 from fretsolve.case.friction_spec import FrictionSpec
-from fretsolve.case.history import HISTORY_DIMENSIONS
+from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
 from fretsolve.case.load_path_spec import CycleSpec, LoadStep
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
@@ -52,6 +52,7 @@ from fretsolve.case.unrolled_path import (
     unrolled,
     with_cycle_friction,
 )
+from fretsolve.case.wear_spec import WearSpec, check_wear
 from fretsolve.errors import KeyPath
 
 FEWEST_ERROR_BAR_POINTS = 16
@@ -220,6 +221,11 @@ class Case(CaseModel):
     friction: FrictionSpec = Field(
         default=FrictionSpec(coefficient=0.0), description="coefficient of friction", examples=[0.1]
     )
+    wear: WearSpec | None = Field(
+        default=None,
+        description="wear by the slip of the cycles that represent others",
+        examples=[{"law": "energy", "alpha": "1e-4 mm^3/J"}],
+    )
     coupling: Literal["auto", "none", "tangential", "full"] = Field(
         default="auto",
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
@@ -306,6 +312,13 @@ class Case(CaseModel):
                 for stage in unrolled(self.load_path)
                 if "friction" in dict(stage.targets)
             )
+        return self
+
+    @model_validator(mode="after")
+    def _wear_fits(self) -> Self:
+        coefficient = self.friction.coefficient
+        friction = coefficient if isinstance(coefficient, float) else None
+        check_wear(self.wear, unrolled(self.load_path), friction, {**DIMENSIONS_BY_NAME, **self.dimensions})
         return self
 
     @model_validator(mode="after")

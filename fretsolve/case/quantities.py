@@ -30,6 +30,7 @@ from fretsolve.case.dimensions import (
     MOMENT,
     NUMBER,
     PRESSURE,
+    WEAR_COEFFICIENT,
     Dimension,
 )
 
@@ -62,7 +63,9 @@ percent = 0.01 = %
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _FACTOR = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
-_UNIT = rf"{_FACTOR}(?:(?:\s*[*/·.]\s*|\s+){_FACTOR})*"
+_PRODUCT = rf"{_FACTOR}(?:(?:\s*[*·.]\s*|\s+){_FACTOR})*"
+_PART = rf"(?:{_FACTOR}|\(\s*{_PRODUCT}\s*\))"
+_UNIT = rf"{_PART}(?:(?:\s*[*/·.]\s*|\s+){_PART})*"
 _QUANTITY = re.compile(rf"^\s*(?:({_NUMBER})\s*)?({_UNIT})?\s*$")
 TEXT_PATTERN = r"^\s*[+-]?\.?[0-9][^,]*$"
 """For the JSON Schema, coarser than what is read: a number, then perhaps its unit."""
@@ -89,6 +92,8 @@ COMMON_FACTORS = {
     ("kN/m", LINE_FORCE): 1.0,
     ("N*m", MOMENT): 1e3,
     ("GPa", PRESSURE): 1e3,
+    ("mm^3/J", WEAR_COEFFICIENT): 1e-3,
+    ("mm^3/(N*m)", WEAR_COEFFICIENT): 1e-3,
     ("deg", ANGLE): 0.017453292519943295,
     ("%", NUMBER): 0.01,
 }

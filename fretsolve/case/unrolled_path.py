@@ -8,11 +8,15 @@ from itertools import count, islice
 from typing import Any, Literal, NamedTuple
 
 from fretsolve.case.base import refused_at
-from fretsolve.case.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec
+from fretsolve.case.history import PAIRS
+from fretsolve.case.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec, WearJumps
 from fretsolve.case.quantities import refused, shown
 from fretsolve.errors import KeyPath
 
 LARGEST_STAGE_COUNT = 100_000
+
+INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
+"""The components imposed until a stage names one of the same pair."""
 
 
 @dataclass(frozen=True)
@@ -20,13 +24,15 @@ class CyclePass:
     """One repetition of a cycle that holds no other cycle.
 
     cycle: which one, counted from 1 along the path; turn: which repetition of it, from 1; until: the tolerance with
-    which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the file.
+    which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the file;
+    jumps: how it stands for others under wear, None if it does not.
     """
 
     cycle: int
     turn: int
     until: float | None
     key: KeyPath
+    jumps: WearJumps | None = None
 
 
 @dataclass(frozen=True)
@@ -62,15 +68,17 @@ class _Leg(NamedTuple):
 
 
 class _Repeated(NamedTuple):
-    """A cycle, validated or as written. stages: of one repetition; times: the most repetitions; until: see `CyclePass`.
+    """A cycle, validated or as written. stages: of one repetition; times: the most repetitions.
 
-    legs: of a cycle with an amplitude, the way to its first end, and the two of a repetition.
+    until, jumps: see `CyclePass`; legs: of a cycle with an amplitude, the way to its first end, and the two of a
+    repetition.
     """
 
     stages: Any
     times: int
     until: float | None
     legs: tuple[Any, Any, Any] | None = None
+    jumps: WearJumps | None = None
 
 
 class _Step(NamedTuple):
@@ -91,6 +99,13 @@ def _stage(number: int, step: _Step) -> Stage:
         whole, increments = spec.cycle, spec.cycle.count(spec.parts)
         return Stage(number, key, whole.targets(spec.sign), increments, whole.spacing, ("amplitude",), cycle, outer)
     return Stage(number, key, spec.targets, spec.increments, spec.spacing, (), cycle, outer)
+
+
+def imposed_after(before: dict[str, float], stage: Stage) -> dict[str, float]:
+    """Return what is imposed at the end of a stage."""
+    named = dict(stage.targets)
+    replaced = {name for pair in PAIRS if named.keys() & set(pair) for name in pair}
+    return {name: value for name, value in before.items() if name not in replaced} | named
 
 
 def stage_friction(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[float, ...]:
@@ -168,7 +183,7 @@ def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> 
         if cycle.legs is not None:
             yield _Step(inside, cycle.legs[0], None, passes + 1 if outermost else 0)
         for turn in range(1, (cycle.times if cycle.stages or cycle.legs else 0) + 1):
-            run = None if nested else CyclePass(number, turn, cycle.until, inside)
+            run = None if nested else CyclePass(number, turn, cycle.until, inside, cycle.jumps)
             passes += 1
             if cycle.legs is not None:
                 steps_of_it = iter([_Step(inside, leg, run) for leg in cycle.legs[1:]])
@@ -181,11 +196,11 @@ def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> 
 def _repeated(step: Any) -> _Repeated | None:
     """Return what a cycle repeats; None for a stage."""
     if isinstance(step, CycleSpec):
-        until = step.cycle.tolerance if step.cycle.until else None
+        until, jumps = step.cycle.tolerance if step.cycle.until else None, step.cycle.jumps
         if isinstance(step.cycle, AmplitudeCycle):
             legs = _Leg(step.cycle, 1.0, 4), _Leg(step.cycle, -1.0, 2), _Leg(step.cycle, 1.0, 2)
-            return _Repeated((), step.cycle.most, until, legs)
-        return _Repeated(step.cycle.stages, step.cycle.most, until)
+            return _Repeated((), step.cycle.most, until, legs, jumps)
+        return _Repeated(step.cycle.stages, step.cycle.most, until, jumps=jumps)
     cycle = step.get("cycle") if isinstance(step, dict) else None
     if not isinstance(cycle, dict):
         return None

@@ -90,6 +90,14 @@ def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> Closed
     return LineClosedForms(case, model, loads)
 
 
+def _require_slip(case: Case, model: Model) -> None:
+    """Raise CaseError if a case with wear has nothing that slips."""
+    if case.wear is None or model.has_shear:
+        return
+    message = "the load path shears nothing, so that nothing wears; a stage that moves Qx or delta_x is needed"
+    raise case.source.problem(message, ("wear",))
+
+
 def _friction_law(case: Case) -> FrictionLaw | None:
     from fretsolve.friction.law import friction_law  # few cases have one
 
@@ -131,6 +139,7 @@ def _set_up(case: Case) -> ProblemSetup:
     asked, case = case, settled(case)
     friction = _friction_law(case) if case.friction_varies else None
     model = derive_model(case, None if friction is None else friction.largest)
+    _require_slip(case, model)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = closed_forms_of(case, model, load_path.imposed)
     size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
