@@ -205,10 +205,11 @@ def plot_sweep(
             raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
     wanted = dict.fromkeys((*manifest.quantities, name, *as_quantities, *(["energy_ratio"] if of_condition else [])))
     table = collect(manifest, tuple(wanted))
-    chosen = over or manifest.keys[: 2 if of_condition else 1]
+    keys = plot.independent_keys(table)
+    chosen = over or tuple(keys[: 2 if of_condition else 1])
     if len(chosen) not in ((2,) if of_condition else (1, 2)):
         count = "two columns" if of_condition else "one or two columns"
-        raise CaseError(f"--over: {kind} is drawn over {count}, such as {' and '.join(manifest.keys[:2])}")
+        raise CaseError(f"--over: {kind} is drawn over {count}, such as {' and '.join(keys[:2])}")
     try:
         if len(chosen) == 1:
             figure = plot.curve(table, name, *chosen, sheet)

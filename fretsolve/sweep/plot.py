@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -13,6 +14,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FixedLocator, NullLocator
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
@@ -22,6 +24,9 @@ from fretsolve.result.cycles import CYCLE_NAMES
 from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
+
+MOST_TICKS, Y_LETTERS = 5, 42
+"""Ticks at values of a key, and letters of a label beside the panel."""
 
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.5"},
@@ -42,22 +47,23 @@ SLIP_CONDITIONS = tuple(CONDITIONS)[:-1]
 def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     """Draw a quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
 
-    Raises PictureError.
+    Over another quantity the lines go along the first varied key. Raises PictureError.
     """
     x, y = _numbers(table, over), _found(table, quantity)
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
     unit = readable(y.units, y.values)
-    groups = _groups(table, over)
+    along = x if any(x is one for one in table.settings) else table.settings[0]
+    groups = _groups(table, along)
     with _panel(ax, table, x, _labelled(_in_words(quantity), unit.text)) as (sheet, axes):
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
-            order = rows[np.argsort(x.values[rows], kind="stable")]
+            order = rows[np.argsort(along.values[rows], kind="stable")] if along.values.dtype != object else rows
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
             bars = unit.factor * _bounded(errors.values[order]) if errors is not None else None
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
         if 1 < len(groups) <= MOST_NAMED:
             sheet.legend(axes.get_legend_handles_labels()[0], 2)
         elif len(groups) > MOST_NAMED:
-            _add_scale(sheet, axes, table, x)
+            _add_scale(sheet, axes, table, along)
     return sheet.figure
 
 
@@ -70,9 +76,7 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
     """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
     x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _found(table, quantity)
     known = np.isfinite(z.values)
-    others = [one.name for one in table.settings if one.name not in over and not _follows(one, x, y)]
-    if others and len(set(zip(x.values.tolist(), y.values.tolist(), strict=True))) < len(table.states):
-        raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
+    _require_places(table, x, y)
     unit = readable(z.units, z.values)
     with _panel(ax, table, x, y) as (sheet, axes):
         grid = _on_grid(x, y, unit.factor * z.values)
@@ -86,6 +90,22 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
     return sheet.figure
 
 
+def _require_places(table: Table, x: Column, y: Column) -> None:
+    """Raise PictureError if two cases have the same place."""
+    others = [one.name for one in table.settings if one is not x and one is not y and not _follows(one, x, y)]
+    if others and len(set(zip(x.values.tolist(), y.values.tolist(), strict=True))) < len(table.states):
+        raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
+
+
+def independent_keys(table: Table) -> list[str]:
+    """Return the varied keys without those that are tied to one before them."""
+    found: list[Column] = []
+    for column in table.settings:
+        if not any(_follows(column, other) for other in found):
+            found.append(column)
+    return [column.name for column in found]
+
+
 def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) -> Figure:
     """Draw stick, partial slip, mixed and gross slip over two columns, usually displacement amplitude and normal force.
 
@@ -96,6 +116,7 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
     found = np.array([one.running_condition or "no solution" if state.has_result else "" for one, state in cases])
     if not (found != "").any():
         raise PictureError("no case has a result yet")
+    _require_places(table, x, y)
     with _panel(ax, table, x, y) as (sheet, axes):
         _draw_regions(axes, x, y, found)
         handles: list[Line2D] = []
@@ -130,8 +151,11 @@ def _draw_energy_ratios(axes: Axes, x: Column, y: Column, table: Table) -> list[
     grid = None if ratios is None else _on_grid(x, y, ratios)
     if grid is None or not np.ptp(grid[2]) > 0.0:
         return []
+    levels = [level for level in np.arange(0.1, 0.95, 0.1) if grid[2].min() < level < grid[2].max()]
+    if not levels:
+        return []
     look: dict[str, Any] = {"colors": "0.25", "linewidths": 0.8, "linestyles": "dashed"}
-    lines = axes.contour(*grid, np.arange(0.1, 0.95, 0.1), **look)
+    lines = axes.contour(*grid, levels, **look)
     for text in axes.clabel(lines, fmt="%.1f", fontsize=6.5):
         text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
     return [Line2D([], [], color="0.25", linewidth=0.8, linestyle="--", label="energy ratio")]
@@ -155,13 +179,17 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
     """
     with canvas(ax, 1, (3.7, 2.9)) as sheet:
         axes = sheet.axes[0]
-        axes.set(xlabel=_axis_label(x), ylabel=y if isinstance(y, str) else _axis_label(y))
-        for column, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
+        ylabel = y if isinstance(y, str) else _axis_label(y)
+        axes.set(xlabel=_axis_label(x), ylabel="\n".join(textwrap.wrap(ylabel, Y_LETTERS)))
+        for column, set_scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
             values = np.unique(column.values) if isinstance(column, Column) else np.empty(0)
             if len(values) > 2 and values[0] > 0.0:
                 ratios = values[1:] / values[:-1]
                 if np.ptp(ratios) < 1e-3 * ratios[0]:
                     set_scale("log")
+                    axis.set_major_locator(FixedLocator(_some(values, MOST_TICKS)))
+                    axis.set_major_formatter("{x:.4g}")
+                    axis.set_minor_locator(NullLocator())
         yield sheet, axes
         sheet.heading(one_line(table.manifest.title))
 
@@ -174,8 +202,14 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
         bar = sheet.colorbar(axes, ScalarMappable(Normalize(0.0, 1.0), line_colors()), _axis_label(other))
         # the lines have colours at equal distances, in the order of the table
         values = list(dict.fromkeys(other.values.tolist()))
-        shown = np.linspace(0, len(values) - 1, min(len(values), 5)).round().astype(int)
-        bar.set_ticks(list(shown / (len(values) - 1)), labels=[f"{values[k]:.4g}" for k in shown])
+        shown = _some(range(len(values)), MOST_TICKS)
+        bar.set_ticks([k / (len(values) - 1) for k in shown], labels=[f"{values[k]:.4g}" for k in shown])
+
+
+def _some(values: Sequence[Any] | DoubleArray, most: int) -> list[Any]:
+    """Return at most so many of the values, from the first to the last."""
+    places = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
+    return [values[place] for place in places]
 
 
 def _follows(column: Column, *others: Column) -> bool:
@@ -231,10 +265,9 @@ def _numbers(table: Table, name: str) -> Column:
     return column
 
 
-def _groups(table: Table, over: str) -> dict[str, IndexArray]:
-    """Return the rows by the values of all varied keys except `over` and those tied to it."""
-    x = _column(table, over)
-    others = [column for column in table.settings if column.name != over and not _follows(column, x)]
+def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
+    """Return the rows by the values of all varied keys except one and those tied to it."""
+    others = [column for column in table.settings if column is not along and not _follows(column, along)]
 
     def text(column: Column, row: int) -> str:
         value = column.values[row]

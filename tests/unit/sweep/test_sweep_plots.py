@@ -13,7 +13,7 @@ from pictures import figure_texts
 from fretsolve.errors import PictureError
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.outcome import Outcome, RunningCondition
-from fretsolve.sweep.plot import curve, running_condition_map, surface
+from fretsolve.sweep.plot import curve, independent_keys, running_condition_map, surface
 from fretsolve.sweep.status import CaseState
 from fretsolve.sweep.table import Column, Table, setting_column
 
@@ -153,3 +153,44 @@ def test_many_lines_have_a_colour_bar() -> None:
     (bar,) = axes.child_axes
     assert bar.get_ylabel() == "normal force $P$ (N)"
     assert [text.get_text() for text in bar.get_yticklabels()] == ["100", "102", "104", "107", "109"]
+
+
+def tied_table() -> Table:
+    """Two tied displacements crossed with three loads."""
+    points = [(shift, load) for shift in ("1 um", "2 um") for load in LOADS]
+    rows = tuple(
+        ManifestRow(
+            index,
+            f"{index:x}",
+            {"load_path.1.delta_x": shift, "load_path.2.delta_x": f"-{shift}", "load_path.0.P": load},
+            1.0,
+        )
+        for index, (shift, load) in enumerate(points)
+    )
+    ratios = np.linspace(0.02, 0.09, len(rows))
+    return replace(
+        table_of(),
+        manifest=replace(table_of().manifest, rows=rows),
+        states=tuple(CaseState(row, "complete") for row in rows),
+        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
+        found=(Column("work_total", "mJ", np.arange(6.0)), Column("energy_ratio", "1", ratios)),
+        errors=(),
+    )
+
+
+def test_maps_are_over_keys_that_vary_apart() -> None:
+    table = tied_table()
+    assert independent_keys(table) == ["load_path.1.delta_x", "load_path.0.P"]
+    tied = ("load_path.1.delta_x", "load_path.2.delta_x")
+    with pytest.raises(PictureError, match=r"load_path\.0\.P varies as well"):
+        running_condition_map(table, tied)
+    figure = running_condition_map(table, independent_keys(table))
+    assert "energy ratio" not in figure_texts(figure)  # all are below the first contour
+    ticks = figure.axes[0].get_yticks()
+    assert [figure.axes[0].yaxis.get_major_formatter()(tick) for tick in ticks] == ["100", "200", "400"]
+
+
+def test_curve_over_a_quantity_goes_along_the_first_key() -> None:
+    axes = curve(tied_table(), "work_total", "energy_ratio").axes[0]
+    lines = [container[0] for container in axes.containers]
+    assert [line.get_ydata().tolist() for line in lines] == [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]
