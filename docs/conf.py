@@ -4,7 +4,7 @@ from fretsolve import __version__ as release
 
 project = "fretsolve"
 extensions = ["myst_parser"]
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = f"fretsolve {release}"

@@ -22,7 +22,8 @@ ANYTHING = "..."
 
 _FENCE = re.compile(r"^```(\S*)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _FILE = re.compile(r"# (\S+\.\w+)\n")
-_LINK = re.compile(r"\]\(([^)\s]+)\)")
+_LINK = re.compile(r'\]\(([^)\s]+)\)|<img src="([^"]+)"')
+_PICTURE = re.compile(r'<img src="([^"]+\.png)"(?: width="(\d+)")?')
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?")
 _RULE = re.compile(r"[\s─]*")
 
@@ -74,8 +75,14 @@ def blocks(page: Path) -> Iterator[Block]:
 def links(page: Path) -> list[str]:
     """Targets within the repository, without what follows a ``#``."""
     text = _FENCE.sub("", page.read_text(encoding="utf-8"))
-    targets = (found.partition("#")[0] for found in _LINK.findall(text))
+    targets = ((link or picture).partition("#")[0] for link, picture in _LINK.findall(text))
     return [target for target in targets if target and "://" not in target]
+
+
+def pictures(page: Path) -> list[tuple[Path, int]]:
+    """Pictures with the width in which they are shown (pixels), 0 where the page does not say."""
+    found = _PICTURE.findall(page.read_text(encoding="utf-8"))
+    return [(page.parent / name, int(width or 0)) for name, width in found]
 
 
 def agree(shown: Sequence[str], printed: Sequence[str]) -> bool:

@@ -15,7 +15,8 @@ import jsonschema
 import pytest
 import yaml
 from command_line import invoke
-from pages import DOCS, ROOT, Block, agree, blocks, links, pages
+from pages import DOCS, ROOT, Block, agree, blocks, links, pages, pictures
+from PIL import Image
 
 from fretsolve import load_case
 from fretsolve.case.models import Case
@@ -127,6 +128,14 @@ def test_cases_are_valid(page: Path, tmp_path: Path) -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     lost = [target for target in links(page) if not (page.parent / target).exists()]
     assert not lost
+
+
+def test_pictures_are_shown_at_half_of_their_pixels() -> None:
+    shown = [found for page in pages() for found in pictures(page)]
+    assert len(shown) > 20
+    for name, width in shown:
+        with Image.open(name) as picture:
+            assert width == picture.width // 2, name
 
 
 @pytest.mark.parametrize("page", pages("reference"), ids=lambda page: page.stem)
