@@ -59,6 +59,10 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# load path of {count} increment{'s' * (count > 1)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
+    if setup.case.wear is not None:
+        from fretsolve.commands.wear_summary import wear_lines  # few cases have wear
+
+        yield from wear_lines(setup)
     yield "\n# cost"
     yield from cost_lines(setup)
 

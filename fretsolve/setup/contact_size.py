@@ -44,7 +44,8 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     if (concave := concave_sphere(case)) is not None:
         raise concave
     if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
-        side = 2.0 * max(AREA_MARGIN * hertz.contact_radius, COUPLED_MARGIN * _sheared_reach(forms))
+        worn = _worn_radius(forms)
+        side = 2.0 * max(AREA_MARGIN * max(hertz.contact_radius, worn), COUPLED_MARGIN * _sheared_reach(forms))
         return side, side
     if forms.model.line and (width := forms.contact_width(0.0)) and case.surface[0].center == case.grid.center:
         side = (COUPLED_LINE_MARGIN if forms.model.coupled and forms.model.moved else AREA_MARGIN) * width
@@ -57,6 +58,15 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
         return contact_size(case.surface, compliances, loads, case.grid.center, first, forms.model.line)
     except CaseError as error:
         raise case.source.problem(error.message, error.key) from None
+
+
+def _worn_radius(forms: ClosedForms) -> float:
+    """Return a radius (mm) that a sphere's worn contact does not exceed, 0 where none is known."""
+    if forms.case.wear is None:
+        return 0.0
+    from fretsolve.setup.wear_forms import worn_radius  # few cases have wear
+
+    return worn_radius(forms)
 
 
 def _sheared_reach(forms: ClosedForms) -> float:

@@ -2,17 +2,130 @@
 
 from __future__ import annotations
 
-import pytest
-from solving import DISSIMILAR, build
+import math
 
+import pytest
+from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
+
+from fretsolve.commands.wear_summary import wear_lines
 from fretsolve.errors import CaseError
+from fretsolve.reference.tangential import cattaneo_mindlin
+from fretsolve.reference.worn_contact import volume_scale
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.wear_forms import worn_cycles, worn_radius
 
 WEAR = {"law": "energy", "alpha": 1e-7}
+SLIDING = cattaneo_mindlin(HERTZ, FRICTION, FRICTION * LOAD, MATERIAL.tangential).delta_x
+V0 = volume_scale(HERTZ)
+
+
+def worn(name, value, cycles, *, wear=WEAR, pressed=None, jump="auto", **parts):
+    path = [pressed or {"P": LOAD}, {name: value}]
+    path.append({"cycle": {"represents": cycles, "jump": jump, "stages": [{name: -value}, {name: value}]}})
+    return set_up(build(**{"grid": {"points": 32}, "wear": wear, "load_path": path, **parts}))
+
+
+def test_partial_slip_under_a_force():
+    setup = worn("Qx", 36.0, 1e6)
+    (cycle,) = worn_cycles(setup.closed_forms)
+    assert (cycle.slides, cycle.stages, cycle.scar) == (False, (3, 4), None)
+    assert cycle.energy == pytest.approx(cattaneo_mindlin(HERTZ, FRICTION, 36.0, MATERIAL.tangential).work_per_cycle)
+    assert cycle.volume_at_first_rate == pytest.approx(1e-7 * cycle.energy * 1e6)
+    assert cycle.depth_per_cycle * math.pi * (A**2 - cycle.slip.stick_radius**2) == pytest.approx(1e-7 * cycle.energy)
+    assert cycle.limit is not None
+    assert cycle.limit.stick_radius / A == pytest.approx(0.1 ** (1 / 3))
+    assert cycle.limit.volume / V0 == pytest.approx(3.538490, rel=1e-5)
+    assert cycle.limit.load == pytest.approx(LOAD)
+
+
+def test_partial_slip_under_a_displacement():
+    """The worn limit is known where the approach is kept, not where P is."""
+    share = 0.75  # of the displacement of gross slip: c = a0/2
+    setup = worn("delta_y", share * SLIDING, 1e4, pressed={"delta_z": HERTZ.delta_z})
+    (cycle,) = worn_cycles(setup.closed_forms)
+    assert cycle.limit is not None
+    assert (cycle.limit.stick_radius / A, cycle.limit.load / LOAD) == pytest.approx((0.5, 0.6875))
+    assert cycle.slip.delta_x == pytest.approx(share * SLIDING)
+    (cycle,) = worn_cycles(worn("delta_y", share * SLIDING, 1e4).closed_forms)
+    assert cycle.limit is None
+
+
+def test_gross_slip():
+    setup = worn("delta_x", 5.0 * SLIDING, 1e4, wear={"law": "archard", "k": 1e-8})
+    (cycle,) = worn_cycles(setup.closed_forms)
+    assert cycle.slides
+    assert cycle.sliding_distance == pytest.approx(8.0 * SLIDING)
+    # in the long run k times P times path
+    assert cycle.volume_per_cycle == pytest.approx(1e-8 * LOAD * 2.0 * cycle.sliding_distance, rel=0.1)
+    assert cycle.scar is not None
+    assert cycle.time == pytest.approx(cycle.scar.volume / V0)
+
+
+def test_automatic_size_holds_the_worn_contact():
+    setup = worn("delta_x", 10e-3, 1e6)
+    (cycle,) = worn_cycles(setup.closed_forms)
+    assert cycle.scar is not None
+    assert 0.5 * setup.grid.size[0] > 1.19 * cycle.scar.scar_radius > 2.0 * A
+    assert worn_radius(setup.closed_forms) == pytest.approx((A**4 + 4e1 * cycle.scar.volume / math.pi) ** 0.25)
+    limited = worn("Qx", 36.0, 1e9)
+    assert 0.5 * limited.grid.size[0] == pytest.approx(1.2 * 1.571002 * A, rel=1e-6)
+    assert worn("Qx", 36.0, 2.0).grid.size[0] == pytest.approx(2.4 * A, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 20.0}}},
+        {"friction": {"coefficient": 0.1, "shear_limit": 100.0}},
+        {"friction": {"coefficient": [0.1, 0.2]}},
+        {"wear": {"law": "archard", "k": 1e-8, "exponent": 2, "reference_pressure": 1e3}},
+    ],
+    ids=["ellipsoid", "shear limit", "two coefficients", "power of the pressure"],
+)
+def test_where_no_closed_form_tells(parts):
+    setup = worn("Qx", 20.0, 1e4, **parts)
+    assert worn_cycles(setup.closed_forms) == ()
+    assert "no closed form tells how much wears here" in list(wear_lines(setup))
+    assert any(text.startswith("grid.size: auto does not know how far wear widens") for text in case_warnings(setup))
+
+
+def test_lines_of_partial_slip():
+    head, stands, first, partial, limit, explicit, left_out = wear_lines(worn("Qx", 36.0, 1e6, jump=1e6))
+    assert head == "\n# wear by the dissipated energy: alpha = 1e-07 mm^3/(N*mm), 50 % in body 1, 50 % in body 2"
+    assert stands == "stages 3 to 4 stand for 1e+06 cycles, in jumps of 1e+06"
+    assert first.startswith("at first a cycle dissipates 0.01414 mJ and wears 1.414e-09 mm^3, ")
+    assert partial.startswith("partial slip outside of c = 0.1398 mm; all cycles at that rate would wear 0.001414 mm^3")
+    assert limit.startswith("the worn limit, near from T = 100 on, has V = 0.002285 mm^3, a scar of 0.473 mm and")
+    assert "jumps of 1e+06 are beyond that; the implicit one is for any jump" in explicit
+    assert left_out.startswith("left out: debris between the surfaces, oxidation, plastic flow, the motion of worn")
+
+
+def test_lines_of_gross_slip():
+    wear = {"law": "archard", "k": 1e-8, "share": [0.2, 0.8]}
+    head, stands, _, gross, scar, *_ = wear_lines(worn("delta_x", 10e-3, 1e4, wear=wear))
+    assert head.endswith("wear by pressure and slip (Archard): k = 1e-08 mm^3/(N*mm), 20 % in body 1, 80 % in body 2")
+    assert stands == "stages 3 to 4 stand for 10000 cycles, in jumps by a tolerance of 1 %"
+    assert gross.startswith("gross slip over 0.0178 mm in half a cycle; all cycles wear V = 0.001459 mm^3")
+    assert scar.startswith("at their end (V/V0 = 2.26) the scar has a = 0.4035 mm")
+
+
+def test_warnings():
+    def about_wear(setup):
+        return [text for text in case_warnings(setup) if text.startswith(("wear", "grid.size"))]
+
+    assert about_wear(worn("delta_x", 10e-3, 1e4)) == []
+    (text,) = about_wear(worn("delta_x", 30e-3, 1e4))
+    assert text.startswith("wear: half a cycle slips 0.0578 mm, 19 % of the contact radius, but worn profiles keep")
+    (text,) = about_wear(worn("delta_x", 10e-3, 1e6, grid={"points": 32, "size": 1.0}))
+    assert text.startswith("grid.size: the worn contact may reach 1.17 mm from the grid's middle")
+    unworn = [{"P": LOAD}, {"Qx": 30.0}]
+    (text,) = about_wear(set_up(build(grid={"points": 32}, wear=WEAR, load_path=unworn)))
+    assert text.startswith("wear: no cycle represents others, so that nothing is worn")
 
 
 def test_pressing_alone_wears_only_unlike_bodies():
-    path = [{"P": 400.0}, {"cycle": {"represents": 10, "stages": [{"P": 300.0}, {"P": 400.0}]}}]
+    path = [{"P": LOAD}, {"cycle": {"represents": 10, "stages": [{"P": 300.0}, {"P": LOAD}]}}]
     with pytest.raises(CaseError, match="the load path shears nothing, so that nothing wears; a stage that moves Qx"):
         set_up(build(grid={"points": 16}, wear=WEAR, load_path=path))
     assert set_up(build(grid={"points": 16}, wear=WEAR, load_path=path, bodies=DISSIMILAR)).model.has_shear

@@ -1,0 +1,223 @@
+"""What closed forms say of wear before a run: depth and volume of a cycle, the scar after all of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from fretsolve.case.load_path_spec import WearJumps
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.tangential import CattaneoMindlin, cattaneo_mindlin
+from fretsolve.reference.worn_contact import (
+    WornByGrossSlip,
+    WornLimit,
+    partial_slip_wear_time,
+    volume_scale,
+    worn_by_gross_slip,
+    worn_limit_at_displacement,
+    worn_limit_at_force,
+)
+from fretsolve.setup.closed_forms import ClosedForms, Load
+
+EXPLICIT_LIMIT = 1.161
+"""Depth of a jump over p dx/E* from which an explicit update of the profile is unstable: 2 lam/(dx/E*), lam being the
+least eigenvalue of the normal compliance of square cells."""
+
+SLIP_PER_RADIUS = 0.1
+"""Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
+
+GROWTH_OF_RATE = 2.5
+"""Factor on the volume at the first rate that no worn volume of partial slip exceeds, for the size of the grid."""
+
+
+@dataclass(frozen=True)
+class WornCycle:
+    """A cycle of a sphere that stands for others, under one tangential component that alternates.
+
+    stages: its first and last stage in the first repetition (from 1); hertz: Hertz's contact of the sphere;
+    coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N) or of the displacement (mm),
+    about mean; forced: whether it is that of the force; load_kept: whether P is imposed, else the approach is.
+    """
+
+    stages: tuple[int, int]
+    jumps: WearJumps
+    hertz: HertzContact
+    friction: float
+    coefficient: float
+    contact_modulus: float
+    compliance: float
+    amplitude: float
+    mean: float
+    forced: bool
+    load_kept: bool
+
+    @cached_property
+    def slides(self) -> bool:
+        """Whether the contact slips as a whole in each half cycle."""
+        return self.amplitude >= (self._limit if self.forced else self._sliding.delta_x)
+
+    @cached_property
+    def slip(self) -> CattaneoMindlin:
+        """Partial slip at the amplitude, up to that at which the contact begins to slide."""
+        if self.slides:
+            return self._sliding
+        force = self.amplitude
+        if not self.forced:
+            force = self._limit * (1.0 - (1.0 - self.amplitude / self._sliding.delta_x) ** 1.5)
+        return cattaneo_mindlin(self.hertz, self.friction, force, self.compliance)
+
+    @property
+    def sliding_distance(self) -> float:
+        """Distance (mm) that the whole contact slips in half a cycle."""
+        return 2.0 * (self.amplitude - self._sliding.delta_x) if self.slides and not self.forced else 0.0
+
+    @property
+    def energy(self) -> float:
+        """Energy (mJ) that one of the first cycles dissipates."""
+        return self.slip.work_per_cycle + 2.0 * self._limit * self.sliding_distance
+
+    @property
+    def volume_per_cycle(self) -> float:
+        """Volume (mm^3) that one of the first cycles wears."""
+        return self.coefficient * self.energy
+
+    @property
+    def depth_per_cycle(self) -> float:
+        """Mean depth (mm) that one of the first cycles wears where it slips."""
+        return self.volume_per_cycle / (math.pi * (self.hertz.contact_radius**2 - self.slip.stick_radius**2))
+
+    @property
+    def volume_at_first_rate(self) -> float:
+        """Volume (mm^3) if all cycles wore as much as the first one."""
+        return self.volume_per_cycle * self.jumps.represents
+
+    @property
+    def time(self) -> float:
+        """T, the number of cycles without units: V/V0 of gross slip, else that of `partial_slip_wear_time`."""
+        if self.slides:
+            return self.volume_at_first_rate / volume_scale(self.hertz)
+        numbers = self.friction, self.contact_modulus, self.compliance, self.coefficient, self.jumps.represents
+        return partial_slip_wear_time(self.hertz, *numbers)
+
+    @cached_property
+    def limit(self) -> WornLimit | None:
+        """The worn limit of partial slip about no mean; None where no closed form gives it."""
+        if self.slides or self.mean or self.forced != self.load_kept:
+            return None
+        radius = self.hertz.radii[0]
+        if self.forced:
+            return worn_limit_at_force(self.hertz.load, self.amplitude, self.friction, radius, self.contact_modulus)
+        numbers = self.amplitude, self.friction, radius, self.contact_modulus, self.compliance
+        return worn_limit_at_displacement(self.hertz.delta_z, *numbers)
+
+    @cached_property
+    def scar(self) -> WornByGrossSlip | None:
+        """The scar of gross slip under P after all cycles; None of partial slip."""
+        if not self.slides or not self.load_kept or self.volume_at_first_rate <= 0.0:
+            return None
+        volume, radius = self.volume_at_first_rate, self.hertz.radii[0]
+        return worn_by_gross_slip(self.hertz.load, radius, self.contact_modulus, volume)
+
+    @property
+    def largest_radius(self) -> float:
+        """A radius (mm) that the worn contact does not exceed: (a0^4 + 4 R V/pi)^(1/4), or that of the worn limit."""
+        volume = self.volume_at_first_rate * (1.0 if self.slides else GROWTH_OF_RATE)
+        reached = _radius_with(self.hertz, volume)
+        if self.slides:
+            return reached
+        force, radius = abs(self.slip.shear_force), self.hertz.radii[0]
+        end = self.limit or worn_limit_at_force(self.hertz.load, force, self.friction, radius, self.contact_modulus)
+        return min(reached, end.scar_radius)
+
+    def explicit_limit(self, cell: float) -> float:
+        """Return the cycles per jump up to which an explicit update of the profile is stable; cell: its side (mm)."""
+        return EXPLICIT_LIMIT * self.hertz.max_pressure * cell / self.contact_modulus / self.depth_per_cycle
+
+    @property
+    def _limit(self) -> float:
+        return self.friction * self.hertz.load
+
+    @cached_property
+    def _sliding(self) -> CattaneoMindlin:
+        return cattaneo_mindlin(self.hertz, self.friction, self._limit, self.compliance)
+
+
+def _radius_with(unworn: HertzContact, volume: float) -> float:
+    """Return (a0^4 + 4 R V/pi)^(1/4)."""
+    fourth = unworn.contact_radius**4 + 4.0 * unworn.radii[0] * volume / math.pi
+    return math.sqrt(math.sqrt(fourth))
+
+
+def worn_cycles(forms: ClosedForms) -> tuple[WornCycle, ...]:
+    """Return the cycles of a case that stand for others and of which closed forms tell."""
+    return tuple(cycle for one in _first_repetitions(forms) if (cycle := _worn_cycle(forms, *one)) is not None)
+
+
+def worn_radius(forms: ClosedForms) -> float:
+    """Return a radius (mm) that the worn contact of a sphere does not exceed, 0 where closed forms do not tell."""
+    cycles = worn_cycles(forms)
+    sliding = sum(cycle.volume_at_first_rate for cycle in cycles if cycle.slides)
+    reached = [cycle.largest_radius for cycle in cycles]
+    if sliding > 0.0:
+        hertz = max((cycle.hertz for cycle in cycles), key=lambda one: one.load)
+        reached.append(_radius_with(hertz, sliding))
+    return max(reached, default=0.0)
+
+
+def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[WearJumps, int, int]]:
+    """Yield the jumps of each cycle that stands for others, and the first and last stage (from 0) of a repetition."""
+    seen = set[object]()
+    stages = forms.case.stages()
+    for index, stage in enumerate(stages):
+        cycle = stage.cycle
+        if cycle is None or cycle.jumps is None or cycle.key in seen:
+            continue
+        seen.add(cycle.key)
+        last = index
+        while last + 1 < len(stages) and stages[last + 1].cycle == cycle:
+            last += 1
+        yield cycle.jumps, index, last
+
+
+def _worn_cycle(forms: ClosedForms, jumps: WearJumps, first: int, last: int) -> WornCycle | None:
+    """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro."""
+    loads, model, wear = forms.loads[max(first - 1, 0) : last + 1], forms.model, forms.case.wear
+    hertz, line = forms.hertz[last], model.line
+    if wear is None or wear.exponent is not None or line or hertz is None or not hertz.is_circle or not first:
+        return None
+    if any(forms.hertz[stage] != hertz for stage in range(first - 1, last + 1)):
+        return None
+    if forms.case.friction_varies or forms.case.friction.pair is not None or model.bulk is not None:
+        return None
+    moved = _alternating(loads)
+    if moved is None:
+        return None
+    name, least, most = moved
+    coefficient = wear.alpha if wear.alpha is not None else (wear.k or 0.0) / model.friction
+    return WornCycle(
+        stages=(first + 1, last + 1),
+        jumps=jumps,
+        hertz=hertz,
+        friction=model.friction,
+        coefficient=coefficient,
+        contact_modulus=model.compliances.contact_modulus,
+        compliance=model.compliances.tangential,
+        amplitude=0.5 * (most - least),
+        mean=0.5 * (most + least),
+        forced=name[0] == "Q",
+        load_kept="P" in loads[-1],
+    )
+
+
+def _alternating(loads: tuple[Load, ...]) -> tuple[str, float, float] | None:
+    """Return the only tangential component that changes, with its least and largest value; None for several."""
+    found = []
+    for name in ("Qx", "Qy", "Mz", "delta_x", "delta_y", "phi_z"):
+        values = [load[name] for load in loads if name in load]
+        if any(values):
+            found.append((name, min(values), max(values)))
+    if len(found) != 1 or found[0][0] in ("Mz", "phi_z") or found[0][1] == found[0][2]:
+        return None
+    return found[0]
