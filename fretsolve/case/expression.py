@@ -59,6 +59,15 @@ class Expression:
         with np.errstate(all="ignore"):
             return self._value(self._tree(), values)
 
+    @property
+    def varies(self) -> bool:
+        """Whether a variable stands in it."""
+        return any(map(self.uses, self.names))
+
+    def uses(self, name: str) -> bool:
+        """Return whether the variable `name` stands in it."""
+        return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(self._tree()))
+
     def _tree(self) -> ast.expr:
         if len(self.text) > LONGEST:
             raise QuantityError(f"{shown(self.text)} is too long; a formula has at most {LONGEST} characters")

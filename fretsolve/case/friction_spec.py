@@ -147,7 +147,9 @@ class FrictionSpec(CaseModel):
     def _from_number(cls, value: Any) -> Any:
         if isinstance(value, dict) and {"velocity", "speed", "slip_rate"} & value.keys():
             raise refused("friction cannot depend on the velocity, since the solution is quasi-static; remove the key")
-        return value if isinstance(value, dict | list | FrictionSpec) else {"coefficient": value}
+        if isinstance(value, list):
+            raise refused("a list stands below a key, as {coefficient: [0.2, 0.1]} along two axes; name the key")
+        return value if isinstance(value, dict | FrictionSpec) else {"coefficient": value}
 
     @field_validator("map", mode="before")
     @classmethod
@@ -166,6 +168,9 @@ class FrictionSpec(CaseModel):
         given = [name for name in type(self).model_fields if getattr(self, name) is not None]
         kinds = [name for name in given if name in KINDS]
         if not kinds:
+            lone = next((name for name in given if name in COMPANIONS), None)
+            if lone is not None:
+                refused_at([((lone,), f"{lone} belongs to {COMPANIONS[lone]}, which is not given; give it as well")])
             raise ValidationError.from_exception_data(
                 "friction", [{"type": "missing", "loc": ("coefficient",), "input": None}]
             )

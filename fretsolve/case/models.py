@@ -322,6 +322,17 @@ class Case(CaseModel):
         return self
 
     @model_validator(mode="after")
+    def _friction_has_the_variables_of_a_line(self) -> Self:
+        if self.plane is not None and self.friction.expression is not None:
+            from fretsolve.case.expression import Expression  # few cases have one
+
+            if Expression(self.friction.expression).uses("y"):
+                refused_at(
+                    [(("friction", "expression"), "a line contact has no y; a formula of x or r = |x| is needed")]
+                )
+        return self
+
+    @model_validator(mode="after")
     def _two_coefficients_are_solved(self) -> Self:
         if self.friction.pair is None:
             return self

@@ -109,7 +109,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"gross slip begins at Q = {first:.6g} N along the first axis, {second:.6g} N along the second"
     if setup.case.friction_varies and displacement is None and setup.model.has_shear:
         yield "no closed form holds for partial slip under this friction"
-    if setup.model.bulk is not None:
+    if setup.model.bulk is not None and not setup.case.friction_varies:
         yield _sphere_under_bulk(setup)
     elif stick is not None:
         cells = 2.0 * stick.value / max(setup.grid.dx, setup.grid.dy)
@@ -162,8 +162,13 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"{name}/E* = {p0 / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{2.0 * a / grid.dx:.1f} cells across the contact"
     force, _, _ = forms.gross_slip(contact.load)
+    varies = setup.case.friction_varies
     if force and math.isfinite(force):
-        yield f"gross slip begins at Q = mu P = {force:.6g} N/mm"
+        yield f"gross slip begins at Q = {'int b dx' if varies else 'mu P'} = {force:.6g} N/mm"
+    if varies:
+        if setup.model.has_shear:
+            yield "no closed form holds for partial slip under this friction"
+        return
     if stick is not None:
         yield (
             f"smallest stick half-width c = {stick.value:.6g} mm, {2.0 * stick.value / grid.dx:.1f} cells across,"

@@ -25,7 +25,7 @@ POINTS_IN_A_CELL = 8
 SCALES = np.concatenate([[0.0], np.geomspace(1e-6, 1e3, 181)])
 """Distances (mm) from the middle at which a formula is tried for its largest value."""
 
-LARGEST_ESTIMATE = 10.0
+LARGEST_ESTIMATE, USUAL = 10.0, 0.3
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,20 @@ class FrictionField:
         return np.array(np.broadcast_to(value, (x.size, y.size)), np.float64)
 
     def on(self, grid: Grid) -> DoubleArray:
-        """Return the mean over each cell, (nx, ny); infinite or NaN where it is so at any of the cell's points."""
+        """Return the mean over each cell, (nx, ny).
+
+        It is infinite or NaN where it is so at any of the cell's points, and the least one where that is negative.
+        """
         offsets = (np.arange(POINTS_IN_A_CELL) + 0.5) / POINTS_IN_A_CELL - 0.5
         along_y = np.zeros(1) if isinstance(grid, LineGrid) else offsets * grid.dy
-        total = np.zeros(grid.shape)
+        total, least = np.zeros(grid.shape), np.zeros(grid.shape)
         for dx in offsets * grid.dx:
             for dy in along_y:
-                total += self.at(grid.x + dx, grid.y + dy)
-        return total / (POINTS_IN_A_CELL * along_y.size)
+                values = self.at(grid.x + dx, grid.y + dy)
+                total += values
+                np.minimum(least, values, out=least)
+        mean: DoubleArray = np.where(least < 0.0, least, total / (POINTS_IN_A_CELL * along_y.size))
+        return mean
 
     def largest(self) -> float:
         """Return an estimate of the largest coefficient, which scales, but never bounds, what depends on it."""
@@ -61,7 +67,10 @@ class FrictionField:
             return float(np.max(self.map.values, where=np.isfinite(self.map.values), initial=0.0))
         both = np.concatenate([-SCALES[:0:-1], SCALES])
         values = self.at(both, both)
-        return float(min(np.max(values, where=np.isfinite(values), initial=0.0), LARGEST_ESTIMATE))
+        found = float(np.max(values, where=np.isfinite(values), initial=0.0))
+        if found == 0.0 and self.formula is not None and self.formula.varies:
+            return USUAL  # it may have friction in places so small that none was tried
+        return min(found, LARGEST_ESTIMATE)
 
 
 def friction_field(case: Case) -> FrictionField | None:

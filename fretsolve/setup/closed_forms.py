@@ -142,7 +142,7 @@ class ClosedForms:
         friction varies, the force may be infinite too. coefficient: that a stage has set.
         """
         if self.case.friction_varies:
-            return self._varied_gross_slip(hertz, coefficient)
+            return self._varied_gross_slip(hertz, coefficient, P)
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
             return friction * P, math.inf, None
@@ -152,7 +152,7 @@ class ClosedForms:
         return friction * P, gross_slip_torque(hertz, friction), delta_x
 
     def _varied_gross_slip(
-        self, hertz: HertzContact | None, coefficient: float | None
+        self, hertz: HertzContact | None, coefficient: float | None, P: float
     ) -> tuple[float, float, float | None]:
         force = None if hertz is None else self._friction_on(hertz, coefficient).gross_slip_force
         if hertz is None or force is None:
@@ -163,9 +163,9 @@ class ClosedForms:
         return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
 
     def _friction_on(self, hertz: HertzContact, coefficient: float | None = None) -> FrictionForms:
-        from fretsolve.setup.friction_forms import FrictionForms  # few cases need them
+        from fretsolve.setup.friction_forms import FrictionForms, FrictionOnContact  # few cases need them
 
-        return FrictionForms(self.case, hertz, self.case.surface[0].center, coefficient)
+        return FrictionForms(FrictionOnContact(self.case, self.case.surface[0].center, coefficient), hertz)
 
     @property
     def cylinder(self) -> tuple[float, float, float] | None:
@@ -222,8 +222,14 @@ class ClosedForms:
         imposed = np.array([False, *("Mz" in load for load in loads)])
         torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
-        found = cyclic_loading(circle, self.model.friction, compliances, (P, Qx, Qy, torque), (x, y))
-        if found is None or not self.case.friction_varies:
+        friction, varies = self.model.friction, self.case.friction_varies
+        if (
+            varies
+        ):  # the coefficient that carries as much, since under a shear limit the case's may be a mere large number
+            carried = self._friction_on(circle).gross_slip_force
+            friction = friction if carried is None else carried / circle.load
+        found = cyclic_loading(circle, friction, compliances, (P, Qx, Qy, torque), (x, y))
+        if found is None or not varies:
             return found
         bound = None if found.direction is None else self._friction_on(circle).rim_slip(compliances[0])
         return None if bound is None else replace(found, bound=bound)
@@ -261,6 +267,8 @@ class ClosedForms:
         """Values of a sphere under a force and bulk stress where the force is largest, the stick radius first."""
         from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
 
+        if self.case.friction_varies:
+            return None
         try:
             stage, form = sphere_under_bulk(self.model, self.hertz, self.loads)
         except NoClosedFormError:

@@ -5,10 +5,12 @@ The formulas are in `fretsolve.reference.line`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, tu
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.setup.closed_forms import ClosedForm, ClosedForms, Load
 from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.reference.hertz import HertzContact
 
 
 @dataclass(frozen=True)
@@ -139,6 +144,16 @@ class LineClosedForms(ClosedForms):
             return RoundedPunch(load["P"], surface.half_width, surface.edge_radius, modulus)
         return None
 
+    def _varied_gross_slip(
+        self, hertz: HertzContact | None, coefficient: float | None, P: float
+    ) -> tuple[float, float, float | None]:
+        from fretsolve.setup.friction_forms import FrictionOnContact, line_gross_slip_force  # few cases need them
+
+        contact = next((one for one in self.contacts if one is not None and one.load == P), None)
+        friction = FrictionOnContact(self.case, (self.case.surface[0].center[0], 0.0), coefficient)
+        force = None if contact is None else line_gross_slip_force(friction, contact)
+        return math.inf if force is None else force, math.inf, None
+
     def contact_width(self, endless: float) -> float | None:
         """Return the width (mm) of the largest contact; of a sharp punch its face."""
         surface = self._only_surface
@@ -199,6 +214,8 @@ class LineClosedForms(ClosedForms):
         """
         bulk, contact = self.model.bulk, self.contacts[-1]
         if bulk is None or len(self.loads) < 2 or not isinstance(contact, HertzLine) or self.model.coupled:
+            return None
+        if self.case.friction_varies:
             return None
         ends = self.loads[-2:]
         P, Qx, Qy = (np.array([load.get(name, np.nan) for load in ends]) for name in ("P", "Qx", "Qy"))

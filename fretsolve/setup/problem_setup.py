@@ -9,7 +9,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from fretsolve.case.models import Case
-from fretsolve.errors import CaseError, FileError, dotted
+from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
@@ -61,11 +61,14 @@ class ProblemSetup:
 
 
 def _of_the_case(error: FileError, case: Case) -> FileError:
-    """Return the error of a height map that cannot be read with its place in the case file."""
+    """Return the error of a map that cannot be read with its place in the case file."""
     maps = [place for place, one in enumerate(case.surface) if one.kind == "heights" and one.file == error.file]
-    if not maps:
+    keys: list[KeyPath] = [("surface", place, "heights", "file") for place in maps]
+    if case.friction.map is not None and case.friction.map == error.file:
+        keys.append(("friction", "map"))
+    if not keys:
         return error
-    problem = case.source.problem(f"{error.file}: {error.message}", ("surface", maps[0], "heights", "file"))
+    problem = case.source.problem(f"{error.file}: {error.message}", keys[0])
     place = f"{problem.file}:{problem.line}" if problem.line is not None else str(problem.file)
     return FileError(f"{dotted(problem.key)}: {problem.message}", place)
 

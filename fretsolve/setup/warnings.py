@@ -114,6 +114,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         return
     varies = setup.case.friction_varies
     limit, of_torque = ("int b dA", "int b r dA") if varies else ("mu P", "3 pi mu P a/16")
+    if varies and setup.model.line:
+        limit = "int b dx"
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
         pressed = load.get("P", hertz.load if hertz else math.inf)
         most_force, most_torque, _ = forms.gross_slip(pressed, hertz, load.get("friction"))

@@ -36,6 +36,11 @@ def test_what_varies_is_known(tmp_path):
     [
         ("{}", "friction.coefficient: missing; needed: coefficient of friction, such as 0.1"),
         ("{shear_limit: 3 MPa}", "friction.coefficient: missing; needed: "),
+        ("{final: 0.3, slip: 1 mm}", "friction.final: final belongs to initial, which is not given; give it as well"),
+        (
+            "[0.2, 0.1]",
+            "friction: a list stands below a key, as {coefficient: [0.2, 0.1]} along two axes; name the key",
+        ),
         ("{coefficient: -0.1}", "friction.coefficient: -0.1 is out of range; a number >= 0 is needed"),
         ("{coefficient: .nan}", "friction.coefficient: nan is not finite"),
         ("{coefficient: .inf}", "friction.coefficient: inf is not finite"),

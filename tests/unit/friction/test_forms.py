@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from command_line import invoke
+from line_cases import line_case
 from small_cases import CASE, write_case
-from solving import HERTZ, build
+from solving import HERTZ, NO_POISSON, SIMILAR, build
 
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 
+LINE_CAP = {"coefficient": 0.3, "shear_limit": 50.0}
 PULLED = [{"P": 400.0}, {"Qx": 15.0, "increments": 1}]
 
 
@@ -57,6 +61,19 @@ def test_partial_slip_is_refused(friction, path):
 def test_torque_has_no_closed_form():
     forms = forms_of({"coefficient": 0.1, "shear_limit": 100.0}, [{"P": 400.0}, {"Mz": 1.0}])
     assert forms.tangential(1) is None
+
+
+def test_a_shear_limit_far_below_the_friction():
+    """Coefficients beyond what matters change nothing."""
+    one, other = (
+        forms_of({"coefficient": mu, "shear_limit": 10.0}, [{"P": 400.0}, {"Qx": 1.0}], coupling="none").tangential(1)
+        for mu in (1e3, 1e6)
+    )
+    assert one is not None
+    assert other is not None
+    assert 0.28 < one.stick_radius < 0.29
+    assert other.stick_radius == pytest.approx(one.stick_radius, rel=1e-6)
+    assert other.displacements() == pytest.approx(one.displacements(), rel=1e-5)
 
 
 def test_a_round_formula_about_the_contact_has_one():
@@ -111,3 +128,42 @@ def test_a_force_beyond_is_warned_of():
 def test_validate_names_the_friction_of_stages(tmp_path):
     path = write_case(tmp_path, CASE.replace("{Qx: 20 N, increments: 4}", "{friction: 0.05}"))
     assert "stage 2: friction -> 0.05 in 1 increment (auto)\n" in invoke("validate", path).output
+
+
+class TestUnderBulkStress:
+    """Hills and Nowell's, and the shifted Cattaneo-Mindlin, hold for one coefficient alone."""
+
+    def test_line(self):
+        path = [{"P": 100.0}, {"Qx": 5.0, "bulk_2": {"xx": 20.0}}]
+        of_one, of_cap = (
+            set_up(line_case(friction=mu, bodies=SIMILAR, grid={"points": 32}, load_path=path)).closed_forms
+            for mu in (0.3, LINE_CAP)
+        )
+        assert of_one.shaken_down is not None
+        assert (of_cap.shaken_down, of_cap.smallest_stick) == (None, None)
+
+    def test_sphere(self):
+        path = [{"P": 400.0}, {"Qx": 24.0, "bulk_2": {"xx": 20.0, "yy": 0.0}}]
+        parts = {"coupling": "none", "bodies": NO_POISSON}
+        assert forms_of(0.1, path, **parts).smallest_stick is not None
+        forms = forms_of({"coefficient": 0.1, "shear_limit": 150.0}, path, **parts)
+        assert forms.smallest_stick is None
+        assert {form.source for form in forms.values()} == {"Hertz"}
+
+
+class TestLineContact:
+    def test_gross_slip_under_a_shear_limit(self):
+        """With t the limit over mu p0, int min(mu p, limit) dx = mu P (2/pi) (asin t + t sqrt(1 - t^2))."""
+        forms = set_up(
+            line_case(friction=LINE_CAP, bodies=SIMILAR, grid={"points": 32}, load_path=[{"P": 100.0}])
+        ).closed_forms
+        t = 50.0 / (0.3 * forms.widest.max_pressure)
+        expected = 30.0 * 2.0 / math.pi * (math.asin(t) + t * math.sqrt(1.0 - t**2))
+        assert forms.gross_slip(100.0) == (pytest.approx(expected, rel=1e-6), math.inf, None)
+
+    def test_it_is_warned_of(self):
+        path = [{"P": 100.0}, {"Qx": 15.0, "increments": 2}]
+        friction = {"expression": "0.1"}
+        setup = set_up(line_case(friction=friction, bodies=SIMILAR, grid={"points": 64}, load_path=path))
+        (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
+        assert warning.startswith("load_path.1.Qx: 15 N/mm is not below the 10 N/mm (int b dx) that friction carries")

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from line_cases import line_case
+from pydantic import ValidationError
 from small_cases import CASE, write_case
 from solving import build, solve
 
@@ -47,11 +49,29 @@ def test_formula_gives_means_over_cells():
     assert values[0] == pytest.approx(0.3 + GRID.y**2 + GRID.dy**2 / 12.0, rel=1e-4)
 
 
-@pytest.mark.parametrize("wrong", ["x", "1/(r > 2)", "sqrt(x)", "0.1 - 3*(r < 0.1)"])
+@pytest.mark.parametrize("wrong", ["x", "1/(r > 2)", "sqrt(x)", "0.1 - 3*(r < 0.1)", "0.1 - 0.2*(abs(x) < 0.01)"])
 def test_formula_must_be_a_coefficient_on_all_of_the_grid(wrong):
     with pytest.raises(CaseError, match=r"the coefficient is \S+ at x = .* a finite number >= 0 is needed") as caught:
         law_of(expression=wrong)
     assert caught.value.key == ("friction", "expression")
+
+
+def test_friction_in_places_too_small_to_be_tried_counts():
+    """Or the model would have no shear."""
+    formula = {"expression": "0.3*(abs(x - 0.15) < 0.002)"}
+    law = friction_law(build(friction=formula, grid={"points": 32}))
+    assert law is not None
+    assert law.largest > 0.0
+    state = solve(friction=formula, grid={"points": 32}, load_path=[{"P": 400.0}, {"Qx": 0.5, "increments": 1}])[-1]
+    assert state.summary.Qx == pytest.approx(0.5)
+    nowhere = friction_law(build(friction={"expression": "0"}, grid={"points": 32}))
+    assert nowhere is not None
+    assert nowhere.largest == 0.0
+
+
+def test_a_formula_of_a_line_contact_has_no_y():
+    with pytest.raises(ValidationError, match="a line contact has no y; a formula of x or r"):
+        line_case(friction={"expression": "0.1 + 0*y"}, grid={"points": 32})
 
 
 def test_running_in_by_slip_and_by_energy():
@@ -104,8 +124,9 @@ class TestMap:
 
     def test_must_be_there(self, tmp_path):
         path = write_case(tmp_path, CASE.replace("friction: 0.1", "friction: {map: none.npy, spacing: 1 um}"))
-        with pytest.raises(FileError, match="No such file"):
+        with pytest.raises(FileError, match=r"friction\.map: .*none.npy: the friction map .* No such file") as caught:
             set_up(load_case(path))
+        assert str(caught.value).startswith(f"{path}:")
 
 
 def test_fields_of_the_result():
