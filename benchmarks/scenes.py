@@ -28,7 +28,7 @@ PAPER = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 
 NO_POISSON = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0}, {young_modulus: 200 GPa, poisson_ratio: 0}]"
 PRESSED = "load_path=[{P: 400 N, increments: 4}]"
 PULLED = "load_path=[{P: 400 N, increments: 1}, {Qx: 36 N, increments: 4}]"
-TWISTED = "load_path=[{P: 400 N, increments: 1}, {Mz: 5 N*mm, Qx: 0 N, Qy: 0 N, increments: 4}]"
+TWISTED = "load_path=[{P: 400 N, increments: 1}, {Mz: 5 N mm, Qx: 0 N, Qy: 0 N, increments: 4}]"
 CYCLED = (
     "load_path=[{P: 400 N, increments: 1}, {Qx: 20 N, increments: 2},"
     " {cycle: {times: 3, stages: [{Qx: -20 N, increments: 2}, {Qx: 20 N, increments: 2}]}}]"

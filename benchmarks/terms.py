@@ -91,7 +91,7 @@ def path(mode: str, friction: float, torque: float) -> list[str]:
     rest = {
         "I": [f"{{Qx: {force} N}}", f"{{Qx: {-force} N}}", f"{{Qx: {force} N}}"],
         "II": [],
-        "III": [f"{{Mz: {torque} N*mm, Qx: 0 N, Qy: 0 N}}"],
+        "III": [f"{{Mz: {torque} N mm, Qx: 0 N, Qy: 0 N}}"],
     }[mode]
     return [f"{{P: {LOAD} N}}", *rest]
 

@@ -44,7 +44,7 @@ CASES, PAGE = ROOT / "cases", ROOT / "docs" / "trade.md"
 DPI = 200
 """Dots per inch of the pictures."""
 
-PRESS, PULL, TWIST = "{P: 400 N}", "{Qx: 36 N}", "{Mz: 5 N*mm, Qx: 0 N, Qy: 0 N}"
+PRESS, PULL, TWIST = "{P: 400 N}", "{Qx: 36 N}", "{Mz: 5 N mm, Qx: 0 N, Qy: 0 N}"
 MODES = {
     "I.2": ("mode1_similar", f"load_path=[{PRESS}, {PULL}]"),
     "I.3": ("mode1_dissimilar", f"load_path=[{PRESS}, {PULL}]"),

@@ -83,7 +83,7 @@ DRAWN = {
         points=48,
         more="coupling: none\noutput: {every: 6}\n",
     ),
-    "torsion": f'title: "{DRAWN_TITLE}"\n' + case_of("{P: 400 N}, {Mz: 5 N*mm, Qx: 0 N, Qy: 0 N, increments: 3}"),
+    "torsion": f'title: "{DRAWN_TITLE}"\n' + case_of("{P: 400 N}, {Mz: 5 N mm, Qx: 0 N, Qy: 0 N, increments: 3}"),
     "hertz": case_of(
         "{P: 100 N}, {P: 400 N, phi_y: 2e-3 rad}",
         surface="{ellipsoid: {radius_x: 10 mm, radius_y: 20 mm, angle: 30 deg, center: [0.03 mm, 0 mm]}}",

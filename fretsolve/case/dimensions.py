@@ -34,8 +34,8 @@ class Dimension:
 LENGTH = Dimension("a length", "mm", "mm", "10 mm")
 AREA = Dimension("an area", "mm^2", "mm^2", "0.28 mm^2")
 FORCE = Dimension("a force", "N", "N", "400 N")
-MOMENT = Dimension("a moment", "N*mm", "N mm", "5 N*mm")
-ENERGY = Dimension("an energy", "N*mm", "mJ", "0.014 N*mm")
+MOMENT = Dimension("a moment", "N mm", "N mm", "5 N mm")
+ENERGY = Dimension("an energy", "mJ", "mJ", "0.014 mJ")
 PRESSURE = Dimension("a pressure", "MPa", "MPa", "200 GPa")
 STRESS = Dimension("a stress", "MPa", "MPa", "70 MPa")
 ANGLE = Dimension("an angle", "rad", "rad", "0.1 deg")
@@ -43,8 +43,8 @@ TIME = Dimension("a time", "s", "s", "2 s")
 NUMBER = Dimension("a number", "", "1", "0.1")
 
 LINE_FORCE = Dimension("a force per length", "N/mm", "N/mm", "100 N/mm")
-LINE_MOMENT = Dimension("a moment per length", "N*mm/mm", "N mm/mm", "5 N*mm/mm")
-LINE_ENERGY = Dimension("an energy per length", "N*mm/mm", "mJ/mm", "0.014 N*mm/mm")
+LINE_MOMENT = Dimension("a moment per length", "N mm/mm", "N mm/mm", "5 N mm/mm")
+LINE_ENERGY = Dimension("an energy per length", "mJ/mm", "mJ/mm", "0.014 mJ/mm")
 LINE_AREA = Dimension("an area per length", "mm^2/mm", "mm^2/mm", "0.2 mm^2/mm")
 """In a line contact, per mm of its length."""
 

@@ -98,7 +98,7 @@ class StageSpec(CaseModel):
 
     @property
     def targets(self) -> tuple[tuple[str, float], ...]:
-        """The components that the stage moves, each with its new total (mm, N, N*mm, rad, MPa), and its friction."""
+        """The components that the stage moves, each with its new total (mm, N, N mm, rad, MPa), and its friction."""
         named = [(name, getattr(self, name)) for pair in PAIRS for name in pair]
         for body, stress in ((1, self.bulk_1), (2, self.bulk_2)):
             if stress is not None:

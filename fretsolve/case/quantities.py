@@ -90,7 +90,7 @@ COMMON_FACTORS = {
     ("kN", FORCE): 1e3,
     ("N/m", LINE_FORCE): 1e-3,
     ("kN/m", LINE_FORCE): 1.0,
-    ("N*m", MOMENT): 1e3,
+    ("N m", MOMENT): 1e3,
     ("GPa", PRESSURE): 1e3,
     ("mm^3/J", WEAR_COEFFICIENT): 1e-3,
     ("mm^3/(N*m)", WEAR_COEFFICIENT): 1e-3,
@@ -111,10 +111,11 @@ def _registry() -> Any:
 @functools.cache
 def _unit_factor(unit: str, dimension: Dimension) -> float:
     """Return one `unit` in the internal unit of `dimension`. Raises `QuantityError` for another dimension."""
-    if unit == dimension.unit:
+    spaced = re.sub(r"\s*[*·]\s*|\s+", " ", unit)  # N*mm is N mm
+    if spaced == dimension.unit:
         return 1.0
-    if (unit, dimension) in COMMON_FACTORS:
-        return COMMON_FACTORS[unit, dimension]
+    if (spaced, dimension) in COMMON_FACTORS:
+        return COMMON_FACTORS[spaced, dimension]
     import pint
 
     registry = _registry()
@@ -140,8 +141,8 @@ def _unit_factor(unit: str, dimension: Dimension) -> float:
 def _meant(unit: str, dimension: Dimension) -> str:
     """Return a question about a usual unit of the dimension that differs in capitals or a sign; empty without one."""
     usual = [dimension.unit, *(one for one, of in COMMON_FACTORS if of == dimension)]
-    plain = {one.replace("*", "").lower(): one for one in reversed(usual)}
-    found = plain.get(unit.replace("*", "").lower())
+    plain = {one.replace(" ", "").lower(): one for one in reversed(usual)}
+    found = plain.get(re.sub(r"[\s*·]", "", unit).lower())
     return f" (did you mean {found}?)" if found else ""
 
 

@@ -39,7 +39,7 @@ class CyclePass:
 class Stage:
     """A stage of the unrolled load path, numbered from 1.
 
-    key: where it stands in the case file; targets: components with their new totals (mm, N, N*mm, rad, MPa);
+    key: where it stands in the case file; targets: components with their new totals (mm, N, N mm, rad, MPa);
     increments: None for as many as the case needs; spacing: None for what goes with that. part: within `key`, where
     the components stand; cycle: the repetition of a cycle that it belongs to, if any; outer: which repetition of
     an outermost cycle, counted from 1 along the path, 0 for none.

@@ -100,7 +100,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         ("mu P", "Cattaneo-Mindlin") if not setup.case.friction_varies else ("int b dA", "slip from the rim")
     )
     if force and math.isfinite(force):
-        or_torque = f" or at Mz = {torque:.6g} N*mm" if math.isfinite(torque) else ""
+        or_torque = f" or at Mz = {torque:.6g} N mm" if math.isfinite(torque) else ""
         yield f"gross slip begins at Q = {limit} = {force:.6g} N{or_torque}"
     if displacement is not None:
         yield f"gross slip under Q begins at a displacement of {displacement:.6g} mm ({source})"

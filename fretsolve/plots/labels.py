@@ -127,7 +127,7 @@ class Unit(NamedTuple):
 def readable(unit: str, values: ArrayLike) -> Unit:
     """Return the unit in which the largest of `values`, given in `unit`, has few zeros."""
     if unit not in _SMALLER_UNITS:
-        return Unit(unit.replace("N mm", "N·mm").replace("^2", "²"), 1.0)
+        return Unit(unit.replace("^2", "²"), 1.0)
     sizes = np.abs(np.asarray(values, dtype=float))
     largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
     chosen = next((k for k in range(3) if largest * 1e3**k >= LEAST), 2 if largest else 0)

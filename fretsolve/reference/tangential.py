@@ -144,7 +144,7 @@ def lubkin(hertz: HertzContact, friction: float, torque: float, torsional_compli
 
     limit = gross_slip_torque(hertz, friction)
     if abs(torque) >= limit:
-        raise ValueError(f"the torque must be below that of gross slip, {limit:g} N.mm")
+        raise ValueError(f"the torque must be below that of gross slip, {limit:g} N mm")
     p0, a = hertz.max_pressure, hertz.contact_radius
 
     def excess(share: float) -> float:  # t = 1 - width s keeps small widths 1 - c/a exact

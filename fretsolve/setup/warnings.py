@@ -125,7 +125,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             unit = setup.case.dimensions[name].unit
             loads = f"{force:.6g} {unit} is not below the {most_force:.6g} {unit} ({limit})"
         elif Mz > most_torque:
-            name, loads = "Mz", f"{Mz:.6g} N*mm is not below the {most_torque:.6g} N*mm ({of_torque})"
+            name, loads = "Mz", f"{Mz:.6g} N mm is not below the {most_torque:.6g} N mm ({of_torque})"
         else:
             continue
         place = dotted(stage.place(name))

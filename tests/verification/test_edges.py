@@ -86,7 +86,7 @@ class TestGrossSliding:
         [
             ("{Qx: 40.5 N}", "Qx", "mu P = 40"),
             ("{Qy: -41 N, increments: 1}", "Qy", "mu P = 40"),
-            ("{Mz: 7.5 N*mm, increments: 3}", "Mz", "Mz = "),
+            ("{Mz: 7.5 N mm, increments: 3}", "Mz", "Mz = "),
             ("{Qx: 30 N, Qy: 30 N, increments: 1}", "Qx", "mu P = 40"),
         ],
     )
@@ -140,7 +140,7 @@ class TestUnloading:
 
 class TestGridEdge:
     def test_a_tilted_contact_that_leaves_the_grid(self, tmp_path):
-        text = CASE.replace("P: 400 N", "P: 400 N, My: 60 N*mm").replace("24}", "24, size: 0.75 mm}")
+        text = CASE.replace("P: 400 N", "P: 400 N, My: 60 N mm").replace("24}", "24, size: 0.75 mm}")
         error = failure(write_case(tmp_path, text))
         assert isinstance(error, GridEdgeError)
         assert "+x" in str(error)

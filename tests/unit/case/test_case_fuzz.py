@@ -29,7 +29,7 @@ scalars = st.one_of(
     st.integers(),
     st.floats(),
     st.text(max_size=8),
-    st.sampled_from(["1 N", "2 mm", "3 deg", "4 N*mm", "1 %", "auto", "rigid", "x", "mm"]),
+    st.sampled_from(["1 N", "2 mm", "3 deg", "4 N mm", "1 %", "auto", "rigid", "x", "mm"]),
 )
 keys = st.one_of(st.text(max_size=5), st.sampled_from([f for f in FRAGMENTS if f.isidentifier()]))
 values = st.recursive(

@@ -59,7 +59,7 @@ def test_increments_are_rounded_up_or_automatic(tmp_path: Path) -> None:
 
 
 def test_mean_and_several_components_in_phase(tmp_path: Path) -> None:
-    cycle = "{amplitude: {Qx: 20 N, Mz: -3 N*mm, bulk_2: {xx: 70 MPa}}, mean: {Qx: 5 N}, times: 1}"
+    cycle = "{amplitude: {Qx: 20 N, Mz: -3 N mm, bulk_2: {xx: 70 MPa}}, mean: {Qx: 5 N}, times: 1}"
     stages = case_of(tmp_path, cycle).stages()
     ends = [{"Qx": 25.0, "Mz": -3.0, "bulk_2_xx": 70.0}, {"Qx": -15.0, "Mz": 3.0, "bulk_2_xx": -70.0}]
     assert [dict(stage.targets) for stage in stages[1:]] == [ends[0], ends[1], ends[0]]

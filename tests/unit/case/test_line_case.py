@@ -20,7 +20,7 @@ ROUND_TRIPS = [
     LINE.replace("{cylinder: {radius: 10 mm}}", "{heights: {file: a.h5, dataset: z, unit: um, spacing: 2 um}}"),
     LINE.replace(", size: 0.28 mm", ", size: auto") + "reference_depth: 10 mm\n",
     LINE + "  - {bulk_1: {xx: 10 MPa}, bulk_2: {xx: -1}, increments: 3}\n",
-    LINE + "  - {cycle: {times: 2, stages: [{Qy: 3 N/m, My: 0.1 N*mm/mm}]}}\n",
+    LINE + "  - {cycle: {times: 2, stages: [{Qy: 3 N/m, My: 0.1 N mm/mm}]}}\n",
     LINE + "expect: [{quantity: work, value: 1 uJ/mm, abs: 1e-7}, {quantity: P, value: 1 kN/m, rel: 1 %, stage: 1}]\n",
 ]
 

@@ -124,7 +124,7 @@ def test_nested_cycles(tmp_path: Path) -> None:
 
 
 def test_stage_moves_several_components(tmp_path: Path) -> None:
-    text = MINIMAL.replace("[{P: 1}]", "[{Mz: 5 N*mm, delta_z: 2 um, phi_x: 0.1 deg, increments: auto}]")
+    text = MINIMAL.replace("[{P: 1}]", "[{Mz: 5 N mm, delta_z: 2 um, phi_x: 0.1 deg, increments: auto}]")
     (stage,) = load(tmp_path, text).stages()
     assert stage.increments is None
     assert dict(stage.targets) == pytest.approx({"delta_z": 2e-3, "phi_x": math.radians(0.1), "Mz": 5.0})

@@ -34,6 +34,10 @@ from fretsolve.case.quantities import COMMON_FACTORS, InUnits, QuantityError, sh
         ("200e3 N/mm**2", PRESSURE, 200e3),
         ("200e3 N/mm²", PRESSURE, 200e3),
         ("5 N*mm", MOMENT, 5.0),
+        ("5 N * mm", MOMENT, 5.0),
+        ("5 N*m", MOMENT, 5000.0),
+        ("5 N*mm", ENERGY, 5.0),
+        ("5 mJ", ENERGY, 5.0),
         ("5 N mm", MOMENT, 5.0),
         ("5 N·mm", MOMENT, 5.0),
         ("5 N.m", MOMENT, 5000.0),
@@ -57,7 +61,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
 @pytest.mark.parametrize(
     ("value", "dimension", "message"),
     [
-        ("5 N", MOMENT, "'5 N' is a force; a moment such as '5 N*mm' is needed"),
+        ("5 N", MOMENT, "'5 N' is a force; a moment such as '5 N mm' is needed"),
         ("5 mm", FORCE, "'5 mm' is a length; a force such as '400 N' is needed"),
         ("5 N*mm", FORCE, "'5 N*mm' is a moment; a force such as '400 N' is needed"),
         ("1 %", ANGLE, "'1 %' is a number; an angle such as '0.1 deg' is needed"),
@@ -69,7 +73,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
             " (per length with plane: strain, which makes a line contact)",
         ),
         ("5 N/m^3", FORCE, "'5 N/m^3' is a quantity in N/m^3; a force such as '400 N' is needed"),
-        ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm' (did you mean N*m?); a moment such as '5 N*mm' is needed"),
+        ("5 Nm", MOMENT, "'5 Nm' has the unknown unit 'Nm' (did you mean N m?); a moment such as '5 N mm' is needed"),
         ("20 degC", ANGLE, "'20 degC' has the unknown unit 'degC'; an angle such as '0.1 deg' is needed"),
         ("5 furlong", LENGTH, "'5 furlong' has the unknown unit 'furlong'; a length such as '10 mm' is needed"),
         ("mm", LENGTH, "'mm' has no number; a length such as '10 mm' is needed"),

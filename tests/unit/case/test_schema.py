@@ -112,7 +112,7 @@ def _keys(schema: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
 def test_quantities_tell_their_unit_and_every_key_has_an_example_default_or_choice() -> None:
     keys = _keys(area_schema())
     with_unit = {name: node["description"].partition(UNIT_NOTE)[2] for name, node in keys if "description" in node}
-    expected = {"radius": "mm", "P": "N", "young_modulus": "MPa", "Mz": "N*mm", "phi_z": "rad", "size": "mm", "rel": ""}
+    expected = {"radius": "mm", "P": "N", "young_modulus": "MPa", "Mz": "N mm", "phi_z": "rad", "size": "mm", "rel": ""}
     assert {name: with_unit[name] for name in expected} == expected
     assert {unit for unit in with_unit.values() if unit} <= {dimension.unit for dimension in DIMENSIONS}
     telling = {"examples", "default", "enum", "$ref"}

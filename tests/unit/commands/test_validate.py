@@ -35,7 +35,7 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
     assert "stage 2: Qx -> 20 N in 4 increments\n" in output
     assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 0.00906654 mm" in output
     assert "53.3 cells across the contact" in output
-    assert "gross slip begins at Q = mu P = 40 N or at Mz = 7.09467 N*mm" in output
+    assert "gross slip begins at Q = mu P = 40 N or at Mz = 7.09467 N mm" in output
     assert re.search(r"about \d+ MB of memory", output)
     assert messages == ""
 
@@ -66,7 +66,7 @@ def test_automatic_increments_are_printed(tmp_path: Path) -> None:
 
 
 def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
-    for path in ("[{P: 400 N, My: 20 N*mm}]", "[{P: 0 N}]"):
+    for path in ("[{P: 400 N, My: 20 N mm}]", "[{P: 0 N}]"):
         output, _ = validated(tmp_path, f"load_path={path}", "expect=[]", "grid.size=1 mm")
         assert "Hertz" not in output
     output, _ = validated(tmp_path, "surface={cone: {angle: 2 deg}}", "grid.size=1 mm")

@@ -30,8 +30,8 @@ surface: {sphere: {radius: 10 mm}}
 grid: {points: [26, 24]}
 friction: 0.1
 load_path:
-  - {P: 400 N, Mx: 4 N*mm, increments: 1}
-  - {Qx: 15 N, Mz: 0.5 N*mm, increments: 3}
+  - {P: 400 N, Mx: 4 N mm, increments: 1}
+  - {Qx: 15 N, Mz: 0.5 N mm, increments: 3}
 output: {fields: [pressure, shear, slip, zone, gap], every: 2}
 """
 """All six components move, and the bodies differ: whatever is left out of the surfaces opens a gap."""
@@ -183,7 +183,7 @@ def test_paraview_reads_xdmf_from_the_result_itself(paraview: Any, solved: Path,
 
 def test_where_there_is_no_material_points_are_hidden(paraview: Any, tmp_path: Path) -> None:
     text = CASE.replace("sphere: {radius: 10 mm}", "punch: {radius: 0.3 mm, edge_radius: 0.1 mm}")
-    text = text.replace("points: [26, 24]", "points: [26, 24], size: 0.8 mm").replace("Mx: 4 N*mm, ", "")
+    text = text.replace("points: [26, 24]", "points: [26, 24], size: 0.8 mm").replace("Mx: 4 N mm, ", "")
     out = solve(tmp_path, text, "complete")
     reader = paraview.get_reader(str(exported(out, "vtk", tmp_path / "punch.pvd", "--step", 1)))
     upper, lower = reader.read()

@@ -116,7 +116,7 @@ def test_torsion_is_a_loop_of_moment_over_rotation(results: dict[str, Result]) -
     result = results["torsion"]
     (axes,) = panels(plots.loop(result))
     assert axes.get_xlabel() == r"rotation about the z axis $\varphi_z$ (mrad)"
-    assert axes.get_ylabel() == r"torsional moment $M_z$ (N·mm)"
+    assert axes.get_ylabel() == r"torsional moment $M_z$ (N mm)"
     np.testing.assert_allclose(axes.lines[0].get_xdata(), 1e3 * result.history["phi_z"])
     np.testing.assert_allclose(axes.lines[0].get_ydata(), result.history["Mz"])
 

@@ -12,6 +12,6 @@ def test_units_keep_numbers_short() -> None:
     assert [(unit.text, unit.factor) for unit in lengths] == [("µm", 1e3), ("mm", 1.0), ("nm", 1e6), ("mm", 1.0)]
     assert (readable("rad", 1e-3).text, readable("N mm", 5.0).text, readable("mJ/mm^2", 1.0).text) == (
         "mrad",
-        "N·mm",
+        "N mm",
         "mJ/mm²",
     )

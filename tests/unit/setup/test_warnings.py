@@ -34,7 +34,7 @@ WARNINGS = {
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
     ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
     ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",
-    ("load_path.1={Mz: 7.1 N*mm}",): "load_path.1.Mz: 7.1 N*mm is not below the 7.09467 N*mm (3 pi mu P a/16)",
+    ("load_path.1={Mz: 7.1 N mm}",): "load_path.1.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
     ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "load_path.2: 30 N is not below the 20 N",
     ("load_path.0={delta_z: 9 um}", "load_path.1.Qx=40 N"): "is not below the 39.5604 N (mu P)",
     ("load_path.0.P=400 kN", "grid.size=18 mm"): "load_path: the contact is large against the radius (a/R = 0.3, p0/",
@@ -84,7 +84,7 @@ def test_missing_friction(tmp_path: Path) -> None:
 
 
 def test_no_warning_where_the_theory_does_not_apply(tmp_path: Path) -> None:
-    assert case_warnings(setup_of(tmp_path, "load_path.0={P: 400 N, My: 8 N*mm}", "grid.size=0.8 mm")) == []
+    assert case_warnings(setup_of(tmp_path, "load_path.0={P: 400 N, My: 8 N mm}", "grid.size=0.8 mm")) == []
     assert case_warnings(setup_of(tmp_path, "load_path.1={delta_x: 5 um}", "expect=[]")) == []
     assert case_warnings(setup_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
 
