@@ -10,14 +10,17 @@ from dataclasses import dataclass
 class Dimension:
     """A physical dimension.
 
-    noun: its name in messages; unit: the internal one, as a case file has it; stored: the same in a result file;
-    example: a value in a case file.
+    noun: its name in messages; unit: the internal one, empty for numbers; example: a value in a case file.
     """
 
     noun: str
     unit: str
-    stored: str
     example: str
+
+    @property
+    def stored(self) -> str:
+        """The unit in a result file."""
+        return self.unit or "1"
 
     @property
     def wanted(self) -> str:
@@ -31,24 +34,24 @@ class Dimension:
         return f"{value:g} {self.unit}".rstrip()
 
 
-LENGTH = Dimension("a length", "mm", "mm", "10 mm")
-AREA = Dimension("an area", "mm^2", "mm^2", "0.28 mm^2")
-FORCE = Dimension("a force", "N", "N", "400 N")
-MOMENT = Dimension("a moment", "N mm", "N mm", "5 N mm")
-ENERGY = Dimension("an energy", "mJ", "mJ", "0.014 mJ")
-PRESSURE = Dimension("a pressure", "MPa", "MPa", "200 GPa")
-STRESS = Dimension("a stress", "MPa", "MPa", "70 MPa")
-ANGLE = Dimension("an angle", "rad", "rad", "0.1 deg")
-TIME = Dimension("a time", "s", "s", "2 s")
-NUMBER = Dimension("a number", "", "1", "0.1")
+LENGTH = Dimension("a length", "mm", "10 mm")
+AREA = Dimension("an area", "mm^2", "0.28 mm^2")
+FORCE = Dimension("a force", "N", "400 N")
+MOMENT = Dimension("a moment", "N mm", "5 N mm")
+ENERGY = Dimension("an energy", "mJ", "0.014 mJ")
+PRESSURE = Dimension("a pressure", "MPa", "200 GPa")
+STRESS = Dimension("a stress", "MPa", "70 MPa")
+ANGLE = Dimension("an angle", "rad", "0.1 deg")
+TIME = Dimension("a time", "s", "2 s")
+NUMBER = Dimension("a number", "", "0.1")
 
-LINE_FORCE = Dimension("a force per length", "N/mm", "N/mm", "100 N/mm")
-LINE_MOMENT = Dimension("a moment per length", "N mm/mm", "N mm/mm", "5 N mm/mm")
-LINE_ENERGY = Dimension("an energy per length", "mJ/mm", "mJ/mm", "0.014 mJ/mm")
-LINE_AREA = Dimension("an area per length", "mm^2/mm", "mm^2/mm", "0.2 mm^2/mm")
+LINE_FORCE = Dimension("a force per length", "N/mm", "100 N/mm")
+LINE_MOMENT = Dimension("a moment per length", "N mm/mm", "5 N mm/mm")
+LINE_ENERGY = Dimension("an energy per length", "mJ/mm", "0.014 mJ/mm")
+LINE_AREA = Dimension("an area per length", "mm^2/mm", "0.2 mm^2/mm")
 """In a line contact, per mm of its length."""
 
-ENERGY_PER_AREA = Dimension("an energy per area", "mJ/mm^2", "mJ/mm^2", "1 mJ/mm^2")
+ENERGY_PER_AREA = Dimension("an energy per area", "mJ/mm^2", "1 mJ/mm^2")
 """1 mJ/mm^2 is 1 N/mm."""
 
 WEAR_COEFFICIENT = Dimension("a wear coefficient", "mm^3/(N*mm)", "mm^3/(N mm)", "1e-4 mm^3/J")
@@ -56,6 +59,32 @@ WEAR_COEFFICIENT = Dimension("a wear coefficient", "mm^3/(N*mm)", "mm^3/(N mm)",
 
 DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA, WEAR_COEFFICIENT, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""
+
+
+SMALLER_UNITS = {
+    "mm": ("mm", "um", "nm"),
+    "mJ": ("mJ", "uJ", "nJ"),
+    "mJ/mm": ("mJ/mm", "uJ/mm", "nJ/mm"),
+    "mJ/mm^2": ("mJ/mm^2", "uJ/mm^2", "nJ/mm^2"),
+    "rad": ("rad", "mrad", "urad"),
+}
+"""Units of a result, each with those that are 1000 and 1e6 times smaller."""
+
+LEAST_SHOWN = 0.1
+"""A unit is used if the largest value is at least this much of it."""
+
+
+def smaller_unit(unit: str, largest: float) -> tuple[str, float]:
+    """Return the unit in which `largest`, a size in `unit`, has few zeros, and the factor that converts to it."""
+    units = SMALLER_UNITS.get(unit, (unit,))
+    chosen = next((k for k in range(len(units)) if largest * 1e3**k >= LEAST_SHOWN), len(units) - 1 if largest else 0)
+    return units[chosen], 1e3**chosen
+
+
+def in_small_unit(value: float, digits: int = 6) -> str:
+    """Write a displacement in mm with the unit that suits it, such as ``9.06654 um``."""
+    unit, factor = smaller_unit("mm", abs(value))
+    return f"{factor * value:.{digits}g} {unit}"
 
 
 def counted(number: int, noun: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -28,11 +29,20 @@ works on. One of each pair is imposed at a time."""
 
 TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
 
+DISPLACEMENTS = ("delta_z", "delta_x", "delta_y")
+"""Those that are lengths. Text for people has them in um where they are small; files have mm."""
+
 BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for body in (1, 2)}
 """The bulk stresses of each body."""
 
 SHEARING = TANGENTIAL.union(*BULK.values())
 """Loads, displacements and stresses of a stage that shear the contact."""
+
+
+def moment_sign(names: Sequence[str]) -> str:
+    """Return what positive values of `names`, Mx or My or both, mean."""
+    axes = ("y" if name == "Mx" else "x" for name in names)
+    return f"{', '.join(names)} > 0 is more pressure at {', '.join(axes)} > 0"
 
 
 def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import NUMBER, percent
-from fretsolve.case.history import DIMENSIONS_BY_NAME
+from fretsolve.case.dimensions import LENGTH, NUMBER, Dimension, in_small_unit, percent
+from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -59,9 +59,17 @@ def stage_lines(setup: ProblemSetup) -> Iterator[str]:
     stages, path = setup.case.stages(), setup.load_path
     for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_LISTED]:
         dimensions = {**DIMENSIONS_BY_NAME, **setup.case.dimensions, "friction": NUMBER}
-        targets = ", ".join(f"{name} -> {value:g} {dimensions[name].unit}".rstrip() for name, value in stage.targets)
+        targets = ", ".join(f"{name} -> {_target(value, dimensions[name])}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
         chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
     if len(stages) > MOST_STAGES_LISTED:
         yield f"... and {len(stages) - MOST_STAGES_LISTED} more stages, up to stage {len(stages)}"
+    moments = [name for name in ("Mx", "My") if any(name in dict(stage.targets) for stage in stages)]
+    if moments:
+        yield moment_sign(moments)
+
+
+def _target(value: float, dimension: Dimension) -> str:
+    """Return the value that a stage moves a component to, small displacements in um."""
+    return in_small_unit(value) if dimension is LENGTH else f"{value:g} {dimension.unit}".rstrip()

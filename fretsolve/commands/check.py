@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+from fretsolve.case.dimensions import smaller_unit
+from fretsolve.case.history import DISPLACEMENTS
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Expectation
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
@@ -56,12 +58,13 @@ class Comparison:
     def cells(self) -> tuple[str, ...]:
         """Return the row under `HEADINGS`. Deviations have the form of the tolerance: in per cent or with a unit."""
         value, unit = self.expected.value, self.expected.dimensions[self.expected.quantity].unit
-        factor, of = (1.0, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
+        unit, scale = smaller_unit(unit, abs(value)) if self.expected.quantity in DISPLACEMENTS else (unit, 1.0)
+        factor, of = (scale, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
         found, deviation = "not reached", "-"
         if self.found is not None:
-            found, deviation = f"{self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
+            found, deviation = f"{scale * self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
         allowed = f"{factor * self.allowed:.3g} {of}"
-        row = (f"{value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
+        row = (f"{scale * value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
         return str(self.stage), self.expected.quantity, *map(str.rstrip, row)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import yaml
 
+from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.loading import read_case
 from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
@@ -91,7 +92,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         if not hertz.is_circle:
             size = f"semi-axes {hertz.semi_axes[0]:.6g} and {hertz.semi_axes[1]:.6g} mm"
     yield f"\n# {source} at the largest load"
-    yield f"P = {contact.load:.6g} N: {size}, {name} = {pressure:.6g} MPa, delta_z = {contact.delta_z:.6g} mm"
+    yield f"P = {contact.load:.6g} N: {size}, {name} = {pressure:.6g} MPa, delta_z = {in_small_unit(contact.delta_z)}"
     yield f"{ratio}, {name}/E* = {pressure / modulus:.3g}, E* = {modulus:.6g} MPa"
     if hertz is not None:
         yield f"{cells_across(setup):.1f} cells across the contact"
@@ -103,7 +104,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         or_torque = f" or at Mz = {torque:.6g} N mm" if math.isfinite(torque) else ""
         yield f"gross slip begins at Q = {limit} = {force:.6g} N{or_torque}"
     if displacement is not None:
-        yield f"gross slip under Q begins at a displacement of {displacement:.6g} mm ({source})"
+        yield f"gross slip under Q begins at a displacement of {in_small_unit(displacement)} ({source})"
     if (pair := setup.case.friction.pair) is not None:
         first, second = (friction * contact.load for friction in pair)
         yield f"gross slip begins at Q = {first:.6g} N along the first axis, {second:.6g} N along the second"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fretsolve.case.dimensions import smaller_unit
 from fretsolve.result.cycles import CycleTable
 from fretsolve.result.state import ERROR_SUFFIX
 
@@ -34,8 +35,9 @@ def cycle_columns(table: CycleTable) -> list[tuple[str, ...]]:
     found = [("", name, "", *map(str, table.columns[name][rows].tolist())) for name in ("cycle", "stage")]
     for name, heading in HEADINGS.items():
         if _tells(table, name):
-            units = table.units[name]
-            found.append((*heading, "" if units == "1" else units, *(_cell(table, name, int(row)) for row in rows)))
+            units, factor = _unit(table, name)
+            cells = (_cell(table, name, int(row), factor) for row in rows)
+            found.append((*heading, "" if units == "1" else units, *cells))
     return found
 
 
@@ -50,8 +52,15 @@ def _tells(table: CycleTable, name: str) -> bool:
     return bool((np.abs(values) > LEAST_DRIFT * scale).any())
 
 
-def _cell(table: CycleTable, name: str, row: int) -> str:
-    value = table.columns[name][row]
+def _unit(table: CycleTable, name: str) -> tuple[str, float]:
+    """Return the unit of a column and the factor to it; lengths are displacements, which are in um where small."""
+    if table.units[name] != "mm":
+        return table.units[name], 1.0
+    return smaller_unit("mm", float(np.nan_to_num(np.abs(table.columns[name])).max(initial=0.0)))
+
+
+def _cell(table: CycleTable, name: str, row: int, factor: float) -> str:
+    value = factor * table.columns[name][row]
     text = "-" if np.isnan(value) else f"{value:.4g}"
-    bar = table.columns[name + ERROR_SUFFIX][row] if name + ERROR_SUFFIX in table.columns else np.nan
+    bar = factor * table.columns[name + ERROR_SUFFIX][row] if name + ERROR_SUFFIX in table.columns else np.nan
     return f"{text} ± {bar:.1e}" if np.isfinite(bar) and bar > 1e-14 * abs(value) else text

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fretsolve.case.dimensions import counted
+from fretsolve.case.dimensions import counted, in_small_unit, smaller_unit
+from fretsolve.case.history import DISPLACEMENTS, moment_sign
 from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
 from fretsolve.result import Result
@@ -109,12 +110,19 @@ def history_tables(
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
     shown: list[TextColumn] = []
     for name in relevant_columns(result) if columns is None else columns:
-        least = round_off(result, name)
-        cells = ("0" if abs(value) <= least else f"{value:.4g}" for value in result.history[name][rows])
-        shown.append((*_heading(name), result.units(name), *cells))
+        least, (unit, factor) = round_off(result, name), unit_for_people(result, name)
+        cells = ("0" if abs(value) <= least else f"{factor * value:.4g}" for value in result.history[name][rows])
+        shown.append((*_heading(name), unit, *cells))
     if columns is None:
         shown.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
     return [_table([*fixed, *part]) for part in _split(shown, width - sum(map(_width, fixed)))]
+
+
+def unit_for_people(result: Result, name: str) -> tuple[str, float]:
+    """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um."""
+    if name not in DISPLACEMENTS:
+        return result.units(name), 1.0
+    return smaller_unit(result.units(name), float(np.nan_to_num(np.abs(result.history[name])).max(initial=0.0)))
 
 
 def _cycle_tables(result: Result, width: int) -> list[Table]:
@@ -197,14 +205,15 @@ def _error_table(result: Result) -> list[Table]:
     corrected, its_errors = zip(*(_last_with_error(result, name + CORRECTED_SUFFIX) for name in names), strict=True)
     if any(text not in ("", "unknown", value) for text, value in zip(corrected, values, strict=True)):
         columns += [("corrected for", "increments", "", *corrected), ("estimated", "error", "", *its_errors)]
-    return [_table([*columns, ("", "units", "", *map(result.units, names))])]
+    return [_table([*columns, ("", "units", "", *(unit_for_people(result, name)[0] for name in names))])]
 
 
 def _last_with_error(result: Result, name: str) -> tuple[str, str]:
     """Return the last value of a column of the history and its estimated error, empty if there is no such column."""
     if name not in result.history:
         return "", ""
-    value, error = (float(result.history[column][-1]) for column in (name, name + ERROR_SUFFIX))
+    _, factor = unit_for_people(result, name.removesuffix(CORRECTED_SUFFIX))
+    value, error = (factor * float(result.history[column][-1]) for column in (name, name + ERROR_SUFFIX))
     return "unknown" if math.isnan(value) else f"{value:.6g}", _error_text(value, error)
 
 
@@ -244,13 +253,15 @@ def _totals(result: Result) -> list[str]:
 
 def _point_of_load(result: Result) -> list[str]:
     """Return a line on where P acts at the end, if the pressure has a moment about the origin."""
-    shown, force = relevant_columns(result), float(result.history["P"][-1])
-    if not force or not {"Mx", "My"} & set(shown):
+    force, relevant = float(result.history["P"][-1]), relevant_columns(result)
+    moments = {name: axis for name, axis in (("My", "x"), ("Mx", "y")) if name in relevant}
+    if not force or not moments:
         return []
-    x, y = (float(result.history[name][-1]) / force for name in ("My", "Mx"))
-    where = f"x = My/P = {x:.4g} mm" if "My" in shown else "x = 0"
-    where += f", y = Mx/P = {y:.4g} mm" if "Mx" in shown else ""
-    return [f"at the end P acts at {where}; My > 0 is more pressure at x > 0"]
+    places = [
+        f"{axis} = {name}/P = {in_small_unit(float(result.history[name][-1]) / force, 4)}"
+        for name, axis in moments.items()
+    ]
+    return [f"at the end P acts at {', '.join(places)}; {moment_sign(list(moments))}"]
 
 
 def _worst_residuals(result: Result) -> DoubleArray:

@@ -25,13 +25,13 @@ def require_supported(control: LoadControl, separation: FloatArray, grid: Grid) 
         if mx or my:
             raise ContactLostError("no contact can carry a moment at P = 0", "Mx" if mx else "My")
         return
-    for name, mode, moment, axis, centers in (("Mx", 1, mx, 0, grid.y), ("My", 2, my, 1, grid.x)):
+    for name, mode, moment, along, axis, centers in (("Mx", 1, mx, "y", 0, grid.y), ("My", 2, my, "x", 1, grid.x)):
         if not control.forced[mode]:
             continue
         reached = centers[material.any(axis=axis)]
         if not reached.min() <= moment / load <= reached.max():
             raise ContactLostError(
-                f"the load acts at {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
+                f"the load acts at {along} = {name}/P = {moment / load:.6g} mm, outside of the potential contact area"
                 f" ({reached.min():.6g} to {reached.max():.6g} mm), so no equilibrium exists",
                 name,
             )

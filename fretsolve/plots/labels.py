@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
+from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
@@ -45,17 +47,14 @@ CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 CLOSED_FORM_POINTS: dict[str, Any] = {"color": "0.78", "linestyle": "", "marker": "o", "markersize": 8.0, "zorder": 1.5}
 """Options of values of a closed form that no curve joins."""
 
-LEAST = 0.1
-"""A unit is used if the largest value is at least this much of it."""
-
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}
 _COMPONENTS = {name for names in (*PAIRS, *BULK.values()) for name in names}
 _LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
 _SHORT_NAMES = {
-    "Mx": "moment about x",
-    "My": "moment about y",
+    "Mx": r"moment $\int y\,p\,dA$ =",
+    "My": r"moment $\int x\,p\,dA$ =",
     "contact_radius": "contact radius",
     "stick_radius": "stick radius",
     "work_total": "dissipated energy",
@@ -64,15 +63,6 @@ _SHORT_NAMES = {
     **{name: f"bulk stress {name[-2:]} in body {body}" for body, names in BULK.items() for name in names},
 }
 """Names that fit on an axis, of columns whose meaning is told at length."""
-
-_SMALLER_UNITS = {
-    "mm": ("mm", "µm", "nm"),
-    "mJ": ("mJ", "µJ", "nJ"),
-    "mJ/mm": ("mJ/mm", "µJ/mm", "nJ/mm"),
-    "mJ/mm^2": ("mJ/mm²", "µJ/mm²", "nJ/mm²"),
-    "rad": ("rad", "mrad", "µrad"),
-}
-"""Units of the result, each with those that are 1000 and 1e6 times smaller."""
 
 
 @dataclass(frozen=True)
@@ -126,12 +116,9 @@ class Unit(NamedTuple):
 
 def readable(unit: str, values: ArrayLike) -> Unit:
     """Return the unit in which the largest of `values`, given in `unit`, has few zeros."""
-    if unit not in _SMALLER_UNITS:
-        return Unit(unit.replace("^2", "²"), 1.0)
     sizes = np.abs(np.asarray(values, dtype=float))
-    largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
-    chosen = next((k for k in range(3) if largest * 1e3**k >= LEAST), 2 if largest else 0)
-    return Unit(_SMALLER_UNITS[unit][chosen], 1e3**chosen)
+    text, factor = smaller_unit(unit, float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)))
+    return Unit(re.sub("^u", "µ", text).replace("^2", "²"), factor)
 
 
 def unit_of(result: Result, name: str, largest: float | None = None) -> Unit:

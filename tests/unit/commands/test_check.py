@@ -39,13 +39,19 @@ def test_negative_value_has_a_positive_tolerance() -> None:
     assert comparison.cells() == ("1", "Qx", "-2 N", "-2.01 N", "-0.5 %", "1 %", "yes")
 
 
+def test_displacements_stand_in_a_unit_that_suits_them() -> None:
+    wanted = Expectation.model_validate({"quantity": "delta_x", "value": "1.5 um", "abs": "0.1 um"})
+    row = Comparison(wanted, 1, 1.52e-3).cells()
+    assert row == ("1", "delta_x", "1.5 um", "1.52 um", "+0.02 um", "0.1 um", "yes")
+
+
 def test_all_as_expected(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     result = invoke("check", case)
     assert result.exit_code == 0
     lines = [line.split() for line in result.stdout.splitlines()]
     assert lines[1] == ["stage", "quantity", "expected", "found", "deviation", "allowed", "ok"]
-    assert lines[2][:4] == ["2", "delta_z", "0.009066544", "mm"]
+    assert lines[2][:4] == ["2", "delta_z", "9.066544", "um"]
     assert lines[2][-3:] == ["1", "%", "yes"]
     assert lines[3] == ["1", "Qx", "0", "N", "0", "N", "+0", "N", "1e-06", "N", "yes"]
     assert lines[-1] == ["1", "of", "1", "cases", "as", "expected"]
@@ -111,7 +117,7 @@ def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
     }
     failure = suites[str(various["1"])].find("testcase/failure")
     assert failure is not None
-    assert failure.get("message", "").startswith("0.0093 mm expected, 0.0090")
+    assert failure.get("message", "").startswith("9.3 um expected, 9.0")
     error = suites[str(various["3"])].find("testcase/error")
     assert error is not None
     assert error.get("type") == "SlidingError"

@@ -33,7 +33,7 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
     assert "64 x 64 cells of 0.01129 x 0.01129 mm on 0.7227 x 0.7227 mm (auto)" in output
     assert "stage 1: P -> 400 N in 1 increment\n" in output
     assert "stage 2: Qx -> 20 N in 4 increments\n" in output
-    assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 0.00906654 mm" in output
+    assert "P = 400 N: a = 0.301107 mm, p0 = 2106.49 MPa, delta_z = 9.06654 um" in output
     assert "53.3 cells across the contact" in output
     assert "gross slip begins at Q = mu P = 40 N or at Mz = 7.09467 N mm" in output
     assert re.search(r"about \d+ MB of memory", output)
@@ -69,6 +69,7 @@ def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
     for path in ("[{P: 400 N, My: 20 N mm}]", "[{P: 0 N}]"):
         output, _ = validated(tmp_path, f"load_path={path}", "expect=[]", "grid.size=1 mm")
         assert "Hertz" not in output
+        assert ("\nMy > 0 is more pressure at x > 0\n" in output) is ("My" in path)
     output, _ = validated(tmp_path, "surface={cone: {angle: 2 deg}}", "grid.size=1 mm")
     assert "Hertz" not in output
 
@@ -146,7 +147,7 @@ def test_flat_round_punch_has_its_closed_form(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", "{punch: {radius: 1 um}}"))
     done = invoke("validate", case, "--set", "load_path=[{P: 4 N}]", "--set", "expect=[]")
     assert done.exit_code == 0
-    told = "P = 4 N: a = 0.001 mm, mean pressure = 1.27324e+06 MPa, delta_z = 0.0182 mm\n"
+    told = "P = 4 N: a = 0.001 mm, mean pressure = 1.27324e+06 MPa, delta_z = 18.2 um\n"
     assert f"# Boussinesq at the largest load\n{told}" in done.stdout  # P/(pi a^2), P/(2 E* a)
     assert "load_path: the punch goes deep against its radius (delta_z/a = 18," in done.stderr
     rounded = invoke("validate", case, "--set", "surface.punch.edge_radius=0.1 um")

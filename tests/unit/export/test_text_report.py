@@ -88,7 +88,8 @@ def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     assert max(map(len, lines)) <= 120
     assert sum("step" in line and "stage" in line for line in lines) > 1
     assert "…" not in "".join(lines)
-    assert sum(line.count("-0.0001235") for line in lines) == 3 * len(names)
+    assert sum(line.count("-0.0001235") for line in lines) == 3 * (len(names) - 1)
+    assert sum(line.count("-0.1235") for line in lines) == 3  # delta_y, in um
 
 
 def test_failed_and_stopped_results(tmp_path: Path) -> None:
@@ -131,4 +132,4 @@ def test_it_says_where_p_acts_if_the_pressure_has_a_moment(tmp_path: Path) -> No
     assert not [line for line in printed(made_up(tmp_path)) if "P acts at" in line]
     result = made_up(tmp_path, P=400.0, My=2.0)
     (line,) = [line for line in printed(result) if "P acts at" in line]
-    assert line == "at the end P acts at x = My/P = 0.005 mm; My > 0 is more pressure at x > 0"
+    assert line == "at the end P acts at x = My/P = 5 um; My > 0 is more pressure at x > 0"
