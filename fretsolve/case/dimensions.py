@@ -54,8 +54,8 @@ LINE_AREA = Dimension("an area per length", "mm^2/mm", "0.2 mm^2/mm")
 ENERGY_PER_AREA = Dimension("an energy per area", "mJ/mm^2", "1 mJ/mm^2")
 """1 mJ/mm^2 is 1 N/mm."""
 
-WEAR_COEFFICIENT = Dimension("a wear coefficient", "mm^3/(N*mm)", "mm^3/(N mm)", "1e-4 mm^3/J")
-"""1 mm^3/J is 1e-3 mm^3/(N*mm)."""
+WEAR_COEFFICIENT = Dimension("a wear coefficient", "mm^3/(N mm)", "1e-4 mm^3/J")
+"""1 mm^3/J is 1e-3 mm^3/(N mm)."""
 
 DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA, WEAR_COEFFICIENT, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""

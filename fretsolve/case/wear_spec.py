@@ -43,8 +43,8 @@ class WearSpec(CaseModel):
     k: Annotated[float, InUnits(WEAR_COEFFICIENT, above=0)] | None = Field(
         default=None,
         description="worn volume of both bodies per normal force and path of slip, with law: archard, such as 1e-7"
-        " mm^3/(N*mm)",
-        examples=["1e-7 mm^3/(N*mm)"],
+        " mm^3/(N mm)",
+        examples=["1e-7 mm^3/(N mm)"],
     )
     exponent: Annotated[float, InUnits(NUMBER, above=0, most=3)] | None = Field(
         default=None,

@@ -60,7 +60,7 @@ def test_cycles_of_one_block(tmp_path):
     ("wear", "message"),
     [
         ("{law: energy, alpha: -1e-4 mm^3/J}", "wear.alpha: '-1e-4 mm^3/J' is out of range; a wear coefficient > 0"),
-        ("{law: energy, alpha: 0}", "wear.alpha: 0 is out of range; a wear coefficient > 0 mm^3/(N*mm) is needed"),
+        ("{law: energy, alpha: 0}", "wear.alpha: 0 is out of range; a wear coefficient > 0 mm^3/(N mm) is needed"),
         ("{law: energy, alpha: .inf}", "wear.alpha: inf is not finite"),
         ("{law: energy, alpha: 3 MPa}", "wear.alpha: '3 MPa' is a pressure; a wear coefficient such as '1e-4 mm^3/J'"),
         ("{law: energy}", "wear.alpha: missing; needed: worn volume of both bodies per dissipated energy"),

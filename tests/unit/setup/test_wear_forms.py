@@ -92,7 +92,7 @@ def test_where_no_closed_form_tells(parts):
 
 def test_lines_of_partial_slip():
     head, stands, first, partial, limit, explicit, left_out = wear_lines(worn("Qx", 36.0, 1e6, jump=1e6))
-    assert head == "\n# wear by the dissipated energy: alpha = 1e-07 mm^3/(N*mm), 50 % in body 1, 50 % in body 2"
+    assert head == "\n# wear by the dissipated energy: alpha = 1e-07 mm^3/(N mm), 50 % in body 1, 50 % in body 2"
     assert stands == "stages 3 to 4 stand for 1e+06 cycles, in jumps of 1e+06"
     assert first.startswith("at first a cycle dissipates 0.01414 mJ and wears 1.414e-09 mm^3, ")
     assert partial.startswith("partial slip outside of c = 0.1398 mm; all cycles at that rate would wear 0.001414 mm^3")
@@ -104,7 +104,7 @@ def test_lines_of_partial_slip():
 def test_lines_of_gross_slip():
     wear = {"law": "archard", "k": 1e-8, "share": [0.2, 0.8]}
     head, stands, _, gross, scar, *_ = wear_lines(worn("delta_x", 10e-3, 1e4, wear=wear))
-    assert head.endswith("wear by pressure and slip (Archard): k = 1e-08 mm^3/(N*mm), 20 % in body 1, 80 % in body 2")
+    assert head.endswith("wear by pressure and slip (Archard): k = 1e-08 mm^3/(N mm), 20 % in body 1, 80 % in body 2")
     assert stands == "stages 3 to 4 stand for 10000 cycles, in jumps by a tolerance of 1 %"
     assert gross.startswith("gross slip over 0.0178 mm in half a cycle; all cycles wear V = 0.001459 mm^3")
     assert scar.startswith("at their end (V/V0 = 2.26) the scar has a = 0.4035 mm")
