@@ -36,8 +36,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
                 require_fatigue(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
-            if setup.friction is not None:
-                setup.friction.on(setup.grid)  # as the run will have it
+            setup.friction_on_grid()  # as the run will have it
             print(*report(setup), "", sep="\n", flush=True)
             print_warnings(path, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:

@@ -88,14 +88,16 @@ class FrictionOnGrid:
             return spec.coefficient
         return coefficient
 
-    def require_known(self, pressure: FloatArray, case: Case) -> None:
-        """Raise CaseError where the contact has reached cells of which the map does not give the coefficient."""
-        if self.unknown is not None and (pressure[self.unknown] > 0.0).any():
-            raise case.source.problem(
-                "the contact reaches places of which the map gives no coefficient, beyond its end or in its holes; take"
-                " a map that covers the contact",
-                ("friction", "map"),
-            )
+    def require_known(self, contact: BoolArray, grid: Grid, case: Case) -> None:
+        """Raise CaseError where cells in contact, (nx, ny), are among those of which a map gives no coefficient."""
+        if self.unknown is None or not (without := self.unknown & contact).any():
+            return
+        i, j = np.argwhere(without)[0].tolist()
+        raise case.source.problem(
+            "the contact reaches places of which the map gives no coefficient, beyond its end or in its holes, as at"
+            f" x = {grid.x[i]:.4g} mm, y = {grid.y[j]:.4g} mm; take a map that covers the contact",
+            ("friction", "map"),
+        )
 
 
 def friction_law(case: Case) -> FrictionLaw | None:

@@ -14,11 +14,16 @@ from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import TINY
 from fretsolve.errors import WeakeningError
+from fretsolve.reference.hertz import HertzContact
 from fretsolve.result.state import Fields
 from fretsolve.system.arrays import DoubleArray
 
 MOST_STEPS, CLOSE = 30, 1e-3
 """Power steps, and the change at which the eigenvalue is known well enough."""
+
+OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
+"""Eigenvalue over w0 a S/4 where the fall goes with Hertz's pressure and with its square, w0 in the middle; by
+`largest_growth` on 128 x 128 points."""
 
 
 def fall_per_slip(spec: FrictionSpec, before: Fields) -> DoubleArray | None:
@@ -53,6 +58,16 @@ def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
         if abs(found - before) <= CLOSE * found:
             break
     return found
+
+
+def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float) -> float:
+    """Return the eigenvalue on Hertz's contact of a sphere before any slip; compliance: the tangential one (1/MPa)."""
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return 0.0
+    drop, arm = (spec.initial - spec.final) * hertz.max_pressure, 0.25 * compliance * hertz.contact_radius
+    if spec.slip:
+        return OF_PRESSURE * drop / spec.slip * arm
+    return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
 
 
 def require_stable(spec: FrictionSpec, before: Fields, operator: ElasticOperator) -> None:

@@ -127,6 +127,26 @@ def contact_size(
     return AREA_MARGIN * float(extent[0]), AREA_MARGIN * float(extent[1])
 
 
+def surely_in_contact(
+    surfaces: Sequence[Surface], compliances: Compliances, load: LoadControl, grid: Grid, center: Size
+) -> tuple[Grid, BoolArray] | None:
+    """Return a coarse grid on the area of `grid`, and its cells in frictionless contact but those at the edge.
+
+    None where the coarse cells miss a surface, or the area is too small to carry the load.
+    """
+    from scipy.ndimage import binary_erosion
+
+    if line := isinstance(grid, LineGrid):
+        coarse: Grid = LineGrid.of_length(min(TRIAL_LINE_POINTS, grid.nx), grid.size[0], center[0])
+    else:
+        coarse = Grid.from_size((min(TRIAL_POINTS, grid.nx), min(TRIAL_POINTS, grid.ny)), grid.size, center)
+    try:
+        contact = _contact(separation(surfaces, coarse.x, coarse.y), compliances, load, coarse)
+    except CaseError:
+        return None
+    return None if contact is None else (coarse, binary_erosion(contact, np.ones((3, 1 if line else 3))))
+
+
 def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], key: KeyPath) -> float:
     """Return a side (mm) of the order of a surface's contact, where the search begins; 1 mm without contact."""
     if surface.kind == "punch":
@@ -173,7 +193,7 @@ def _extent(
 
 
 def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid: Grid) -> BoolArray | None:
-    """Return the cells in contact on a trial grid; None where the grid is too small to carry the load."""
+    """Return the cells in frictionless contact on a trial grid; None where the grid is too small to carry the load."""
     # Imported here, since most cases are sized by a formula.
     from fretsolve.elastic.operator_on_grid import operator_on
     from fretsolve.solvers.normal import NormalSolver

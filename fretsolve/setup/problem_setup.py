@@ -16,16 +16,19 @@ from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms import ClosedForms, Load
-from fretsolve.setup.contact_size import Size, automatic_size
+from fretsolve.setup.contact_size import Size, automatic_size, surely_in_contact
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.friction.law import FrictionLaw
+    from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
 
 SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
+
+MOST_TRIED_LOADS = 20
+"""Normal loads of a path, the largest ones, under which a map of friction is required to cover the contact."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,28 @@ class ProblemSetup:
             raise self.case.source.problem(error.message, error.key) from None
         except FileError as error:
             raise _of_the_case(error, self.case) from None
+
+    def friction_on_grid(self) -> FrictionOnGrid | None:
+        """Return the friction law on the grid, None where friction is one coefficient.
+
+        Raises CaseError where the coefficient is not one, or where a map does not give it on the contact.
+        """
+        if self.friction is None:
+            return None
+        law = self.friction.on(self.grid)
+        if law.unknown is not None and law.unknown.any():
+            self._require_friction_in_contact(self.friction)
+        return law
+
+    def _require_friction_in_contact(self, friction: FrictionLaw) -> None:
+        """Raise CaseError where the contact at the end of a stage surely reaches where a map gives no coefficient."""
+        case, compliances = self.case, self.model.compliances
+        loads = sorted(set(self.load_path.normal_loads()), key=lambda load: load.values, reverse=True)
+        for load in loads[:MOST_TRIED_LOADS]:
+            found = surely_in_contact(case.surface, compliances, load, self.grid, case.grid.center)
+            if found is not None:
+                coarse, contact = found
+                friction.on(coarse).require_known(contact, coarse, case)
 
 
 def _of_the_case(error: FileError, case: Case) -> FileError:

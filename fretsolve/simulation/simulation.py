@@ -80,7 +80,7 @@ def states_of(
     kernels = load(setup.compiled)
     arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
     contact = _line_contact(setup, *arguments) if setup.model.line else _area_contact(setup, *arguments)
-    friction = None if setup.friction is None else setup.friction.on(setup.grid)
+    friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
     summaries, plans = list(history), measured_plans()
@@ -106,7 +106,7 @@ def states_of(
                 begin = with_mismatch(begin, increment.stretch, setup.grid)
             solved = contact.solver.solve(increment, begin)
             if friction is not None:
-                friction.require_known(solved.solution.pressure, setup.case)
+                friction.require_known(solved.solution.pressure > 0.0, setup.grid, setup.case)
         except NoSolutionError as error:
             _locate(error, setup, increment)
             raise

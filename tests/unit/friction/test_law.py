@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import invoke
 from line_cases import line_case
 from pydantic import ValidationError
 from small_cases import CASE, write_case
@@ -121,6 +122,27 @@ class TestMap:
             list(run(load_case(self.case(tmp_path, values))))
         values[5, 6], values[0, 0] = 0.2, np.nan
         assert len(list(run(load_case(self.case(tmp_path, values))))) == 5
+
+    def test_hole_in_the_contact_is_found_before_the_run(self, tmp_path):
+        values = np.full((11, 11), 0.2)
+        values[5, 6] = np.nan
+        path = self.case(tmp_path, values)
+        result = invoke("validate", path)
+        assert result.exit_code == 2
+        assert "the contact reaches places of which the map gives no coefficient" in result.output
+        with pytest.raises(CaseError, match=r"as at x = \S+ mm, y = \S+ mm; take a map that covers the contact"):
+            next(run(load_case(path)))
+
+    def test_end_of_a_map_in_a_line_contact(self, tmp_path):
+        np.savetxt(tmp_path / "mu.txt", np.full(30, 0.3))
+        for spacing, covers in ((20e-3, True), (2e-3, False)):  # of a contact of 0.21 mm
+            friction = {"map": str(tmp_path / "mu.txt"), "spacing": spacing}
+            setup = set_up(line_case(friction=friction, grid={"points": 64}))
+            if covers:
+                assert setup.friction_on_grid() is not None
+            else:
+                with pytest.raises(CaseError, match="take a map that covers the contact"):
+                    setup.friction_on_grid()
 
     def test_must_be_there(self, tmp_path):
         path = write_case(tmp_path, CASE.replace("friction: 0.1", "friction: {map: none.npy, spacing: 1 um}"))

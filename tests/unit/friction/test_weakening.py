@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from fretsolve.errors import WeakeningError
 from fretsolve.friction.weakening import fall_per_slip, largest_growth
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.setup.warnings import case_warnings
 
 PATH = [{"P": 400.0}, {"delta_x": 1e-3, "increments": 4}]
 FALLING = {"initial": 0.3, "final": 0.1, "slip": "0.1 um"}
@@ -56,3 +58,19 @@ def test_too_fast_a_fall_is_refused_unless_allowed():
     assert len(allowed) == 5
     slow = solve(friction={**FALLING, "slip": "10 um"}, grid={"points": 24}, load_path=PATH)
     assert math.isfinite(slow[-1].summary.work_total)
+
+
+@pytest.mark.parametrize("scale", ["slip", "energy"])
+def test_validate_warns_of_it_where_the_run_ends(scale):
+    """The scale that the warning asks for holds, a twentieth less does not."""
+    parts = {"bodies": NO_POISSON, "grid": {"points": 64}, "load_path": [*PATH[:1], {"delta_x": 1e-6, "increments": 1}]}
+    friction = {"initial": 0.3, "final": 0.1, scale: 1e-9}
+    (warning,) = (text for text in case_warnings(set_up(build(friction=friction, **parts))) if "friction" in text)
+    match = re.fullmatch(rf"friction\.{scale}: friction falls .* ends the run; (\S+) (mm|mJ/mm\^2) or more .*", warning)
+    assert match is not None
+    enough = 1.01 * float(match[1])
+    assert len(solve(friction={**friction, scale: enough}, **parts)) == 2
+    with pytest.raises(WeakeningError):
+        solve(friction={**friction, scale: 0.95 * enough}, **parts)
+    for spec in ({**friction, "weakening": "allow"}, {**friction, "final": 0.4}, {**friction, scale: enough}):
+        assert not [text for text in case_warnings(set_up(build(friction=spec, **parts))) if "friction" in text]
