@@ -17,7 +17,7 @@ from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_tab
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.warnings import case_warnings, cells_across
+from fretsolve.setup.warnings import case_warnings, cells_across, cylinder_contact
 from fretsolve.system.progress import print_warnings
 
 if TYPE_CHECKING:
@@ -137,13 +137,19 @@ def _sphere_under_bulk(setup: ProblemSetup) -> str:
 
 
 def cylinder_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield Hertz's line contact of a cylinder of finite length, which holds away from its ends."""
-    if setup.closed_forms.cylinder is None:
+    """Yield Hertz's line contact of a cylinder, which its ends on an area disturb, and the force of gross slip."""
+    contact, modulus = cylinder_contact(setup), setup.model.compliances.contact_modulus
+    if contact is None:
         return
-    per_length, half_width, pressure = setup.closed_forms.cylinder
-    yield "\n# Hertz's line contact at the largest load, away from the ends of the cylinder"
-    yield f"P/length = {per_length:.6g} N/mm: half-width a = {half_width:.6g} mm, p0 = {pressure:.6g} MPa"
-    yield f"p0/E* = {pressure / setup.model.compliances.contact_modulus:.3g}, {cells_across(setup):.1f} cells across it"
+    yield "\n# Hertz's line contact at the largest load, as if the cylinder had no ends"
+    a, p0 = contact.half_width, contact.max_pressure
+    yield f"P/length = {contact.load:.6g} N/mm: half-width a = {a:.6g} mm, p0 = {p0:.6g} MPa"
+    yield f"a/R = {a / contact.radius:.3g}, p0/E* = {p0 / modulus:.3g}, E* = {modulus:.6g} MPa"
+    yield f"{cells_across(setup):.1f} cells across the contact"
+    yield "the ends carry more than that, and the middle some per cent less"
+    force, _, _ = setup.closed_forms.gross_slip(max(load.get("P", 0.0) for load in setup.closed_forms.loads))
+    if force and math.isfinite(force):
+        yield f"gross slip begins at Q = mu P = {force:.6g} N"
 
 
 def line_form_lines(setup: ProblemSetup) -> Iterator[str]:

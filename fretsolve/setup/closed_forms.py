@@ -34,6 +34,7 @@ from fretsolve.reference.hertz import (
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
 
 if TYPE_CHECKING:
+    from fretsolve.reference.line import HertzLine
     from fretsolve.setup.friction_forms import FrictionForms
 
 Load = Mapping[str, float]
@@ -106,14 +107,17 @@ class ClosedForms:
             Rx = Ry = surface.radius
         elif surface is not None and surface.kind == "ellipsoid":
             Rx, Ry, angle = surface.radius_x, surface.radius_y, surface.angle
+        elif surface is not None and surface.kind == "cylinder" and surface.crown_radius is not None:
+            Rx, Ry, angle = surface.crown_radius, surface.radius, surface.axis
         else:
             return None
         if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
             return None
         if Rx == Ry:
             contact = round_contact(surface, self._modulus, name, value)
-            return contact if isinstance(contact, HertzContact) else None
-        return replace(hertz_elliptic(value, Rx, Ry, self._modulus), angle=angle)
+            return contact if isinstance(contact, HertzContact) and _is_within(surface, contact) else None
+        ellipse = replace(hertz_elliptic(value, Rx, Ry, self._modulus), angle=angle)
+        return ellipse if _is_within(surface, ellipse) else None
 
     @cached_property
     def largest(self) -> HertzContact | None:
@@ -167,20 +171,20 @@ class ClosedForms:
 
         return FrictionForms(FrictionOnContact(self.case, self.case.surface[0].center, coefficient), hertz)
 
-    @property
-    def cylinder(self) -> tuple[float, float, float] | None:
-        """Return load per length (N/mm), half-width (mm) and largest pressure (MPa) of a cylinder of finite length.
+    def cylinder(self, endless: float | None) -> HertzLine | None:
+        """Return Hertz's line contact of a straight cylinder at the largest load, as away from its ends; else None.
 
-        They are Hertz's at the largest load, away from its ends; None for anything else.
+        endless: the length (mm) that counts of a cylinder without ends.
         """
         surface, load = self._only_surface, max(load.get("P", 0.0) for load in self.loads)
-        if surface is None or surface.kind != "cylinder" or surface.length is None or surface.crown_radius is not None:
+        if surface is None or surface.kind != "cylinder" or surface.crown_radius is not None:
             return None
-        if surface.radius <= 0.0 or load <= 0.0:
+        length = surface.length or endless
+        if length is None or surface.radius <= 0.0 or load <= 0.0:
             return None
-        per_length = load / surface.length
-        half_width = hertz_line_half_width(per_length, surface.radius, self._modulus)
-        return per_length, half_width, 2.0 * per_length / (math.pi * half_width)
+        from fretsolve.reference.line import HertzLine  # other cases need none of it
+
+        return HertzLine(load / length, surface.radius, self._modulus)
 
     def contact_width(self, endless: float) -> float | None:
         """Return the shorter side (mm) of the largest contact, by Hertz or Love; of a punch its whole face.
@@ -327,6 +331,13 @@ class ClosedForms:
     @property
     def _only_surface(self) -> Surface | None:
         return self.case.surface[0] if len(self.case.surface) == 1 else None
+
+
+def _is_within(surface: Surface, contact: HertzContact) -> bool:
+    """Return whether a contact ends before a crowned cylinder does."""
+    if surface.kind != "cylinder" or surface.length is None:
+        return True
+    return contact.semi_axes[0] < 0.5 * surface.length - (surface.end_radius or 0.0)
 
 
 def _is_tilted(load: Load) -> bool:

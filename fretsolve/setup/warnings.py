@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS
 from fretsolve.errors import dotted
-from fretsolve.model.edges import rounding
+from fretsolve.model.edges import CYLINDER_END, depth_in_rounding, rounding
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
@@ -20,8 +21,12 @@ from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
-FEWEST_CELLS, FEWEST_STICK_CELLS = 20, 3
-"""Cells across the contact below which results are off by per cents; across the stick zone for its size to count."""
+if TYPE_CHECKING:
+    from fretsolve.reference.line import HertzLine
+
+FEWEST_CELLS, FEWEST_STICK_CELLS, FEWEST_END_CELLS = 20, 3, 2
+"""Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in the
+contact with the rounding of a cylinder's end, with which the pressure there is 5 % too low."""
 
 LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
@@ -168,10 +173,14 @@ def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_edges(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of roundings that fit into a cell."""
+    """Warn of sharp ends, and of roundings that cells do not resolve."""
     side = max(setup.grid.dx, setup.grid.dy)
+    if (line := cylinder_contact(setup)) is not None:
+        yield from _about_end(setup, line)
     for place, surface in enumerate(setup.case.surface):
         radius = rounding(surface)
+        if surface.kind == "cylinder" and surface.crown_radius and setup.closed_forms.largest is not None:
+            continue  # the contact ends before the cylinder
         if surface.kind == "cylinder" and radius == 0.0:
             key = setup.case.source.problem("", ("surface", place, "cylinder", "length")).key
             yield (
@@ -185,6 +194,41 @@ def _about_edges(setup: ProblemSetup) -> Iterator[str]:
                 f"{dotted(key)}: the rounding of {radius:.3g} mm fits into a cell of {side:.3g} mm, so that the edge"
                 " counts as sharp: the largest pressure is much too small"
             )
+
+
+def _about_end(setup: ProblemSetup, contact: HertzLine) -> Iterator[str]:
+    """Warn of the ends of a cylinder that reaches the grid's edge, or whose rounding the contact hardly enters."""
+    surface, grid = setup.case.surface[0], setup.grid
+    if surface.kind != "cylinder":
+        return
+    if surface.length is None:
+        key = setup.case.source.problem("", ("surface", 0, "cylinder")).key
+        yield (
+            f"{dotted(key)}: it has no ends, so that it ends at the grid's edge, where the pressure is infinite and"
+            " the largest one depends on the grid; plane: strain has no ends, length ends it within the grid"
+        )
+        return
+    radius, modulus = surface.end_radius or 0.0, setup.model.compliances.contact_modulus
+    cell = math.hypot(grid.dx * math.cos(surface.axis), grid.dy * math.sin(surface.axis))
+    depth = depth_in_rounding(CYLINDER_END * contact.max_pressure * math.sqrt(contact.half_width), radius, modulus)
+    if radius >= max(grid.dx, grid.dy) and depth < FEWEST_END_CELLS * cell:
+        key = setup.case.source.problem("", ("surface", 0, "cylinder", "end_radius")).key
+        yield (
+            f"{dotted(key)}: the contact reaches about {depth:.2g} mm into the rounding of the ends, and"
+            f" cells are {cell:.2g} mm along the cylinder: the largest pressure, there, depends on the grid"
+        )
+
+
+def cylinder_contact(setup: ProblemSetup) -> HertzLine | None:
+    """Return Hertz's line contact of a straight cylinder on an area; one without ends ends with the grid."""
+    if setup.model.line:
+        return None
+    surface, grid = setup.case.surface[0], setup.grid
+    endless = None
+    if surface.kind == "cylinder" and surface.length is None and setup.case.grid.size is not None:
+        along = (abs(math.cos(surface.axis)), abs(math.sin(surface.axis)))
+        endless = min(side / part for side, part in zip(grid.size, along, strict=True) if part > 1e-9)
+    return setup.closed_forms.cylinder(endless)
 
 
 def _about_heights(setup: ProblemSetup) -> Iterator[str]:
@@ -265,6 +309,8 @@ def _about_yield(setup: ProblemSetup) -> Iterator[str]:
     pressure, factor = 0.0, SPHERE_YIELD
     if setup.closed_forms.largest is not None:
         pressure = setup.closed_forms.largest.max_pressure
+    elif (line := cylinder_contact(setup)) is not None:
+        pressure, factor = line.max_pressure, LINE_YIELD
     elif setup.model.line:
         from fretsolve.setup.line_forms import LineClosedForms
 
@@ -281,7 +327,9 @@ def _about_yield(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_line(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of a line contact that is too large for the theory or for the grid."""
+    """Warn of the contact of a cylinder or of a line that is too large for the theory or for the grid."""
+    if (line := cylinder_contact(setup)) is not None:
+        yield from _about_width(line.half_width / line.radius)
     if not setup.model.line:
         return
     from fretsolve.setup.line_forms import LineClosedForms
@@ -289,11 +337,8 @@ def _about_line(setup: ProblemSetup) -> Iterator[str]:
     forms, grid, surface = setup.closed_forms, setup.grid, setup.case.surface[0]
     if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:
         return
-    if surface.kind == "cylinder" and contact.half_width > LARGEST_SIZE * surface.radius:
-        yield (
-            f"load_path: the contact is large against the radius (a/R = {contact.half_width / surface.radius:.2g}):"
-            f" {HOLD_TO} a/R = {LARGEST_SIZE:g}; are all units right?"
-        )
+    if surface.kind == "cylinder":
+        yield from _about_width(contact.half_width / surface.radius)
     reach = abs(surface.center[0] - grid.x0) + contact.half_width
     if setup.case.grid.size is not None and reach > 0.5 * grid.size[0] - 1.5 * grid.dx:
         advised = f"{2.0 * AREA_MARGIN * reach:.3g} mm"
@@ -327,6 +372,14 @@ def _about_wear(setup: ProblemSetup) -> Iterator[str]:
         yield (
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
             f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"
+        )
+
+
+def _about_width(share: float) -> Iterator[str]:
+    if share > LARGEST_SIZE:
+        yield (
+            f"load_path: the contact is large against the radius (a/R = {share:.2g}):"
+            f" {HOLD_TO} a/R = {LARGEST_SIZE:g}; are all units right?"
         )
 
 

@@ -10,8 +10,8 @@ from small_cases import CASE, UNLIKE, write_case
 from solving import build
 
 from fretsolve import load_case
-from fretsolve.setup.problem_setup import set_up
-from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.setup.warnings import case_warnings, cylinder_contact
 
 FINE = CASE.replace("points: 16", "points: 64")
 CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))
@@ -22,14 +22,15 @@ def setup_of(folder: Path, *sets: str, text: str = FINE) -> object:
     return set_up(load_case(write_case(folder, text), sets))
 
 
+LONG = "radius: 10 mm, length: 8 mm, end_radius: 4 mm"
 WARNINGS = {
     ("grid.points=16",): "grid.points: only 13.3 cells across the contact; 20 or more",
     ("surface={cone: {angle: 2 deg}}", "grid.points=16"): "grid.points: only 13.3 cells across",
     (PRESSED, "grid={points: 64, size: 40 mm}"): "grid.points: only 0.96 cells across the contact; 20 or more",
     ("surface={punch: {radius: 0.2 mm}}", "grid={points: 64, size: 200 mm}"): "grid.points: only 0.13 cells across",
     (PRESSED, "surface={cone: {angle: 2 deg}}", "grid={points: 64, size: 8 mm}"): "grid.points: only 4.1 cells across",
-    ("surface={cylinder: {radius: 10 mm, axis: x}}", "grid={points: 64, size: [9 mm, 0.5 mm]}"): "only 18.3 cells",
-    ("surface={cylinder: {radius: 10 mm, axis: y}}", "grid={points: 64, size: [0.5 mm, 9 mm]}"): "only 18.3 cells",
+    (f"surface={{cylinder: {{{LONG}, axis: x}}}}", "grid={points: [512, 60], size: [9 mm, 0.5 mm]}"): "only 18.2 cells",
+    (f"surface={{cylinder: {{{LONG}, axis: y}}}}", "grid={points: [60, 512], size: [0.5 mm, 9 mm]}"): "only 18.2 cells",
     ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
     ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
@@ -135,12 +136,46 @@ def test_yield_is_told_where_a_body_gives_its_yield_stress(limit: float, warned:
         assert found[0].startswith("bodies.1.yield_stress: p0 = 2106 MPa is above 1.6 times the yield stress, 2080 MPa")
 
 
+def cylinder_setup(points: int = 64, size: object = "auto", **options: object) -> ProblemSetup:
+    """A cylinder of 10 mm along y under 200 N."""
+    surface = {"cylinder": {"radius": 10.0, "axis": "y", **options}}
+    return set_up(build(surface=surface, grid={"points": [48, points], "size": size}, load_path=[{"P": 200.0}]))
+
+
 def test_sharp_ends_of_a_cylinder_are_told() -> None:
-    cylinder = {"cylinder": {"radius": 10.0, "axis": "y", "length": 2.0}}
-    setup = set_up(build(surface=cylinder, grid={"points": [48, 64]}, load_path=[{"P": 200.0}]))
+    setup = cylinder_setup(length=2.0)
     assert any(text.startswith("surface.0.cylinder.length: the ends of the cylinder") for text in case_warnings(setup))
     # Hertz's line contact under 100 N/mm, as in a line contact
-    assert setup.closed_forms.cylinder == pytest.approx((100.0, 0.107641, 591.431), rel=1e-5)
-    rounded = {"cylinder": cylinder["cylinder"] | {"end_radius": 0.2}}
-    setup = set_up(build(surface=rounded, grid={"points": [48, 64]}, load_path=[{"P": 200.0}]))
-    assert not any("ends of the cylinder" in text for text in case_warnings(setup))
+    contact = cylinder_contact(setup)
+    assert contact is not None
+    found = (contact.load, contact.half_width, contact.max_pressure)
+    assert found == pytest.approx((100.0, 0.107641, 591.431), rel=1e-5)
+
+
+def test_rounded_ends_are_told_where_cells_do_not_resolve_the_contact_in_them() -> None:
+    """The contact reaches 0.02 mm into roundings of 0.5 mm; cells of 0.01 mm show 0.96 of the pressure there."""
+    beginning = "surface.0.cylinder.end_radius: the contact reaches about 0.019 mm into the rounding of the ends"
+    for points, told in ((64, True), (160, False)):
+        warnings = case_warnings(cylinder_setup(points, length=2.0, end_radius=0.5))
+        assert any(text.startswith(beginning) for text in warnings) == told
+        assert not any("ends of the cylinder are sharp" in text for text in warnings)
+
+
+def test_cylinder_without_ends_ends_with_the_grid() -> None:
+    setup = cylinder_setup(size=[0.4, 2.0])
+    contact = cylinder_contact(setup)
+    assert contact is not None and contact.load == pytest.approx(100.0)
+    assert any("it has no ends, so that it ends at the grid's edge" in text for text in case_warnings(setup))
+
+
+def test_crowned_cylinder_is_an_ellipsoid_unless_it_reaches_its_ends() -> None:
+    ellipsoid = {"ellipsoid": {"radius_x": 10.0, "radius_y": 1000.0}}
+    same = set_up(build(surface=ellipsoid, grid={"points": 64}, load_path=[{"P": 200.0}])).closed_forms.largest
+    crowned = cylinder_setup(crown_radius=1000.0)
+    found = crowned.closed_forms.largest
+    assert found is not None and same is not None
+    assert (found.max_pressure, found.delta_z) == pytest.approx((same.max_pressure, same.delta_z), rel=1e-9)
+    assert found.half_extent == pytest.approx(same.half_extent, rel=1e-9)
+    assert cylinder_setup(crown_radius=1000.0, length=4.0).closed_forms.largest == found
+    assert not case_warnings(cylinder_setup(crown_radius=1000.0, length=4.0))
+    assert cylinder_setup(crown_radius=1000.0, length=2.0).closed_forms.largest is None
