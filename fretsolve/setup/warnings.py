@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from fretsolve.reference.line import HertzLine
 
 FEWEST_CELLS, FEWEST_STICK_CELLS, FEWEST_END_CELLS = 20, 3, 2
-"""Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in the
-contact with the rounding of a cylinder's end, with which the pressure there is 5 % too low."""
+"""Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in
+the contact with the rounding of a cylinder's end, with which the pressure there is 5 % too low."""
 
 LARGEST_SIZE = 0.1
 """Contact radius over radius of curvature up to which a half-space and a paraboloid stand for the body. The strains are
