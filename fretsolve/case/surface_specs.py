@@ -67,6 +67,13 @@ class CylinderSurface(_SurfaceModel):
         default=None, description="radius of the crown along the axis", examples=["1000 mm"]
     )
 
+    @property
+    def straight_length(self) -> float | None:
+        """Length (mm) between the roundings of the ends, of all of it where these leave no more; None without ends."""
+        if self.length is None:
+            return None
+        return self.length - 2.0 * (self.end_radius or 0.0) or self.length
+
     @model_validator(mode="after")
     def _ends_fit(self) -> Self:
         if self.end_radius is not None and self.length is None:

@@ -77,8 +77,11 @@ def profiles(
     names = chosen_fields(snapshots, PROFILE_FIELDS)
     lines = _lines(result, at or middle(snapshots[-1]))
     with canvas(ax, len(lines) * len(names), (3.7, 2.1), columns=len(lines), share="row") as drawn:
-        panels = zip(drawn.axes, itertools.product(names, lines), strict=False)
+        panels = list(zip(drawn.axes, itertools.product(names, lines), strict=False))
         components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
+        for axes, (name, _) in panels:
+            if name == "pressure":
+                axes.set_ylim(bottom=0.0)  # once both panels of the row have their curves
         drawn.heading(title_of(result))
         # each label once, closed forms last
         labelled = [pair for axes in drawn.axes for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
@@ -136,6 +139,4 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
     ylabel = " ".join([FIELD_NAMES[name], *of_vector, f"({unit.text})"])
     axes.set(xlim=(low, high), xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)
-    if name == "pressure":
-        axes.set_ylim(bottom=0.0)
     return len(components)

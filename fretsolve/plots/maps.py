@@ -255,7 +255,7 @@ def set_x_ticks(axes: Axes) -> None:
     width = panel_width(axes)
     narrow = width < 3.0 * LABEL_WIDTH
     most_ticks = max(4, int(width / LABEL_HEIGHT)) if narrow else int(width / LABEL_WIDTH)
-    axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=1))
+    axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=2))
     axes.tick_params(axis="x", labelrotation=90.0 if narrow else 0.0)
 
 

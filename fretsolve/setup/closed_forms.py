@@ -179,7 +179,7 @@ class ClosedForms:
         surface, load = self._only_surface, max(load.get("P", 0.0) for load in self.loads)
         if surface is None or surface.kind != "cylinder" or surface.crown_radius is not None:
             return None
-        length = surface.length or endless
+        length = surface.straight_length or endless
         if length is None or surface.radius <= 0.0 or load <= 0.0:
             return None
         from fretsolve.reference.line import HertzLine  # other cases need none of it
@@ -201,7 +201,7 @@ class ClosedForms:
         if surface.kind == "cone":
             return 2.0 * love_cone(load, surface.angle, self._modulus).contact_radius
         if surface.kind == "cylinder" and surface.crown_radius is None and surface.radius > 0.0:
-            return 2.0 * hertz_line_half_width(load / (surface.length or endless), surface.radius, self._modulus)
+            return 2.0 * hertz_line_half_width(load / (surface.straight_length or endless), surface.radius, self._modulus)
         return None
 
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:

@@ -53,6 +53,13 @@ def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -
     assert [int(re.findall(r"\d+", text)[0]) for text in labels] == ends
 
 
+def test_panels_of_a_row_show_all_of_the_pressure(results: dict[str, Result]) -> None:
+    across = panels(plots.profiles(results["fretting"], at=(0.0, 0.2)))[1]  # higher than along x at y = 0.2 mm
+    largest = max(np.nanmax(line.get_ydata()) for line in across.lines)
+    assert across.get_ylim()[0] == 0.0
+    assert across.get_ylim()[1] > largest
+
+
 def test_profiles_of_a_line_have_the_slip_by_its_closed_form(tmp_path: Path) -> None:
     """Also after a reversal, under force and bulk stress in phase."""
     words = LINE.replace("points: 64", "points: 256").replace("increments: 4", "bulk_2: {xx: 142 MPa}")
