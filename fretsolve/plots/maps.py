@@ -273,9 +273,9 @@ def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
 def draw_arrows(axes: Axes, result: Result, vectors: DoubleArray, box: Bbox) -> None:
     """Draw arrows of equal length along `vectors` (2, nx, ny), except where they are below 3 % of the longest."""
     inside = cells_inside(result, box)
-    # 17 arrows along the longer side, at about equal distances along x and y, whatever the cells
+    # 17 arrows along the longer side, or 7 along the shorter one, at about equal distances, whatever the cells
     cells = cell_size(result.x), cell_size(result.y)
-    apart = max(*cells, max(box.width, box.height) / 17.0)
+    apart = max(*cells, min(max(box.size) / 17.0, min(box.size) / 7.0))
     every = [max(1, math.ceil(apart / cell - 0.3)) for cell in cells]
     chosen = [indices[(len(indices) - 1) % n // 2 :: n] for indices, n in zip(inside, every, strict=True)]
     i, j = np.meshgrid(*chosen, indexing="ij")
