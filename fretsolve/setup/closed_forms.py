@@ -201,7 +201,8 @@ class ClosedForms:
         if surface.kind == "cone":
             return 2.0 * love_cone(load, surface.angle, self._modulus).contact_radius
         if surface.kind == "cylinder" and surface.crown_radius is None and surface.radius > 0.0:
-            return 2.0 * hertz_line_half_width(load / (surface.straight_length or endless), surface.radius, self._modulus)
+            per_length = load / (surface.straight_length or endless)
+            return 2.0 * hertz_line_half_width(per_length, surface.radius, self._modulus)
         return None
 
     def tangential(self, stage: int, center: tuple[float, float] | None = None) -> CyclicLoading | None:
