@@ -208,6 +208,7 @@ class IncrementSolver:
             shear = np.zeros(shear.shape)
             shear[region.cells] = work.shear
         work.pressure, work.shear = pressure, shear
+        work.slipping = None  # the shear that was found shows better which cells slip
 
     def _own(self, shear: FloatArray) -> FloatArray:
         """Return a copy to work in, if there may be shear."""

@@ -13,7 +13,7 @@ from solving import DISSIMILAR, build
 from fretsolve import load_case, run
 from fretsolve.elastic import convolution
 from fretsolve.errors import CaseError, GridEdgeError, SlidingError
-from fretsolve.simulation.simulation import _has_trend, set_up
+from fretsolve.simulation.simulation import _has_trend, set_up, states_of
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -224,6 +224,14 @@ def test_an_estimate_by_the_increment_before_saves_applications(monkeypatch):
     applications = [sum(state.summary.operator_applications for state in found) for found in (estimated, plain)]
     assert applications[0] < 0.95 * applications[1]
     assert estimated[-1].summary.work_total == pytest.approx(plain[-1].summary.work_total, rel=1e-5)
+
+
+def test_a_contact_outgrows_the_region_that_its_slip_was_estimated_for():
+    path = [{"P": 376.0, "increments": 6}]
+    setup = set_up(build(bodies=DISSIMILAR, grid={"points": [8, 80], "size": 0.9}, load_path=path))
+    found = list(states_of(setup, measured=lambda _: True))  # whose increments are estimated by the ones before
+    assert len(found) == 6
+    assert all(state.summary.worst_residual <= setup.case.solver.tolerance for state in found)
 
 
 def test_work_is_the_sum_of_its_density():
