@@ -35,6 +35,12 @@ DISPLACEMENTS = ("delta_z", "delta_x", "delta_y")
 BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for body in (1, 2)}
 """The bulk stresses of each body."""
 
+SPOTS = ("spots", "small_spots")
+"""The numbers of spots of contact."""
+
+FEWEST_SPOT_CELLS = 10
+"""Cells of a spot below which its area and loads are rough."""
+
 SHEARING = TANGENTIAL.union(*BULK.values())
 """Loads, displacements and stresses of a stage that shear the contact."""
 
@@ -56,7 +62,8 @@ class Summary:
 
     Forces and moments are those transmitted through the contact; displacements and rotations those of
     body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
-    Bulk stresses are columns only in results of cases that have one.
+    Bulk stresses are columns only in results of cases that have one, spots in those of several surfaces or of a height
+    map; -1 stands for what was not counted.
     """
 
     step: int = field(metadata=_of(NUMBER, "increment, counted from 0"))
@@ -117,6 +124,8 @@ class Summary:
     bulk_2_xx: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xx in body 2, tensile"))
     bulk_2_yy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress yy in body 2, tensile"))
     bulk_2_xy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xy in body 2"))
+    spots: int = field(default=-1, metadata=_of(NUMBER, "spots of contact, whose cells touch at sides or corners"))
+    small_spots: int = field(default=-1, metadata=_of(NUMBER, f"spots of fewer than {FEWEST_SPOT_CELLS} cells"))
 
     @property
     def worst_residual(self) -> float:
@@ -148,7 +157,7 @@ LINE_MEANINGS = {
 HISTORY_DIMENSIONS: dict[str, Dimension] = {
     name: dimension
     for name, dimension in DIMENSIONS_BY_NAME.items()
-    if name not in ("step", "stage", *BULK[1], *BULK[2])
+    if name not in ("step", "stage", *BULK[1], *BULK[2], *SPOTS)
 }
 """Quantities that a case can expect, in the order of the result file."""
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
+from fretsolve.case.history import SPOTS
 from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
 from fretsolve.errors import printable
 from fretsolve.kernels import compile_seconds
@@ -75,6 +76,11 @@ class QuietMessages:
         for text in (too_few, reached if reached and not reached.met else None):
             if text is not None:
                 self.warn(str(text))
+        if "spots" in result.history:
+            from fretsolve.export.spots import spot_warnings  # few results have several
+
+            for text in spot_warnings(result.history):
+                self.warn(text)
         for text, periodic in result.cycles.outcomes if result.cycles is not None else ():
             if not periodic:
                 self.warn(text)
@@ -209,5 +215,6 @@ class JsonMessages(QuietMessages):
 
 
 def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
-    """Return all that the history keeps of an increment."""
-    return vars(summary) | (vars(errors) if errors is not None else {})
+    """Return all that the history keeps of an increment, spots only where they are counted."""
+    values = {name: value for name, value in vars(summary).items() if name not in SPOTS or value >= 0}
+    return values | (vars(errors) if errors is not None else {})

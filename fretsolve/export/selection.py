@@ -13,7 +13,7 @@ from fretsolve.system.arrays import DoubleArray
 _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
     *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-    *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total"),
+    *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spots"),
 )
 
 NOT_ROUND = 0.1
@@ -75,6 +75,8 @@ def _is_relevant(result: Result, name: str) -> bool:
     if name.startswith("bulk_") and name.endswith("_yy") and result.effective_case.get("plane") == "strain":
         return False  # it follows from xx
     column = result.history[name]
+    if name == "spots":
+        return bool(column.max(initial=0) > 1)
     if name in ("P", "delta_z"):
         return not np.isnan(column).all()
     return bool(np.abs(column).max(initial=0.0) > round_off(result, name))

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fretsolve.result import Result
+from fretsolve.case.dimensions import counted
+from fretsolve.case.history import FEWEST_SPOT_CELLS
+from fretsolve.result import Result, layout
 from fretsolve.result.state import Zone
 
-FEWEST_CELLS = 10
-"""Cells of a spot below which its area and loads are rough."""
+MOST_NAMED = 10
+"""Increments that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +38,8 @@ class Spot:
 
 def may_have_spots(result: Result) -> bool:
     """Return whether stored pressure may show several spots: of a height map, or of several surfaces."""
-    surfaces = result.effective_case.get("surface", [])
-    several = len(surfaces) > 1 or any("heights" in one for one in surfaces)
-    return several and "pressure" in result.fields and len(result.y) > 1 and len(result.x) > 1 and bool(result.steps)
+    several = layout.may_have_spots(result.effective_case) and len(result.y) > 1 and len(result.x) > 1
+    return several and "pressure" in result.fields and bool(result.steps)
 
 
 def spots_of(result: Result, step: int = -1) -> list[Spot]:
@@ -70,3 +74,31 @@ def spots_of(result: Result, step: int = -1) -> list[Spot]:
         for n in range(count)
     ]
     return sorted(found, key=lambda spot: -spot.P)
+
+
+def spot_warnings(history: Mapping[str, NDArray[Any]]) -> list[str]:
+    """Return a sentence on the increments at which the number of spots changes, and one on spots of few cells.
+
+    None where a history does not count spots, or has one of enough cells throughout.
+    """
+    if "spots" not in history:
+        return []
+    spots, small = history["spots"], history["small_spots"]
+    found = []
+    # From the first contact on; what earlier versions did not count is -1.
+    known = np.minimum(spots[1:], spots[:-1]) >= 0
+    changes = np.flatnonzero((np.diff(spots) != 0) & known & (np.maximum.accumulate(spots)[:-1] > 0)) + 1
+    if len(changes):
+        named = ", ".join(map(str, changes[:MOST_NAMED].tolist()))
+        more = f" and {len(changes) - MOST_NAMED} more" if len(changes) > MOST_NAMED else ""
+        where = f"increment{'s' * (len(changes) > 1)} {named}{more}"
+        counts = np.unique(spots[np.concatenate([changes - 1, changes])])
+        found.append(f"the number of spots of contact changes at {where}, between {counts[0]} and {counts[-1]}")
+    largest = int(np.argmax(history["contact_cells"])) if len(spots) else 0
+    if len(spots) and small[largest] > 0:
+        have = "has" if small[largest] == 1 else "have"
+        found.append(
+            f"grid.points: {small[largest]} of {counted(int(spots[largest]), 'spot')} in the largest contact (increment"
+            f" {largest}) {have} fewer than {FEWEST_SPOT_CELLS} cells, so that sizes and loads are rough there"
+        )
+    return found

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fretsolve.case.dimensions import counted, in_small_unit, smaller_unit
-from fretsolve.case.history import DISPLACEMENTS, moment_sign
+from fretsolve.case.history import DISPLACEMENTS, FEWEST_SPOT_CELLS, moment_sign
 from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
 from fretsolve.result import Result
@@ -67,7 +67,7 @@ def print_report(
     for table in (*tables, *_cycle_tables(result, console.width), *_spot_table(spots), *_error_table(result)):
         console.print()
         console.print(table)
-    for line in (*_totals(result), *_about_spots(spots)):
+    for line in (*_totals(result), *_about_spots(spots), *(_changes_of_spots(result) if heading else [])):
         console.print(escape(line), soft_wrap=True)
 
 
@@ -171,18 +171,25 @@ def _number(value: float | None, factor: float, least: float) -> str:
 
 def _about_spots(spots: Sequence[Spot]) -> list[str]:
     """Return a line on the number of spots and on those of few cells."""
-    from fretsolve.export.spots import FEWEST_CELLS
-
     if not spots:
         return []
-    small = sum(spot.cells < FEWEST_CELLS for spot in spots)
+    small = sum(spot.cells < FEWEST_SPOT_CELLS for spot in spots)
     shown = f", of which the table has the {MOST_SPOTS} with the largest P" if len(spots) > MOST_SPOTS else ""
     few = (
-        f"; {small} of them have less than {FEWEST_CELLS} cells, so that their sizes and loads are rough"
+        f"; {small} of them have less than {FEWEST_SPOT_CELLS} cells, so that their sizes and loads are rough"
         if small
         else ""
     )
     return [f"{len(spots)} spots of contact at the last increment{shown}{few}"]
+
+
+def _changes_of_spots(result: Result) -> list[str]:
+    """Return sentences on the number of spots in the whole history, of which `fretsolve run` warns itself."""
+    if "spots" not in result.history:
+        return []
+    from fretsolve.export.spots import spot_warnings  # few results have several
+
+    return spot_warnings(result.history)
 
 
 def _heading(name: str) -> tuple[str, str]:

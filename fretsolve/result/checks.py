@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.history import EXTENTS
-from fretsolve.result.layout import BULK_HISTORY, ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP
+from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP, Quantity, optional_among
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
@@ -67,23 +67,24 @@ def read_column(dataset: Any) -> NDArray[Any]:
     return np.asarray(dataset[:])
 
 
-def row_type(errors: bool, bulk: bool, *, corrected: bool = True) -> np.dtype[Any]:
-    """Return the type of a record of the history, the step first, bulk stresses, error bars and corrected values last.
+def row_type(errors: bool, optional: Sequence[Quantity], *, corrected: bool = True) -> np.dtype[Any]:
+    """Return the type of a record of the history, the step first, error bars and corrected values last.
 
-    errors, bulk, corrected: whether there are any.
+    errors, corrected: whether there are any; optional: the columns that not every result has.
     """
-    quantities = (STEP, *HISTORY, *(BULK_HISTORY if bulk else ()), *(ERRORS if errors else ()))
+    quantities = (STEP, *HISTORY, *optional, *(ERRORS if errors else ()))
     chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
     return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
 
 
 def widened(rows: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    """Return records of earlier versions as `kind`, with NaN for the values that they lack."""
+    """Return records of earlier versions as `kind`, with NaN for the values that they lack, -1 for whole numbers."""
     if rows.dtype == kind:
         return rows
     whole = np.empty(rows.shape, kind)
     for name in kind.names or ():
-        whole[name] = rows[name] if name in (rows.dtype.names or ()) else np.nan
+        unknown = -1 if kind[name].kind == "i" else np.nan
+        whole[name] = rows[name] if name in (rows.dtype.names or ()) else unknown
     return whole
 
 
@@ -93,8 +94,8 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
     """
     corrected = any(CORRECTED_SUFFIX in name for name in columns)
-    errors, bulk = (ours[0].name in columns for ours in (ERRORS, BULK_HISTORY))
-    rows = np.empty(columns["step"].shape, row_type(errors, bulk, corrected=corrected))
+    kind = row_type(ERRORS[0].name in columns, optional_among(columns.keys()), corrected=corrected)
+    rows = np.empty(columns["step"].shape, kind)
     for name in rows.dtype.names or ():
         if name.removesuffix(ERROR_SUFFIX) in EXTENTS and name not in columns:  # a result of an earlier version
             rows[name] = np.nan

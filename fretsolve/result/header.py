@@ -19,9 +19,10 @@ from fretsolve.result.layout import (
     HEADER,
     HEADER_GROUP,
     FieldQuantity,
+    Quantity,
     create_column,
-    has_bulk_stress,
     is_single,
+    optional_columns,
     stored_fields,
 )
 from fretsolve.system.arrays import DoubleArray
@@ -75,9 +76,9 @@ class RunHeader:
         return len(self.x), len(self.y)
 
     @cached_property
-    def bulk(self) -> bool:
-        """True if the history has bulk stresses."""
-        return has_bulk_stress(json.loads(self.effective_case))
+    def optional_columns(self) -> tuple[Quantity, ...]:
+        """The columns of the history that not every result has."""
+        return optional_columns(json.loads(self.effective_case))
 
     @cached_property
     def digest(self) -> bytes:

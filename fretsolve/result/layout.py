@@ -6,13 +6,13 @@ Compression makes nine fields of a contact on a third of a 256 x 256 grid take 3
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
-from fretsolve.case.history import LINE_MEANINGS, PER_LENGTH
+from fretsolve.case.history import LINE_MEANINGS, PER_LENGTH, SPOTS
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
@@ -65,11 +65,17 @@ STEP, *_COLUMNS = (
     for one in fields(Summary)
 )
 
-HISTORY = tuple(one for one in _COLUMNS if not one.name.startswith("bulk_"))
-"""Columns of every result, besides the step."""
-
 BULK_HISTORY = tuple(one for one in _COLUMNS if one.name.startswith("bulk_"))
 """Bulk stresses; only in results of cases that have one."""
+
+SPOT_HISTORY = tuple(one for one in _COLUMNS if one.name in SPOTS)
+"""Numbers of spots; only in results of cases that may have several. -1 where they were not counted, in increments of
+earlier versions."""
+
+_OPTIONAL = (BULK_HISTORY, SPOT_HISTORY)
+
+HISTORY = tuple(one for one in _COLUMNS if not any(one in columns for columns in _OPTIONAL))
+"""Columns of every result, besides the step."""
 
 
 def _error_of(one: Quantity) -> Quantity:
@@ -138,7 +144,7 @@ CHANGE = tuple(
 """Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
 
 QUANTITIES: dict[str, Quantity] = {
-    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *ERRORS, X, Y, *RESTART, *DERIVED_FIELDS)
+    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *ERRORS, X, Y, *RESTART, *DERIVED_FIELDS)
 }
 """All columns, axes and fields by their names, which are unique."""
 
@@ -169,6 +175,24 @@ ZONE_ATTRIBUTES: dict[str, Any] = {
 def is_single(effective_case: Mapping[str, Any]) -> bool:
     """Return whether a case asks for fields in single precision."""
     return bool(effective_case.get("solver", {}).get("precision") == "single")
+
+
+def optional_columns(effective_case: Mapping[str, Any]) -> tuple[Quantity, ...]:
+    """Return the columns of the history of a case that not every result has, besides those of error bars."""
+    bulk, spots = has_bulk_stress(effective_case), may_have_spots(effective_case)
+    return (*(BULK_HISTORY if bulk else ()), *(SPOT_HISTORY if spots else ()))
+
+
+def optional_among(names: Collection[str]) -> tuple[Quantity, ...]:
+    """Return those of `optional_columns` that are among the columns of a history."""
+    return tuple(one for columns in _OPTIONAL if columns[0].name in names for one in columns)
+
+
+def may_have_spots(effective_case: Mapping[str, Any]) -> bool:
+    """Return whether a contact may have several spots: that of a height map, or of several surfaces on an area."""
+    surfaces = effective_case.get("surface", [])
+    several = len(surfaces) > 1 or any("heights" in one for one in surfaces)
+    return several and effective_case.get("plane") != "strain"
 
 
 def has_bulk_stress(effective_case: Mapping[str, Any]) -> bool:

@@ -192,7 +192,7 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
     """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
-    kind = row_type(header.errors, header.bulk)
+    kind = row_type(header.errors, header.optional_columns)
     rows = []
     for state in states:
         values = vars(state.summary) | ({} if state.errors is None else vars(state.errors))

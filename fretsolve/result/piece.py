@@ -26,7 +26,7 @@ from fretsolve.result.checks import (
     widened,
 )
 from fretsolve.result.header import RunHeader
-from fretsolve.result.layout import BULK_HISTORY, CHANGE, DERIVED_FIELDS, RESTART
+from fretsolve.result.layout import CHANGE, DERIVED_FIELDS, RESTART, optional_among
 from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
@@ -158,7 +158,7 @@ class Piece(AbstractContextManager["Piece"]):
         """Return the last increment, exactly as it was."""
         rows = self.rows()
         names = rows.dtype.names or ()
-        kind = row_type(ERROR_NAMES[0] in names, BULK_HISTORY[0].name in names)
+        kind = row_type(ERROR_NAMES[0] in names, optional_among(names))
         values = dict(zip(kind.names or (), widened(rows[-1:], kind)[0].item(), strict=True))
         summary, errors = _summary(values), [values[name] for name in ERROR_NAMES if name in values]
         with damage_reported(self.path, "restart"):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fretsolve.case.history import FEWEST_SPOT_CELLS, SPOTS
 from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.result.layout import may_have_spots
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.zone_areas import zone_area
@@ -31,6 +33,15 @@ class _Outline(NamedTuple):
     extent: Extent
 
 
+def spot_counts(pressure: FloatArray) -> dict[str, int]:
+    """Return the number of spots under a pressure, and of those of few cells; cells touch at sides or corners."""
+    from scipy import ndimage  # few cases may have several spots
+
+    labels, count = ndimage.label(pressure > 0.0, structure=np.ones((3, 3)))
+    cells = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    return dict(zip(SPOTS, (int(count), int(np.count_nonzero(cells < FEWEST_SPOT_CELLS))), strict=True))
+
+
 class AreaContact:
     """A contact on an area with the solver of its increments."""
 
@@ -38,6 +49,7 @@ class AreaContact:
         self.solver = solver
         self._setup = setup
         self._outline: _Outline | None = None
+        self._may_have_spots = may_have_spots(setup.case.effective())
 
     def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
         """Return the rigid displacements that the next increment counts from: those of the history, `rigid`."""
@@ -47,8 +59,11 @@ class AreaContact:
         """Return a row of the history with the rigid displacements as they are meant: the solution's."""
         return summary
 
-    def sizes(self, solved: Solved) -> dict[str, float]:
-        """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells."""
+    def sizes(self, solved: Solved) -> dict[str, Any]:
+        """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells.
+
+        Where there may be several spots, their numbers, too.
+        """
         solution, evidence, setup = solved.solution, solved.evidence, self._setup
         contact = self._outline = self._contact(solution.pressure, evidence.gap)
         limit = solution.friction_limit(setup.model.friction)
@@ -66,7 +81,7 @@ class AreaContact:
         for zone, area, extent in found:
             sizes |= {f"{zone}_area": area, f"{zone}_radius": math.sqrt(area / math.pi)}
             sizes |= {f"{zone}_{name}": value for name, value in extent._asdict().items()}
-        return sizes
+        return sizes | (spot_counts(solution.pressure) if self._may_have_spots else {})
 
     def _contact(self, pressure: FloatArray, gap: FloatArray) -> _Outline:
         """Return the outline of the contact: the last one, if shear moves uncoupled surfaces at a constant load."""

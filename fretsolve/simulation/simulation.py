@@ -274,16 +274,21 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
 
 
 def _summary(
-    solved: Solved, increment: Increment, sizes: dict[str, float], work: float, work_total: float, wall_time: float
+    solved: Solved, increment: Increment, sizes: dict[str, Any], work: float, work_total: float, wall_time: float
 ) -> Summary:
     solution, zone = solved.solution, solved.evidence.zone
-    loads_and_motions = (*solved.evidence.resultants, *solution.rigid)
+    loads_and_motions = map(float, (*solved.evidence.resultants, *solution.rigid))
+    certificate = vars(solved.evidence.certificate).items()
+    values: dict[str, Any] = {
+        **dict(zip((*LOADS, *RIGID), loads_and_motions, strict=True)),
+        **increment.bulk,
+        **sizes,
+        **{f"residual_{name}": float(value) for name, value in certificate},
+    }
     return Summary(
         step=increment.step,
         stage=increment.stage.number,
-        **dict(zip((*LOADS, *RIGID), map(float, loads_and_motions), strict=True)),
-        **increment.bulk,
-        **sizes,
+        **values,
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
         max_pressure=float(solution.pressure.max()),
@@ -295,7 +300,6 @@ def _summary(
         alternations=solved.staggered_iterations,
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
-        **{f"residual_{name}": float(value) for name, value in vars(solved.evidence.certificate).items()},
     )
 
 

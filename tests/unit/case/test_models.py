@@ -14,7 +14,7 @@ import yaml
 from small_cases import write_case
 
 from fretsolve.case.body_spec import ElasticBody
-from fretsolve.case.history import BULK, HISTORY_DIMENSIONS
+from fretsolve.case.history import BULK, HISTORY_DIMENSIONS, SPOTS
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
 from fretsolve.case.surface_specs import (
@@ -255,7 +255,7 @@ def test_case_is_immutable(tmp_path: Path) -> None:
 
 
 def test_every_scalar_of_the_history_can_be_expected() -> None:
-    scalars = {field.name for field in fields(Summary)} - {"step", "stage", *BULK[1], *BULK[2]}
+    scalars = {field.name for field in fields(Summary)} - {"step", "stage", *BULK[1], *BULK[2], *SPOTS}
     assert set(HISTORY_DIMENSIONS) == scalars
 
 

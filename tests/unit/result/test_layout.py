@@ -15,6 +15,7 @@ from fretsolve.result.layout import (
     FIELDS,
     HISTORY,
     RESTART,
+    SPOT_HISTORY,
     STEP,
     X,
     chunk_shape,
@@ -24,10 +25,10 @@ from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
-    columns = (STEP, *HISTORY, *BULK_HISTORY)
+    columns = (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY)
     assert [column.name for column in columns] == [field.name for field in fields(Summary)]
     counts = {"step", "stage", "contact_cells", "stick_cells", "alternations", "operator_applications"}
-    counts |= {"iterations_normal", "iterations_tangential"}
+    counts |= {"iterations_normal", "iterations_tangential", "spots", "small_spots"}
     assert {column.name for column in columns if column.dtype == "int64"} == counts
     assert {column.name: column.units for column in columns if column.name in ("work", "residual_slip", "Mz")} == {
         "Mz": "N mm",
@@ -44,7 +45,7 @@ def test_restart_has_all_arrays_of_a_state() -> None:
 
 @pytest.mark.parametrize(
     "quantity",
-    [*HISTORY, *BULK_HISTORY, *FIELDS, *DERIVED_FIELDS, *DISPLACEMENT, X],
+    [*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *FIELDS, *DERIVED_FIELDS, *DISPLACEMENT, X],
     ids=lambda quantity: quantity.name,
 )
 def test_units_are_understood(quantity: object) -> None:

@@ -13,7 +13,8 @@ from fake_states import fake_header, fake_states, write_fake
 
 from fretsolve.case.history import BULK, EXTENTS
 from fretsolve.result import HistoryWriter, RunHeader, open_result
-from fretsolve.result.layout import has_bulk_stress
+from fretsolve.result.checks import row_type, widened
+from fretsolve.result.layout import SPOT_HISTORY, has_bulk_stress, may_have_spots
 from fretsolve.result.state import State
 
 NAMES = (*BULK[1], *BULK[2])
@@ -69,6 +70,45 @@ def test_other_results_have_no_bulk_stresses(tmp_path: Path) -> None:
         assert not set(NAMES) & set(result.history)
     with h5py.File(tmp_path / "out.h5") as file:
         assert not set(NAMES) & set(file["history"])
+
+
+@pytest.mark.parametrize(
+    ("case", "expected"),
+    [
+        ({"surface": [{"sphere": {"radius": 10.0}}]}, False),
+        ({"surface": [{"sphere": {"radius": 10.0}}, {"cone": {"angle": 0.1}}]}, True),
+        ({"surface": [{"heights": {"file": "map.npy"}}]}, True),
+        ({"surface": [{"heights": {"file": "map.npy"}}], "plane": "strain"}, False),
+    ],
+)
+def test_a_case_may_have_several_spots_or_not(case: dict[str, object], expected: bool) -> None:
+    assert may_have_spots(case) is expected
+
+
+def header_with_spots() -> RunHeader:
+    header = fake_header()
+    case = json.loads(header.effective_case)
+    case["surface"] = [{"sphere": {"radius": 10.0}}, {"cone": {"angle": 0.1}}]
+    return replace(header, effective_case=json.dumps(case))
+
+
+def test_numbers_of_spots_are_written_and_resumed_with_them(tmp_path: Path) -> None:
+    out, header = tmp_path / "out.h5", header_with_spots()
+    counted = [replace(one, summary=replace(one.summary, spots=3, small_spots=1)) for one in fake_states(4)]
+    for stop in (2, 4):
+        with HistoryWriter.open(out, header, resume=True) as writer:
+            for state in counted[len(writer.summaries) : stop]:
+                writer.append(state)
+    with open_result(out) as result:
+        assert result.history["spots"].tolist() == [3] * 4
+        assert result.history["small_spots"].tolist() == [1] * 4
+        assert result.history["spots"].dtype == np.int64
+
+
+def test_increments_of_versions_that_did_not_count_spots_have_minus_one() -> None:
+    earlier = np.zeros(2, row_type(errors=False, optional=()))
+    whole = widened(earlier, row_type(errors=False, optional=SPOT_HISTORY))
+    assert whole["spots"].tolist() == whole["small_spots"].tolist() == [-1, -1]
 
 
 def test_extents_are_unknown_in_results_of_earlier_versions() -> None:
