@@ -117,7 +117,12 @@ class ErrorBars:
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
-        self._shear_path = self._shear_path.after(summary, self._setup.model.friction)
+        self._shear_path = self._shear_path.after(summary, self._carried(summary))
+
+    def _carried(self, summary: Summary) -> float:
+        """Return what friction carries at most (N), where it varies by an estimate."""
+        limit, shear_limit = self._setup.model.friction * summary.P, self._setup.case.friction.shear_limit
+        return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
 
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""
@@ -168,7 +173,7 @@ class ErrorBars:
 
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
-        half, limit = 0.5 * max(self._setup.grid.size), self._setup.model.friction * summary.P
+        half, limit = 0.5 * max(self._setup.grid.size), self._carried(summary)
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant

@@ -69,7 +69,7 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 
 @dataclass(frozen=True)
 class ShearPath:
-    """How the shear has moved so far, as a part of what friction carries: forces and torque over mu P and the radius.
+    """How the shear has moved so far, as a part of what friction carries: forces, torque over the radius.
 
     at: where it is, (3,); largest: how far from 0 it has been, at most 1; last, length: of the way in the last
     increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`
@@ -81,9 +81,8 @@ class ShearPath:
     last: float = 0.0
     length: float = 0.0
 
-    def after(self, summary: Summary, friction: float) -> ShearPath:
-        """Return the path after one more increment."""
-        carried = friction * summary.P
+    def after(self, summary: Summary, carried: float) -> ShearPath:
+        """Return the path after one more increment; carried: the force (N) that friction carries."""
         if carried <= 0.0:
             return replace(self, last=0.0)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius

@@ -69,6 +69,29 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {2: {"contact_radius": 0.2154, "stick_radius": 0.1635, "max_pressure": 5200.0}},
     ),
+    "a ring of four times the friction": (
+        {
+            "friction": {"expression": "0.1 + 0.3*((r > 0.15)*(r < 0.22))"},
+            "grid": {"points": 32, "size": 0.9},
+            "load_path": [{"P": 400.0}, {"Qx": 60.0, "increments": 1}, {"Qx": -30.0, "increments": 1}],
+        },
+        {
+            2: {"delta_x": 1.434e-3, "stick_radius": 0.1538, "work_total": 5.372e-3},
+            3: {"delta_x": -6.358e-4, "stick_radius": 0.2139, "work_total": 1.1093e-2},
+        },
+    ),
+    "a spot of a quarter of the friction beside the middle": (
+        {
+            "bodies": DISSIMILAR,
+            "friction": {"expression": "0.2 - 0.15*((x - 0.1)**2 + (y - 0.05)**2 < 0.0081)"},
+            "grid": {"points": 32, "size": 0.9},
+            "load_path": [{"P": 400.0, "increments": 4}, {"Qx": 40.0, "increments": 2}, {"Qx": -20.0, "increments": 2}],
+        },
+        {
+            2: {"delta_x": 8.193e-4, "stick_radius": 0.1914, "work_total": 5.23e-3, "delta_z": 9.041e-3},
+            3: {"delta_x": -3.417e-4, "stick_radius": 0.2133, "work_total": 6.64e-3, "max_pressure": 2185.0},
+        },
+    ),
     "a punch with such an edge": (
         {
             "surface": {"punch": {"radius": 0.5, "edge_radius": 0.005}},
