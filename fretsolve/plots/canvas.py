@@ -100,8 +100,7 @@ class Canvas:
         """Add a colour bar of 0.14 inches beside a panel whose limits are set, as high as the panel is in the end."""
         width = panel_width(axes)
         place = axes.inset_axes((1.0 + 0.08 / width, 0.0, 0.14 / width, 1.0))
-        height = axes.bbox.height / _figure_of(axes).dpi
-        lines = textwrap.wrap(label, max(int(height / 0.062), 12), break_on_hyphens=False)  # inches of a letter
+        lines = textwrap.wrap(label, max(int(panel_height(axes) / 0.062), 12), break_on_hyphens=False)  # of a letter
         return self.figure.colorbar(colors, cax=place, label="\n".join(lines), extend=extend)
 
     def legend(self, handles: Sequence[Any], columns: int) -> None:
@@ -198,6 +197,12 @@ def panel_width(axes: Axes) -> float:
     """Return about how wide a panel is (inches); with equal scales it may not fill its place."""
     axes.apply_aspect()
     return float(axes.bbox.width / _figure_of(axes).dpi)
+
+
+def panel_height(axes: Axes) -> float:
+    """Return about how high a panel is (inches); with equal scales it may not fill its place."""
+    axes.apply_aspect()
+    return float(axes.bbox.height / _figure_of(axes).dpi)
 
 
 def _figure_of(axes: Axes) -> Figure:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import BULK, PAIRS
+from fretsolve.plots.canvas import panel_height
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
@@ -40,6 +41,9 @@ MOST_MARKERS = 12
 
 MOST_INCREMENTS = 60
 """Markers on a line whose points are increments or cases; on a longer line some points have none."""
+
+LOW = 1.1
+"""Inches of a panel below which the label of its depth takes two lines."""
 
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
@@ -159,5 +163,5 @@ def short_number(value: float, scale: float) -> str:
 
 def label_depth(axes: Axes, body: int, deepest: float) -> None:
     """Make y the depth, from the surface to `deepest` (mm): downwards in body 2, and upwards in body 1 above it."""
-    limits = (0.0, deepest) if body == 1 else (deepest, 0.0)
-    axes.set(ylabel=f"depth in body {body} (mm)", ylim=limits)
+    axes.set_ylim((0.0, deepest) if body == 1 else (deepest, 0.0))
+    axes.set_ylabel(f"depth in{chr(10) if panel_height(axes) < LOW else ' '}body {body} (mm)")

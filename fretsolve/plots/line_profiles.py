@@ -17,7 +17,7 @@ from fretsolve.plots.canvas import Target, canvas, title_of
 from fretsolve.plots.labels import CLOSED_FORM, FIELD_NAMES, marks, short_number, unit_of
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
 from fretsolve.plots.reference import hertz_pressure, shear_form, slip_form
-from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, middle, view_box
+from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, shown_place, view_box
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -68,14 +68,15 @@ def profiles(
     Of a line contact it is one panel, along x.
 
     steps: increments; by default the ends of stages, of many the first two and the last four. at: the point (mm) that
-    both lines go through; by default the middle of the contact at the last of the increments. Components of vectors
-    are drawn if they reach 2 % of the largest length. Raises PictureError.
+    both lines go through; by default the middle of the contact at the last of the increments, or the largest
+    pressure if nothing touches there. Components of vectors are drawn if they reach 2 % of the largest length. Raises
+    PictureError.
     """
     chosen_step(result, None)
     chosen = [chosen_step(result, step) for step in steps] if steps else chosen_stage_ends(result)
     snapshots = [Snapshot(result, step) for step in chosen]
     names = chosen_fields(snapshots, PROFILE_FIELDS)
-    lines = _lines(result, at or middle(snapshots[-1]))
+    lines = _lines(result, at or shown_place(snapshots[-1]))
     with canvas(ax, len(lines) * len(names), (3.7, 2.1), columns=len(lines), share="row") as drawn:
         panels = list(zip(drawn.axes, itertools.product(names, lines), strict=False))
         components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]

@@ -124,6 +124,17 @@ def middle(snapshot: Snapshot) -> tuple[float, float]:
     return found[0], found[1]
 
 
+def shown_place(snapshot: Snapshot) -> tuple[float, float]:
+    """Return the middle of the contact (mm), or the place of the largest pressure if nothing touches in the middle."""
+    result, at = snapshot.result, middle(snapshot)
+    cell = tuple(int(np.abs(centres - place).argmin()) for centres, place in zip((result.x, result.y), at, strict=True))
+    if snapshot.contact[cell] or not snapshot.contact.any():
+        return at
+    weight = snapshot.field("pressure") if "pressure" in result.fields else snapshot.contact
+    i, j = np.unravel_index(int(np.argmax(weight)), weight.shape)
+    return float(result.x[i]), float(result.y[j])
+
+
 def view_box(result: Result, contact: BoolArray) -> Bbox:
     """Return the contact with some space around it (mm), within the grid; the whole grid if nothing touches."""
     sides = []

@@ -17,7 +17,7 @@ from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_
 from fretsolve.plots.labels import increment_ticks, label_depth, marks
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.maps import set_x_ticks
-from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, middle, outer_edges
+from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.result import Result
 from fretsolve.stress.evaluate import layers
 from fretsolve.stress.halfspace.direct import point_influence
@@ -52,7 +52,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     radius = float(result.history["contact_radius"][chosen])
     tractions, request = _request(result, (chosen,), body, SIDE_MARGIN * radius or "all")
     snapshot = Snapshot(result, chosen)
-    row = int(np.abs(result.y - middle(snapshot)[1]).argmin())
+    row = int(np.abs(result.y - shown_place(snapshot)[1]).argmin())
     depths = _section_depths(tractions, chosen)
     section = replace(request, depths=tuple(depths), target=(request.target[0], slice(row, row + 1)))
     below = np.stack([layer.stress[:, :, 0] for layer in layers(tractions, section)], axis=-1)  # (6, nx, depths)
@@ -152,7 +152,7 @@ def _draw_section(
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)")
     label_depth(axes, body, depths[-1])
-    drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
+    drawn.colorbar(axes, image, "MPa")
 
 
 def _draw_surface(
@@ -163,7 +163,7 @@ def _draw_surface(
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
     set_x_ticks(axes)
-    drawn.colorbar(axes, image, f"{SHOWN[name]} (MPa)")
+    drawn.colorbar(axes, image, "MPa")
 
 
 def _colors(values: DoubleArray, name: Invariant) -> dict[str, Any]:
