@@ -226,7 +226,7 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
 )
 @repeatable_option("--step", "steps", "N", "An increment to show; only profiles show several at once.", type=int)
 @click.option("--at", callback=_point, metavar="X,Y", help="The point in mm of profiles and stress-cycle.")
-@repeatable_option("--field", "fields", "NAME", "A field that map and animate show.")
+@repeatable_option("--field", "fields", "NAME,...", "Fields that map and animate show.")
 @click.option(
     "--body",
     type=click.Choice(["1", "2"]),

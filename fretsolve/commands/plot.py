@@ -37,7 +37,8 @@ def plot_result(
     pictures.
     """
     require_matplotlib()
-    chosen = [KINDS[name] for name in kinds]
+    chosen = [KINDS[name] for name in dict.fromkeys(kinds)]
+    fields = tuple(name for text in fields for name in text.split(",") if name)
     if every_kind:
         chosen = [kind for kind in chosen if not kind.beside or out.with_suffix(kind.beside).exists()]
     for option, value in {"--step": steps, "--at": at, "--field": fields, "--body": body}.items():

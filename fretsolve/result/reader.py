@@ -33,6 +33,8 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     from fretsolve.case.models import Case
     from fretsolve.result.cycles import CycleTable
 
+CASE_ENDINGS = (".yaml", ".yml")
+
 READ_ATTEMPTS = 20
 """Number of looks before giving up if a run merges or finishes its parts at the same moment."""
 
@@ -213,6 +215,8 @@ def open_result(path: str | Path) -> Result:
     out = Path(path)
     if out.is_dir() and out.name.endswith(".parts"):
         out = out.with_name(out.name.removesuffix(".parts"))
+    if out.suffix in CASE_ENDINGS and out.is_file():
+        raise FileError(f"a case, not the result of a run{_other_name(out)}", out)
     for _ in range(READ_ATTEMPTS):
         try:
             if out.exists():
@@ -223,8 +227,14 @@ def open_result(path: str | Path) -> Result:
             continue  # merged or finished at this moment: look again
         except OSError as error:
             raise FileError(f"cannot be read: {error.strerror or error}", out) from error
-        raise FileError(f"no such file, nor parts of a run in {parts_folder(out).name}", out)
+        raise FileError(f"no such file, nor parts of a run in {parts_folder(out).name}{_other_name(out)}", out)
     raise FileError("the run has not begun to save increments", parts_folder(out))
+
+
+def _other_name(out: Path) -> str:
+    """Return a question with the result that may be meant; empty if there is none of such a name."""
+    meant = out.with_suffix(".h5") if out.suffix in CASE_ENDINGS else out.with_name(f"{out.name}.h5")
+    return f"; {meant.name}?" if meant.exists() or parts_folder(meant).is_dir() else ""
 
 
 def read_attributes(out: Path) -> dict[str, Any]:

@@ -78,6 +78,23 @@ def test_kinds_that_cannot_be_drawn_leave_the_others(result_folder: Path, tmp_pa
     assert [path.name for path in tmp_path.iterdir()] == ["hertz.loop.png"]
 
 
+def test_names_of_kinds_and_fields_may_come_twice_or_with_commas(result_folder: Path, tmp_path: Path) -> None:
+    result = result_folder / "fretting.h5"
+    done = invoke("plot", result, "map", "map", "--field", "pressure,slip", "-o", tmp_path)
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'fretting.map.png'}\n")
+    told = refused(2, "plot", result, "map", "--field", "pressure,sheer", "-o", tmp_path)
+    assert "no field 'sheer' is stored" in told
+
+
+def test_a_name_without_its_ending_or_of_the_case_is_asked_about(result_folder: Path, tmp_path: Path) -> None:
+    shutil.copy(result_folder / "torsion.h5", tmp_path / "a.h5")
+    (tmp_path / "a.yaml").touch()
+    assert refused(4, "show", tmp_path / "a").endswith("nor parts of a run in a.parts; a.h5?\n")
+    assert refused(4, "plot", tmp_path / "a.yaml").endswith("a.yaml: a case, not the result of a run; a.h5?\n")
+    (tmp_path / "b.yaml").touch()
+    assert refused(4, "plot", tmp_path / "b.yaml").endswith("b.yaml: a case, not the result of a run\n")
+
+
 def test_picture_that_cannot_be_written(result_folder: Path, tmp_path: Path) -> None:
     result, missing, taken = result_folder / "torsion.h5", tmp_path / "missing" / "x.svg", tmp_path / "taken"
     told = f"{missing}: cannot be written: No such file or directory\n"
