@@ -6,7 +6,7 @@ import numpy as np
 
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.result.cycles import CycleTable
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 
 MOST_ROWS, FIRST_ROWS = 12, 2
 """Cycles up to which all are printed, and how many of the first of more, before the last ones."""
@@ -26,15 +26,20 @@ HEADINGS = {
 }
 
 
-def cycle_columns(table: CycleTable) -> list[tuple[str, ...]]:
-    """Return the columns of the printed table, line by line: three lines of heading, then the cells."""
+def cycle_columns(table: CycleTable, *, corrected: bool = False) -> list[tuple[str, ...]]:
+    """Return the columns of the printed table, line by line: three lines of heading, then the cells.
+
+    corrected: of the values corrected for the number of increments, if there are any.
+    """
     count = len(table)
     rows = np.arange(count)
     if count > MOST_ROWS:
         rows = np.concatenate([rows[:FIRST_ROWS], rows[count - MOST_ROWS + FIRST_ROWS :]])
-    found = [("", name, "", *map(str, table.columns[name][rows].tolist())) for name in ("cycle", "stage")]
-    for name, heading in HEADINGS.items():
-        if _tells(table, name):
+    above, suffix = ("corrected", CORRECTED_SUFFIX) if corrected else ("", "")
+    numbers = {"cycle": above, "stage": ""}
+    found = [(first, name, "", *map(str, table.columns[name][rows].tolist())) for name, first in numbers.items()]
+    for name, heading in ((name + suffix, heading) for name, heading in HEADINGS.items()):
+        if name in table.columns and _tells(table, name):
             units, factor = _unit(table, name)
             cells = (_cell(table, name, int(row), factor) for row in rows)
             found.append((*heading, "" if units == "1" else units, *cells))

@@ -126,13 +126,18 @@ def unit_for_people(result: Result, name: str) -> tuple[str, float]:
 
 
 def _cycle_tables(result: Result, width: int) -> list[Table]:
-    """Return the table of cycles, or several of at most `width` characters; none without a cycle."""
+    """Return the table of cycles, or several of at most `width` characters, and that of corrected values, if any."""
     if (cycles := result.cycles) is None:
         return []
     from fretsolve.export.cycle_report import cycle_columns  # few results have cycles
 
-    number, *columns = cycle_columns(cycles)
-    return [_table([number, *part]) for part in _split(columns, width - _width(number))]
+    as_run, corrected = (cycle_columns(cycles, corrected=one) for one in (False, True))
+    differ = any(column[3:] not in [one[3:] for one in as_run] for column in corrected)
+    return [
+        _table([number, *part])
+        for number, *columns in ((as_run, corrected) if differ else (as_run,))
+        for part in _split(columns, width - _width(number))
+    ]
 
 
 def _spots(result: Result) -> list[Spot]:

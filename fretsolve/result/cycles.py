@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import PAIRS, TANGENTIAL
 from fretsolve.result.layout import Quantity
-from fretsolve.result.state import ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import LEAST_MOTION_SCALE
 from fretsolve.system.arrays import DoubleArray
 
@@ -51,11 +51,17 @@ OF_TORSION = {"N": "N mm", "mm": "rad", "N/mm": "N mm/rad"}
 OF_A_LINE = {"N": "N/mm", "mJ": "mJ/mm", "N/mm": "N/mm/mm"}
 """Other units of columns: of torque and rotation, and per mm of a line contact."""
 
-CYCLE_NAMES = tuple(one.name for one in CYCLES if one.dtype == "float64")
-"""Columns that say how a cycle went."""
+_MEASURED = tuple(one.name for one in CYCLES if one.dtype == "float64")
 
-WITH_ERRORS = tuple(name for name in CYCLE_NAMES if name != "slip_amplitude" and not name.endswith("_drift"))
+WITH_ERRORS = tuple(name for name in _MEASURED if name != "slip_amplitude" and not name.endswith("_drift"))
 """Columns that have error bars where the history has."""
+
+CORRECTED_CYCLE_NAMES = tuple(name + CORRECTED_SUFFIX for name in WITH_ERRORS if name != "reversal_stiffness")
+"""Columns of values corrected for the number of increments, where the history has such. The stiffness is extrapolated
+from the increments itself."""
+
+CYCLE_NAMES = (*_MEASURED, *CORRECTED_CYCLE_NAMES)
+"""Columns that say how a cycle went."""
 
 STRAIGHT = 0.5
 """Second force step after a reversal over the first one from which both tell the slope at the reversal."""
@@ -197,11 +203,32 @@ def cycle_table(
     names = [name for name in known if name in rows[0]]
     columns = {name: np.array([row[name] for row in rows], known[name].dtype) for name in names}
     units, meanings = {name: known[name].units for name in names}, {name: known[name].long_name for name in names}
-    for name in (name for name in WITH_ERRORS if name + ERROR_SUFFIX in rows[0]):
+    if "work_total" + CORRECTED_SUFFIX in history:
+        loops = _with_corrected_values(history)
+        for row, one in zip(rows, cycles, strict=True):
+            found = _measured(loops, one, lambda step: None, torsion=torsion)
+            for name in CORRECTED_CYCLE_NAMES:
+                as_run = name.removesuffix(CORRECTED_SUFFIX)
+                row |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
+        for name in CORRECTED_CYCLE_NAMES:
+            as_run = name.removesuffix(CORRECTED_SUFFIX)
+            columns[name] = np.array([row[name] for row in rows])
+            units[name], meanings[name] = units[as_run], f"{meanings[as_run]}, corrected for the number of increments"
+    for name in (name for name in (*WITH_ERRORS, *CORRECTED_CYCLE_NAMES) if name + ERROR_SUFFIX in rows[0]):
         columns[name + ERROR_SUFFIX] = np.array([row[name + ERROR_SUFFIX] for row in rows])
         units[name + ERROR_SUFFIX] = units[name]
         meanings[name + ERROR_SUFFIX] = f"estimated error of {meanings[name]}"
     return CycleTable(columns, units, meanings, tuple(_outcomes(history, cycles)))
+
+
+def _with_corrected_values(history: History) -> dict[str, NDArray[Any]]:
+    """Return a history with the corrected values, and their error bars, in place of those as run."""
+    corrected = [name for name in history if name.endswith(CORRECTED_SUFFIX)]
+    found = dict(history)
+    for name in corrected:
+        as_run = name.removesuffix(CORRECTED_SUFFIX)
+        found |= {as_run: history[name], as_run + ERROR_SUFFIX: history[name + ERROR_SUFFIX]}
+    return found
 
 
 def _units(one: Quantity, *, torsion: bool, line: bool) -> str:

@@ -1,6 +1,6 @@
 """The state of the contact after an increment: scalars for the history, fields, and their certificate.
 
-Units are mm, N, MPa, rad (so N.mm for moments, mJ = N.mm for dissipated energy). Arrays are ``(nx, ny)``, vector fields
+Units are mm, N, MPa, rad (so N mm for moments, mJ = N mm for dissipated energy). Arrays are ``(nx, ny)``, vector fields
 component first, ``(2, nx, ny)``. Signs: pressure >= 0 is compressive; shear is the shear traction that body 1
 exerts on body 2; slip is that of body 1 relative to body 2.
 """

@@ -55,8 +55,8 @@ class StudyPlan:
 
     def column(self, quantity: StageQuantity) -> str:
         """Return the name of the column of a quantity, such as ``delta_x@2`` or ``delta_x_corrected@2``."""
-        corrected = quantity.name + CORRECTED_SUFFIX
-        return f"{corrected}@{quantity.stage}" if self.corrected and corrected in CORRECTED_NAMES else str(quantity)
+        corrected = replace(quantity, name=quantity.name + CORRECTED_SUFFIX)
+        return str(corrected if self.corrected and corrected.name in CORRECTED_NAMES else quantity)
 
     @property
     def problem_keys(self) -> tuple[str, ...]:

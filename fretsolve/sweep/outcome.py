@@ -93,23 +93,27 @@ class _History:
 
 @dataclass(frozen=True, eq=False)
 class _Cycles:
-    """The table of cycles, None for a result without one."""
+    """The table of cycles, None for a result without one. corrected: take corrected values where there are any."""
 
     table: CycleTable | None
+    corrected: bool
 
     def value(self, quantity: StageQuantity) -> tuple[float, float]:
         place = -1 if quantity.stage == LAST_STAGE else quantity.stage - 1
         if self.table is None or place >= len(self.table):
             return UNKNOWN
-        found = [self.table.columns.get(name) for name in (quantity.name, quantity.name + ERROR_SUFFIX)]
+        name = quantity.name + CORRECTED_SUFFIX
+        name = name if self.corrected and name in self.table.columns else quantity.name
+        found = [self.table.columns.get(one) for one in (name, name + ERROR_SUFFIX)]
         value, error = (math.nan if column is None else float(column[place]) for column in found)
         return value, error
 
     def peak(self, name: str) -> float:
-        return 0.0 if self.table is None else float(np.nan_to_num(abs(self.table.columns[name])).max())
+        as_run = name.removesuffix(CORRECTED_SUFFIX)
+        return 0.0 if self.table is None else float(np.nan_to_num(abs(self.table.columns[as_run])).max())
 
     def units(self, quantity: StageQuantity) -> str:
-        return quantity.units if self.table is None else self.table.units[quantity.name]
+        return quantity.units if self.table is None else self.table.units[quantity.name.removesuffix(CORRECTED_SUFFIX)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +193,7 @@ def _sources(result: Result, names: set[str], ends: Mapping[int, int], corrected
     """Return the source of each quantity. Files beside the result are read only where they are needed."""
     sources: dict[str, _Source] = dict.fromkeys(names, _History(result, ends, corrected))
     if of_cycles := names.intersection(CYCLE_NAMES):
-        sources |= dict.fromkeys(of_cycles, _Cycles(result.cycles))
+        sources |= dict.fromkeys(of_cycles, _Cycles(result.cycles, corrected))
     if of_stresses := names.intersection(PEAK_NAMES):
         from fretsolve.stress.stress_file import read_peaks
 

@@ -10,7 +10,7 @@ from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
-from fretsolve.result.cycles import CYCLE_NAMES, CYCLES
+from fretsolve.result.cycles import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -23,10 +23,10 @@ NAMES = tuple(
 )
 """Columns that can be collected; the dissipated energy of one increment depends on how many there are."""
 
-CORRECTED_NAMES = tuple(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED)
+CORRECTED_NAMES = (*(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED), *CORRECTED_CYCLE_NAMES)
 """Columns that can be collected too, from runs with error bars."""
 
-_ALL_NAMES = (*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)
+_ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
@@ -48,7 +48,7 @@ class StageQuantity:
     @property
     def units(self) -> str:
         """The unit of its values."""
-        return _COLUMN_UNITS[self.name]
+        return _COLUMN_UNITS[self.name.removesuffix(CORRECTED_SUFFIX)]
 
     def __str__(self) -> str:
         return f"{self.name}@{self.stage}" if self.stage != LAST_STAGE else self.name
@@ -58,7 +58,7 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
     if name not in _ALL_NAMES:
-        known = (*NAMES, *CYCLE_NAMES)
+        known = (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES))
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, known)}", text)
     if name in CYCLE_NAMES:
         if at and not (stage.isdecimal() and len(stage) < 10 and int(stage) >= 1):

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from fretsolve.case.models import Case
-from fretsolve.result.cycles import CHANGE_COLUMNS, change_over_cycle, cycle_table, cycles_in, stages_of
+from fretsolve.export.cycle_report import cycle_columns
+from fretsolve.result.cycles import (
+    CHANGE_COLUMNS,
+    CORRECTED_CYCLE_NAMES,
+    change_over_cycle,
+    cycle_table,
+    cycles_in,
+    stages_of,
+)
 
 BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
 LIMIT, ONSET = 40.0, 1.1e-3
@@ -141,6 +149,64 @@ def test_bars_follow_those_of_the_history() -> None:
     )
     np.testing.assert_allclose(columns["energy_ratio_error"], columns["energy_ratio"] * 0.01 * math.sqrt(1.5))
     assert "slip_amplitude_error" not in columns
+
+
+def with_corrected_values(history: dict[str, np.ndarray], motion: float, bar: float) -> dict[str, np.ndarray]:
+    """Corrected values of which displacement and energy are `motion` times those as run, with relative bars."""
+    factors = {"Qx": 1.0, "Qy": 1.0, "delta_x": motion, "delta_y": motion, "work_total": motion}
+    found = dict(history)
+    for name, factor in factors.items():
+        corrected = factor * history[name]
+        bars = bar * (name != "Qx")  # which is imposed
+        found |= {f"{name}_error": 5.0 * bars * np.abs(history[name]), f"{name}_corrected": corrected}
+        found[f"{name}_corrected_error"] = bars * np.abs(corrected)
+    return found
+
+
+def test_corrected_values_are_those_of_the_corrected_loop() -> None:
+    history = with_corrected_values(loop(36.0, 10, turns=2), 1.1, 0.01)
+    table = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 2})
+    columns = table.columns
+    for name in ("dissipated_energy", "displacement_range", "sliding_amplitude"):
+        np.testing.assert_allclose(columns[f"{name}_corrected"], 1.1 * columns[name])
+    for name in ("energy_ratio", "sliding_ratio", "force_range"):
+        np.testing.assert_allclose(columns[f"{name}_corrected"], columns[name])
+    # Their bars are those of the corrected values.
+    energy = columns["dissipated_energy_corrected"]
+    np.testing.assert_allclose(columns["dissipated_energy_corrected_error"], 0.01 * energy)
+    np.testing.assert_allclose(columns["dissipated_energy_error"], 0.05 * columns["dissipated_energy"])
+    assert table.units["sliding_amplitude_corrected"] == "mm"
+    told = "energy dissipated in the cycle, corrected for the number of increments"
+    assert table.meanings["dissipated_energy_corrected"] == told
+    assert table.meanings["dissipated_energy_corrected_error"] == f"estimated error of {told}"
+    never = ("slip_amplitude_c", "reversal_stiffness_c", "force_drift_c")
+    assert not [name for name in columns if name.startswith(never)]
+
+
+def test_corrected_values_are_unknown_where_those_of_the_history_are() -> None:
+    history = with_corrected_values(loop(36.0, 10, turns=2), 1.1, 0.01)
+    history["delta_x_corrected"] = np.full(len(history["Qx"]), np.nan)
+    columns = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 2}).columns
+    assert np.isnan(columns["displacement_range_corrected"]).all()
+    assert np.isnan(columns["energy_ratio_corrected"]).all()
+    np.testing.assert_allclose(columns["dissipated_energy_corrected"], 1.1 * columns["dissipated_energy"])
+
+
+def test_a_history_without_corrected_values_gives_none() -> None:
+    columns = table_of(loop(36.0, 10), {"amplitude": {"Qx": 36.0}, "times": 1}).columns
+    assert not set(CORRECTED_CYCLE_NAMES) & columns.keys()
+
+
+def test_the_printed_table_has_them_only_where_they_differ() -> None:
+    cycle = {"amplitude": {"Qx": 36.0}, "times": 2}
+    same = table_of(with_corrected_values(loop(36.0, 10, turns=2), 1.0, 0.0), cycle)
+    other = table_of(with_corrected_values(loop(36.0, 10, turns=2), 1.1, 0.0), cycle)
+    as_run, corrected = (cycle_columns(same, corrected=one) for one in (False, True))
+    assert [column[3:] for column in corrected if column not in as_run] == [("1", "2")]
+    assert corrected[0][:2] == ("corrected", "cycle")
+    energies = [cycle_columns(other, corrected=one)[2] for one in (False, True)]
+    assert [energy[:3] for energy in energies] == [("dissipated", "energy", "mJ")] * 2
+    assert float(energies[1][3]) == pytest.approx(1.1 * float(energies[0][3]), rel=1e-3)
 
 
 def test_change_from_one_cycle_to_the_next() -> None:

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from command_line import PATIENCE, finish, invoke, refused, start, wait_for
 from fake_states import write_fake
-from small_cases import SWEPT
+from small_cases import LOOP, SWEPT, write_case
 from sweeping import SWEEP, assert_as_serial, manifest_of, rows_of, workers, write_sweep
 
 from fretsolve.case.loading import read_case, validated
@@ -31,8 +31,10 @@ from fretsolve.sweep.case_run import Report
 from fretsolve.sweep.engines import slurm, worker_pool
 from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import index_list, read_manifest, write_manifest
+from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.points import points_of, text_of
+from fretsolve.sweep.quantity import read_quantity
 from fretsolve.sweep.spec import SlurmSpec, SweepSpec
 from fretsolve.sweep.status import states
 from fretsolve.sweep.table import collect
@@ -300,6 +302,21 @@ axes: [friction: [0.1]]
     refusal = invoke("sweep", "run", path, "-o", tmp_path / "other")
     assert refusal.exit_code == 2
     assert "sweep.yaml:3: quantities.1: delta_x_corrected is known from runs with error bars alone" in refusal.stderr
+
+
+def test_corrected_values_of_cycles_are_collected_too(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path, LOOP), tmp_path / "loop.h5"
+    assert invoke("run", case, "-q", "--error-bars", "--set", "grid.points=16", "-o", out).exit_code == 0
+    quantities = [read_quantity(name) for name in ("dissipated_energy", "dissipated_energy_corrected@1")]
+    with open_result(out) as result:
+        columns = {name: values[0] for name, values in result.cycles.columns.items()}
+    as_run, better = (columns[f"dissipated_energy{end}"] for end in ("", "_corrected"))
+    for corrected in (False, True):
+        outcome = read_outcome(out, quantities, corrected=corrected)
+        assert outcome.values.tolist() == [better if corrected else as_run, better]
+        assert outcome.errors[1] == columns["dissipated_energy_corrected_error"] > 0.0
+        assert outcome.peaks.tolist() == [as_run, as_run]
+        assert set(outcome.units.values()) == {"mJ"}
 
 
 def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:
