@@ -59,7 +59,8 @@ class ElasticBody(CaseModel):
         found = material_named(str(name)) if isinstance(name, str | int) else None
         if found is None:
             hint = nearest(str(name), every_name())
-            known = hint if hint.startswith("did") else f"one of {', '.join(NAMES)} is needed"
+            others = f"one of {', '.join(NAMES)} is needed, or young_modulus and poisson_ratio"
+            known = hint if hint.startswith("did") else others
             refused_at([((MATERIAL,), f"{shown(name)} is not a material of the library; {known}")])
             raise AssertionError  # refused above
         return {**found.constants, **value, MATERIAL: found.name}
@@ -71,9 +72,9 @@ def _require_body(value: object) -> object:
     from fretsolve.reference.materials import material_named
 
     found = material_named(str(value)) if isinstance(value, str | int) else None
-    needed = f"{{{MATERIAL}: {found.name}}}" if found else "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
-    also = "" if found else f" or {{{MATERIAL}: steel}}"
-    raise refused(f"{shown(value)} is not a body; rigid, {needed}{also} is needed")
+    with_numbers = "" if found else ", {young_modulus: 200 GPa, poisson_ratio: 0.3}"
+    name = found.name if found else "steel"
+    raise refused(f"{shown(value)} is not a body; rigid{with_numbers} or {{{MATERIAL}: {name}}} is needed")
 
 
 Body = Annotated[

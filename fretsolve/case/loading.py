@@ -223,12 +223,26 @@ def _overridden(data: Any, source: CaseSource, text: str, given: str) -> tuple[A
         if parsed.flaws:
             raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
         try:
-            data = replaced(data, key, parsed.value)
+            data = replaced(_without_constants(data, key, source), key, parsed.value)
         except LookupError as error:
             known = (*Case.model_fields, "stage")
             unknown = f"unknown key {shown(key[0])}; {nearest_key(str(key[0]), known, model_schema(Case))}"
             raise source.problem(str(error.args[0]) if key[0] in known else unknown, key) from None
     return data, source
+
+
+def _without_constants(data: Any, key: KeyPath, source: CaseSource) -> Any:
+    """Return data without what the file says of the body of which an override, the last of `source`, names a material.
+
+    Else the constants of the file would hold beside the name. Those that other overrides give stay.
+    """
+    if len(key) != 3 or (key[0], key[2]) != ("bodies", "material"):
+        return data
+    bodies, given = data.get("bodies"), {one.key for one in source.overrides}
+    body = dict(enumerate(bodies)).get(key[1]) if isinstance(bodies, list) and isinstance(key[1], int) else None
+    if not isinstance(body, dict):
+        return data
+    return replaced(data, key[:2], {name: value for name, value in body.items() if (*key[:2], name) in given})
 
 
 def validated(model: type[File], data: Any, source: CaseSource, problems: Sequence[CaseError] = ()) -> File:

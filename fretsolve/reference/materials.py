@@ -49,6 +49,8 @@ LIBRARY = (
         "Special Metals, INCONEL alloy 718, publication SMC-045 (2007), table 3, at 70 F: 29.0e6 psi",
         others=("IN718", "Alloy 718"),
     ),
+    LibraryMaterial("aluminium", 70.3e3, 0.345, KAYE_AND_LABY, others=("aluminum", "Al")),
+    LibraryMaterial("titanium", 115.7e3, 0.321, KAYE_AND_LABY, others=("Ti",)),
     LibraryMaterial("copper", 129.8e3, 0.343, KAYE_AND_LABY, others=("Cu",)),
     LibraryMaterial("brass", 100.6e3, 0.35, f"{KAYE_AND_LABY}: 70 % Cu, 30 % Zn", others=("CuZn30",)),
     LibraryMaterial(

@@ -42,6 +42,21 @@ def test_keys_beside_the_name_and_overrides_hold(tmp_path: Path) -> None:
     assert other.young_modulus == 129.8e3
 
 
+def test_an_override_of_the_name_replaces_the_constants_of_the_file(tmp_path: Path) -> None:
+    """Else a body of given numbers would keep them under another name."""
+    path = case_with(tmp_path, "{young_modulus: 205 GPa, poisson_ratio: 0.29, yield_stress: 1 GPa}")
+    copper = ElasticBody(material="copper", young_modulus=129.8e3, poisson_ratio=0.343)
+    assert load_case(path, ["bodies.0.material=copper"]).bodies[0] == copper
+    assert load_case(path, ["bodies.1.material=copper"]).bodies[1] == copper
+    for overrides in (
+        ["bodies.0.material=copper", "bodies.0.yield_stress=70 MPa"],
+        ["bodies.0.yield_stress=70 MPa", "bodies.0.material=copper"],
+    ):
+        assert load_case(path, overrides).bodies[0] == copper.model_copy(update={"yield_stress": 70.0})
+    rigid = case_with(tmp_path, "rigid")
+    assert load_case(rigid, ["bodies.0.material=copper"]).bodies[0] == copper
+
+
 def test_an_effective_case_keeps_the_constants_that_it_was_run_with(tmp_path: Path) -> None:
     effective = load_case(case_with(tmp_path, "{material: brass}")).effective()
     effective["bodies"][0]["young_modulus"] = 99e3  # as an earlier library might have had it
@@ -59,12 +74,17 @@ def test_an_effective_case_keeps_the_constants_that_it_was_run_with(tmp_path: Pa
             "bodies.0.material",
             "'unobtainium' is not a material of the library; one of steel,",
         ),
+        (
+            "{material: aluminiun}",
+            "bodies.0.material",
+            "'aluminiun' is not a material of the library; did you",
+        ),
         ("{material: [1]}", "bodies.0.material", "[1] is not a material of the library; one of steel,"),
         ("{material: steel, poison_ratio: 0.3}", "bodies.0.poison_ratio", "unknown key 'poison_ratio'; did you mean"),
         ("{material: steel, young_modulus: 0}", "bodies.0.young_modulus", "0 is out of range; a pressure > 0 MPa"),
         ("{}", "bodies.0.young_modulus", "missing; needed: Young's modulus"),
-        ("steel", "bodies.0", "'steel' is not a body; rigid, {material: steel} is needed"),
-        ("52100", "bodies.0", "52100 is not a body; rigid, {material: 100Cr6} is needed"),
+        ("steel", "bodies.0", "'steel' is not a body; rigid or {material: steel} is needed"),
+        ("52100", "bodies.0", "52100 is not a body; rigid or {material: 100Cr6} is needed"),
     ],
 )
 def test_what_is_no_material_is_refused_in_a_line(tmp_path: Path, body: str, key: str, message: str) -> None:
