@@ -27,7 +27,16 @@ from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
 from fretsolve.reference.materials import LIBRARY
 from fretsolve.result.cycles import CYCLES
-from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, SPOT_HISTORY, Quantity
+from fretsolve.result.layout import (
+    BULK_HISTORY,
+    DERIVED_FIELDS,
+    ERRORS,
+    FIELDS,
+    HISTORY,
+    SPOT_HISTORY,
+    WEAR_HISTORY,
+    Quantity,
+)
 
 Schema = Mapping[str, Any]
 
@@ -159,7 +168,7 @@ def _list(node: Schema) -> str:
 
 def history() -> Iterator[str]:
     """Return the columns of ``/history``."""
-    yield from _quantities((*HISTORY, *BULK_HISTORY, *SPOT_HISTORY))
+    yield from _quantities((*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY))
 
 
 def errors() -> Iterator[str]:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.history import BULK, SPOTS
+from fretsolve.case.history import BULK, OF_WEAR, SPOTS
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.layout import ERRORS
-from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors
+from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors, WearState
 
 ALL_FIELDS = ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap")
 COUNTS = (
@@ -117,6 +117,9 @@ def assert_same_state(one: State, other: State) -> None:
     assert (one.change is None) == (other.change is None)
     for name in () if one.change is None else ("pressure", "shear", "displacement"):
         np.testing.assert_array_equal(getattr(one.change, name), getattr(other.change, name), strict=True)
+    assert (one.wear is None) == (other.wear is None)
+    for field in () if one.wear is None else fields(WearState):
+        np.testing.assert_array_equal(getattr(one.wear, field.name), getattr(other.wear, field.name), strict=True)
 
 
 def _digest(state: State) -> np.ndarray:
@@ -144,7 +147,7 @@ def _summary(step: int, pressure: np.ndarray, previous: State | None) -> Summary
     values.update(P=load, step=step, stage=1 + step // 3, wall_time=0.25, work_total=before + values["work"])
     values.update(residual_gap=1e-9, residual_stick=3e-7, residual_slip=0.0, residual_bound=0.0, residual_load=1e-8)
     values.update(Mx=0.0, My=1e-14 * load, Qy=0.0, Mz=0.0, delta_y=0.0, phi_x=0.0, phi_y=0.0, phi_z=0.0)
-    values |= dict.fromkeys((*BULK[1], *BULK[2]), 0.0) | dict.fromkeys(SPOTS, -1)
+    values |= dict.fromkeys((*BULK[1], *BULK[2], *OF_WEAR), 0.0) | dict.fromkeys(SPOTS, -1)
     for zone in ("contact", "stick"):  # circles about the origin
         radius = values[f"{zone}_radius"]
         values |= {f"{zone}_half_width_x": radius, f"{zone}_half_width_y": radius}

@@ -16,10 +16,12 @@ from fretsolve.case.dimensions import (
     LINE_ENERGY,
     LINE_FORCE,
     LINE_MOMENT,
+    LINE_VOLUME,
     MOMENT,
     NUMBER,
     PRESSURE,
     TIME,
+    VOLUME,
     Dimension,
 )
 
@@ -37,6 +39,9 @@ BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for bo
 
 SPOTS = ("spots", "small_spots")
 """The numbers of spots of contact."""
+
+OF_WEAR = ("cycles", "jump", "wear_volume", "wear_depth_max", "wear_error")
+"""Cycles and wear."""
 
 FEWEST_SPOT_CELLS = 10
 """Cells of a spot below which its area and loads are rough."""
@@ -63,7 +68,8 @@ class Summary:
     Forces and moments are those transmitted through the contact; displacements and rotations those of
     body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
     Bulk stresses are columns only in results of cases that have one, spots in those of several surfaces or of a height
-    map; -1 stands for what was not counted.
+    map; -1 stands for what was not counted. Wear is there only in results of cases that have it; `work_total` then
+    counts all the cycles that solved ones stand for.
     """
 
     step: int = field(metadata=_of(NUMBER, "increment, counted from 0"))
@@ -126,6 +132,11 @@ class Summary:
     bulk_2_xy: float = field(default=0.0, metadata=_of(PRESSURE, "bulk stress xy in body 2"))
     spots: int = field(default=-1, metadata=_of(NUMBER, "spots of contact, whose cells touch at sides or corners"))
     small_spots: int = field(default=-1, metadata=_of(NUMBER, f"spots of fewer than {FEWEST_SPOT_CELLS} cells"))
+    cycles: float = field(default=0.0, metadata=_of(NUMBER, "cycles so far, with those that solved ones stand for"))
+    jump: float = field(default=0.0, metadata=_of(NUMBER, "cycles that the last solved one stands for, at its end"))
+    wear_volume: float = field(default=0.0, metadata=_of(VOLUME, "worn volume of both bodies"))
+    wear_depth_max: float = field(default=0.0, metadata=_of(LENGTH, "largest worn depth of both bodies together"))
+    wear_error: float = field(default=0.0, metadata=_of(VOLUME, "estimated error of the worn volume by the jumps"))
 
     @property
     def worst_residual(self) -> float:
@@ -139,7 +150,7 @@ results of versions that did not have them."""
 
 DIMENSIONS_BY_NAME: dict[str, Dimension] = {column.name: column.metadata["dimension"] for column in fields(Summary)}
 
-PER_LENGTH = {FORCE: LINE_FORCE, MOMENT: LINE_MOMENT, ENERGY: LINE_ENERGY, AREA: LINE_AREA}
+PER_LENGTH = {FORCE: LINE_FORCE, MOMENT: LINE_MOMENT, ENERGY: LINE_ENERGY, AREA: LINE_AREA, VOLUME: LINE_VOLUME}
 """Dimensions of the history in a line contact, where they are others."""
 
 LINE_MEANINGS = {

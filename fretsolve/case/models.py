@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -64,7 +64,12 @@ SINGLE_TOLERANCE = 1e-4
 LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
-FieldName = Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound"]
+WearField = Literal["wear_depth", "wear_depth_1", "wear_depth_2"]
+FieldName = (
+    Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound"]
+    | WearField
+)
+DEFAULT_FIELDS: tuple[FieldName, ...] = ("pressure", "shear", "slip", "zone")
 
 
 class GridSpec(CaseModel):
@@ -134,7 +139,9 @@ class SolverSpec(CaseModel):
 class OutputSpec(CaseModel):
     """The fields that the result keeps; `shear` and `slip` stand for both of their components."""
 
-    fields: tuple[FieldName, ...] = Field(default=("pressure", "shear", "slip", "zone"), description="fields to store")
+    fields: tuple[FieldName, ...] = Field(
+        default=DEFAULT_FIELDS, description="fields to store; with wear, wear_depth is among them if they are left out"
+    )
     every: Count = Field(default=1, description="fields are stored at every n-th increment")
     stress: StressSpec | None = Field(
         default=None, description="stresses below the surface at the end of the run", examples=[{"bodies": [2]}]
@@ -314,8 +321,22 @@ class Case(CaseModel):
             )
         return self
 
+    @model_validator(mode="before")
+    @classmethod
+    def _worn_depth_is_stored(cls, value: Any) -> Any:
+        output = value.get("output", {}) if isinstance(value, dict) and value.get("wear") is not None else None
+        if isinstance(output, dict) and "fields" not in output:
+            return {**value, "output": {**output, "fields": [*DEFAULT_FIELDS, "wear_depth"]}}
+        return value
+
     @model_validator(mode="after")
     def _wear_fits(self) -> Self:
+        if self.wear is None:
+            refused_at(
+                (("output", "fields", place), f"{name} belongs to wear, which the case does not have; leave it out")
+                for place, name in enumerate(self.output.fields)
+                if name in get_args(WearField)
+            )
         coefficient = self.friction.coefficient
         friction = coefficient if isinstance(coefficient, float) else None
         check_wear(self.wear, unrolled(self.load_path), friction, {**DIMENSIONS_BY_NAME, **self.dimensions})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, islice
@@ -15,6 +16,10 @@ from fretsolve.errors import KeyPath
 
 LARGEST_STAGE_COUNT = 100_000
 
+MOST_SOLVED_CYCLES, CYCLES_TO_SETTLE = 1000, 20
+"""Most solved cycles that stand for others where they choose their jumps, and how many more there may be where their
+jump is given, as the first ones must become periodic."""
+
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 """The components imposed until a stage names one of the same pair."""
 
@@ -25,7 +30,7 @@ class CyclePass:
 
     cycle: which one, counted from 1 along the path; turn: which repetition of it, from 1; until: the tolerance with
     which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the file;
-    jumps: how it stands for others under wear, None if it does not.
+    jumps: how it stands for others under wear, if it does; is_last: whether it is the last one that there may be.
     """
 
     cycle: int
@@ -33,6 +38,7 @@ class CyclePass:
     until: float | None
     key: KeyPath
     jumps: WearJumps | None = None
+    is_last: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,8 @@ class Stage:
     key: where it stands in the case file; targets: components with their new totals (mm, N, N mm, rad, MPa);
     increments: None for as many as the case needs; spacing: None for what goes with that. part: within `key`, where
     the components stand; cycle: the repetition of a cycle that it belongs to, if any; outer: which repetition of
-    an outermost cycle, counted from 1 along the path, 0 for none.
+    an outermost cycle, counted from 1 along the path, 0 for none. wears: the repetition of a cycle that has ended, for
+    whose wear the surfaces change in this stage; it moves no load.
     """
 
     number: int
@@ -53,6 +60,7 @@ class Stage:
     part: KeyPath = ()
     cycle: CyclePass | None = None
     outer: int = 0
+    wears: CyclePass | None = None
 
     def place(self, name: str | None) -> KeyPath:
         """Return where a component stands in the case file; the stage itself, if it does not name the component."""
@@ -67,17 +75,24 @@ class _Leg(NamedTuple):
     parts: int
 
 
+class _Jump(NamedTuple):
+    """The change of the surfaces by wear at the end of a repetition."""
+
+    of: CyclePass | None
+
+
 class _Repeated(NamedTuple):
     """A cycle, validated or as written. stages: of one repetition; times: the most repetitions.
 
     until, jumps: see `CyclePass`; legs: of a cycle with an amplitude, the way to its first end, and the two of a
-    repetition.
+    repetition; wears: whether the surfaces change at the end of a repetition.
     """
 
     stages: Any
     times: int
     until: float | None
     legs: tuple[Any, Any, Any] | None = None
+    wears: bool = False
     jumps: WearJumps | None = None
 
 
@@ -95,6 +110,8 @@ def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
 
 def _stage(number: int, step: _Step) -> Stage:
     key, spec, cycle, outer = step
+    if isinstance(spec, _Jump):
+        return Stage(number, key, (), 1, "equal", outer=outer, wears=spec.of)
     if isinstance(spec, _Leg):
         whole, increments = spec.cycle, spec.cycle.count(spec.parts)
         return Stage(number, key, whole.targets(spec.sign), increments, whole.spacing, ("amplitude",), cycle, outer)
@@ -134,6 +151,8 @@ def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]
     """Return where bulk stresses stand in a load path, as (0, "bulk_2")."""
     found = []
     for key, stage, *_ in _walk(load_path, ()):
+        if isinstance(stage, _Jump):
+            continue
         of_amplitude = isinstance(stage, _Leg)
         holder, part = (stage.cycle.amplitude, ("amplitude",)) if of_amplitude else (stage, ())
         found += [(*key, *part, name) for name in ("bulk_1", "bulk_2") if getattr(holder, name) is not None]
@@ -147,7 +166,8 @@ def stage_count(load_path: Any) -> int:
 
 
 def _count(cycle: _Repeated) -> int:
-    return 1 + 2 * cycle.times if cycle.legs else stage_count(cycle.stages) * cycle.times
+    of_one = (2 if cycle.legs else stage_count(cycle.stages)) + cycle.wears
+    return (1 if cycle.legs else 0) + of_one * cycle.times
 
 
 def stage_key(load_path: Any, number: str | int) -> KeyPath:
@@ -183,7 +203,8 @@ def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> 
         if cycle.legs is not None:
             yield _Step(inside, cycle.legs[0], None, passes + 1 if outermost else 0)
         for turn in range(1, (cycle.times if cycle.stages or cycle.legs else 0) + 1):
-            run = None if nested else CyclePass(number, turn, cycle.until, inside, cycle.jumps)
+            last = cycle.wears and turn == cycle.times
+            run = None if nested else CyclePass(number, turn, cycle.until, inside, cycle.jumps, last)
             passes += 1
             if cycle.legs is not None:
                 steps_of_it = iter([_Step(inside, leg, run) for leg in cycle.legs[1:]])
@@ -191,25 +212,48 @@ def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> 
                 steps_of_it = _walk(cycle.stages, (*inside, "stages"), numbers)
             for one in steps_of_it:
                 yield one._replace(cycle=one.cycle if nested else run, outer=passes if outermost else 0)
+            if cycle.wears:
+                yield _Step(inside, _Jump(run), None, passes if outermost else 0)
 
 
 def _repeated(step: Any) -> _Repeated | None:
     """Return what a cycle repeats; None for a stage."""
     if isinstance(step, CycleSpec):
-        until, jumps = step.cycle.tolerance if step.cycle.until else None, step.cycle.jumps
+        jumps, until = step.cycle.jumps, step.cycle.tolerance if step.cycle.until else None
+        times = step.cycle.most if jumps is None else _solved_cycles(jumps.represents, jumps.jump)
         if isinstance(step.cycle, AmplitudeCycle):
             legs = _Leg(step.cycle, 1.0, 4), _Leg(step.cycle, -1.0, 2), _Leg(step.cycle, 1.0, 2)
-            return _Repeated((), step.cycle.most, until, legs, jumps)
-        return _Repeated(step.cycle.stages, step.cycle.most, until, jumps=jumps)
+            return _Repeated((), times, until, legs, jumps is not None, jumps)
+        return _Repeated(step.cycle.stages, times, until, None, jumps is not None, jumps)
     cycle = step.get("cycle") if isinstance(step, dict) else None
     if not isinstance(cycle, dict):
         return None
-    times = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
-    times = times if isinstance(times, int) else 1
+    given = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
+    if wears := "represents" in cycle:
+        given = _solved_cycles(cycle["represents"], cycle.get("jump", "auto"))
+    times = given if isinstance(given, int) else 1
     stages = cycle.get("stages")
     if "amplitude" in cycle:
-        return _Repeated((), times, None, (cycle, cycle, cycle))
-    return _Repeated(stages if isinstance(stages, list | tuple) else (), times, None)
+        return _Repeated((), times, None, (cycle, cycle, cycle), wears)
+    return _Repeated(stages if isinstance(stages, list | tuple) else (), times, None, None, wears)
+
+
+def _solved_cycles(represents: Any, jump: Any) -> int:
+    """Return how many solved cycles there are at most, of a cycle that stands for others, validated or as written."""
+    values = [_as_number(represents), _as_number(jump)]
+    if values[0] is None:
+        return 1
+    needed = MOST_SOLVED_CYCLES if values[1] is None else 3.0 * values[0] / values[1] + CYCLES_TO_SETTLE
+    return max(1, math.ceil(min(values[0], needed)))
+
+
+def _as_number(value: Any) -> float | None:
+    """Return a number of cycles, None for auto and for what is not one."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if 0.0 < number < math.inf else None
 
 
 def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:

@@ -16,15 +16,12 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from fretsolve.case.history import PAIRS, SHEARING
-from fretsolve.case.unrolled_path import CyclePass, Stage
+from fretsolve.case.unrolled_path import INITIAL, CyclePass, Stage, imposed_after
 from fretsolve.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Summary
 from fretsolve.system.arrays import Vector
-
-INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
-"""The components imposed until a stage names one of the same pair."""
 
 DRAWN_INCREMENTS = 10
 """Least number of automatic increments under tangential load: a loop needs points to be drawn."""
@@ -89,10 +86,11 @@ class LoadPath:
         self._model = model
         self._planned: list[_PlannedStage] = []
         self._may_end: dict[int, CyclePass] = {}
+        self._steps_of: dict[tuple[int, int], tuple[int, int]] = {}
         self._left_out: Collection[int] | None = None
         self.path_dependent = False
         self.slip_width = 0.0
-        imposed = list(accumulate(stages, _after, initial=INITIAL))
+        imposed = list(accumulate(stages, imposed_after, initial=INITIAL))
         gradings = stage_gradings(model.friction, imposed, LINE if model.line else SPHERE)
         moved = set[str]()
         for stage, (before, after), grading in zip(stages, pairwise(imposed), gradings, strict=True):
@@ -122,12 +120,16 @@ class LoadPath:
         self.needed = tuple(stage.needed for stage in planned)
         self.imposed = tuple(stage.after for stage in planned)
         self.graded = tuple(stage.grading is not None for stage in planned)
-        self._may_end = {}
+        self._may_end, self._steps_of = {}, {}
         for stage, following in pairwise([*self._planned, None]):
-            if stage is not None and stage.stage.cycle is not None and stage.stage.cycle.until is not None:
-                ends = following is None or following.stage.cycle != stage.stage.cycle
-                if ends and stage.stage.cycle.turn > 1:
-                    self._may_end[stage.first + stage.increments - 1] = stage.stage.cycle
+            cycle = None if stage is None else stage.stage.cycle
+            if stage is not None and cycle is not None:
+                first, _ = self._steps_of.get((cycle.cycle, cycle.turn), (stage.first, 0))
+                self._steps_of[cycle.cycle, cycle.turn] = first, stage.first + stage.increments - 1
+            if stage is not None and cycle is not None and (cycle.until is not None or cycle.jumps is not None):
+                ends = following is None or following.stage.cycle != cycle
+                if ends and (cycle.turn > 1 or cycle.jumps is not None):
+                    self._may_end[stage.first + stage.increments - 1] = cycle
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -135,16 +137,28 @@ class LoadPath:
         return tuple(planned.stage for planned in self._planned)
 
     def after(self, history: Sequence[Summary]) -> LoadPath:
-        """Return the path without the repetitions that are left of a cycle which the last increment shows periodic.
+        """Return the path without the repetitions that are left of a cycle which has come to its end with the last
+        increment: it is periodic, or all cycles are done that it stands for.
 
         history: the summaries of all steps so far. It is this path itself unless such a cycle ends there.
         """
         if self._left_out is not None:
             return self.without(self._left_out) if self._left_out else self
         cycle = self._may_end.get(len(history) - 1)
-        if cycle is None or not _is_periodic(self.stages, history, cycle):
+        if cycle is None:
             return self
-        return self.without({stage.number for stage in self.stages if _is_later(stage.cycle, cycle)})
+        if cycle.jumps is not None:
+            if self.cycles_done(history, cycle) < cycle.jumps.represents:
+                return self
+        elif not _is_periodic(self.stages, history, cycle):
+            return self
+        left = (stage for stage in self.stages if _is_later(stage.cycle, cycle) or _changes(stage.wears, cycle))
+        return self.without({stage.number for stage in left})
+
+    def cycles_done(self, history: Sequence[Summary], cycle: CyclePass) -> float:
+        """Return how many cycles the repetitions of a cycle stand for so far, up to the end of the history."""
+        first, _ = self._steps_of[cycle.cycle, 1]
+        return history[-1].cycles - (history[first - 1].cycles if first else 0.0)
 
     def followed(self, history: Sequence[Summary]) -> LoadPath:
         """Return the path as `after` leaves it after each step of `history`."""
@@ -172,6 +186,10 @@ class LoadPath:
         path = LoadPath(stages, self._model)
         path._left_out = left_out
         return path
+
+    def steps_of(self, cycle: int, turn: int) -> tuple[int, int]:
+        """Return the first and the last step of a repetition of a cycle, both counted from 1."""
+        return self._steps_of[cycle, turn]
 
     def growth(self, step: int) -> float | None:
         """Return the load step at `step` over the one before it, None where that is of another stage."""
@@ -233,6 +251,11 @@ def _is_later(cycle: CyclePass | None, than: CyclePass) -> bool:
     return cycle is not None and cycle.cycle == than.cycle and cycle.turn > than.turn
 
 
+def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
+    """Return whether the surfaces change at the end of the repetition `after` or of a later one."""
+    return wears is not None and wears.cycle == after.cycle and wears.turn >= after.turn
+
+
 def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
     """Return whether `cycle`, with which the history ends, changes nothing any more."""
     from fretsolve.result.cycles import CHANGE_COLUMNS, change_over_cycle, cycles_in  # few paths need them
@@ -260,13 +283,6 @@ def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
 def _moves(stage: Stage) -> bool:
     """Return whether a stage moves any load, rather than change the friction alone."""
     return any(name != "friction" for name, _ in stage.targets)
-
-
-def _after(before: dict[str, float], stage: Stage) -> dict[str, float]:
-    """Return what is imposed at the end of a stage."""
-    named = dict(stage.targets)
-    replaced = {name for pair in PAIRS if named.keys() & set(pair) for name in pair}
-    return {name: value for name, value in before.items() if name not in replaced} | named
 
 
 def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.history import LINE_MEANINGS, PER_LENGTH, SPOTS
+from fretsolve.case.history import LINE_MEANINGS, OF_WEAR, PER_LENGTH, SPOTS
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
@@ -72,7 +72,10 @@ SPOT_HISTORY = tuple(one for one in _COLUMNS if one.name in SPOTS)
 """Numbers of spots; only in results of cases that may have several. -1 where they were not counted, in increments of
 earlier versions."""
 
-_OPTIONAL = (BULK_HISTORY, SPOT_HISTORY)
+WEAR_HISTORY = tuple(one for one in _COLUMNS if one.name in OF_WEAR)
+"""Wear; only in results of cases that have it."""
+
+_OPTIONAL = (BULK_HISTORY, SPOT_HISTORY, WEAR_HISTORY)
 
 HISTORY = tuple(one for one in _COLUMNS if not any(one in columns for columns in _OPTIONAL))
 """Columns of every result, besides the step."""
@@ -125,6 +128,9 @@ FIELDS = (
 DERIVED_FIELDS = (
     FieldQuantity("friction", "1", "coefficient of friction", array="friction"),
     FieldQuantity("shear_bound", "MPa", "friction limit of the shear traction", array="shear_bound"),
+    FieldQuantity("wear_depth", "mm", "worn depth of both bodies together", array="wear_depth"),
+    FieldQuantity("wear_depth_1", "mm", "worn depth of body 1", array="wear_depth_1"),
+    FieldQuantity("wear_depth_2", "mm", "worn depth of body 2", array="wear_depth_2"),
 )
 """Fields that are stored if a case asks for them, and that a restart does not need."""
 
@@ -143,8 +149,19 @@ CHANGE = tuple(
 )
 """Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
 
+WEAR = (
+    FieldQuantity("wear_state_depth", "mm", "worn depth", array="depth"),
+    FieldQuantity("wear_state_profile", "mm", "worn depth by which the surfaces have changed", array="profile"),
+    FieldQuantity("wear_state_mark", "mm", "worn depth at the start of the present cycle", array="mark"),
+    FieldQuantity("wear_state_path", "mm", "way of the surfaces past each other in the present cycle", array="path"),
+    FieldQuantity("wear_state_rate", "mm/MPa", "worn depth per pressure in the cycle before", array="rate"),
+    FieldQuantity("wear_state_used", "mm/MPa", "worn depth per pressure that the last jump took", array="used"),
+)
+"""Datasets that a restart needs where there is wear, always in double precision."""
+
 QUANTITIES: dict[str, Quantity] = {
-    one.name: one for one in (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *ERRORS, X, Y, *RESTART, *DERIVED_FIELDS)
+    one.name: one
+    for one in (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *ERRORS, X, Y, *RESTART, *DERIVED_FIELDS)
 }
 """All columns, axes and fields by their names, which are unique."""
 
@@ -157,7 +174,7 @@ def _of_a_line(one: Quantity) -> Quantity:
     return replace(one, units=units, long_name=LINE_MEANINGS.get(one.name, one.long_name))
 
 
-LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *ERRORS)}
+LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *ERRORS)}
 """The same of a line contact."""
 
 
@@ -179,8 +196,8 @@ def is_single(effective_case: Mapping[str, Any]) -> bool:
 
 def optional_columns(effective_case: Mapping[str, Any]) -> tuple[Quantity, ...]:
     """Return the columns of the history of a case that not every result has, besides those of error bars."""
-    bulk, spots = has_bulk_stress(effective_case), may_have_spots(effective_case)
-    return (*(BULK_HISTORY if bulk else ()), *(SPOT_HISTORY if spots else ()))
+    there = has_bulk_stress(effective_case), may_have_spots(effective_case), "wear" in effective_case
+    return tuple(one for columns, has in zip(_OPTIONAL, there, strict=True) if has for one in columns)
 
 
 def optional_among(names: Collection[str]) -> tuple[Quantity, ...]:

@@ -28,6 +28,7 @@ from fretsolve.result.layout import (
     PLAIN_FILTERS,
     RESTART,
     STEP,
+    WEAR,
     FieldQuantity,
     Quantity,
     X,
@@ -161,7 +162,7 @@ def write_result(
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
-            kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS}
+            kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS + WEAR}
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
                 dataset.attrs.update(kept[name].attributes)
 
@@ -240,7 +241,8 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
         if quantity not in stored or values.dtype != quantity.dtype:
             group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
     derived = [quantity for quantity in DERIVED_FIELDS if getattr(state.fields, quantity.array) is not None]
-    for quantity in (*derived, *(CHANGE if state.change is not None else ())):
+    changes, wear = (CHANGE if state.change is not None else ()), (WEAR if state.wear is not None else ())
+    for quantity in (*derived, *changes, *wear):
         if quantity in stored:
             continue
         values = component(state, quantity)
@@ -250,6 +252,7 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
 
 def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
     """Return the array ``(nx, ny)`` of `state` that is stored as `quantity`."""
-    owner = state.change if quantity in CHANGE else state if quantity in DISPLACEMENT else state.fields
+    of_increment = state.change if quantity in CHANGE else state if quantity in DISPLACEMENT else state.fields
+    owner = state.wear if quantity in WEAR else of_increment
     array: NDArray[Any] = getattr(owner, quantity.array)
     return array if quantity.component is None else array[quantity.component]

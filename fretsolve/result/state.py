@@ -152,8 +152,9 @@ class Fields:
 
     pressure, gap, slip_path, work_density: ``(nx, ny)``; shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)``
     uint8 of `Zone`. slip is summed since the start, slip_path is the length of its path, work_density the
-    energy dissipated per area since the start. friction and shear_bound, the coefficient and the friction limit, are
-    there only if the case stores them; nothing goes on from them.
+    energy dissipated per area since the start. friction and shear_bound, the coefficient and the friction limit, and
+    the worn depths, of both bodies together and of each, are there only if the case stores them; nothing goes on from
+    them.
     """
 
     pressure: FloatArray
@@ -165,6 +166,9 @@ class Fields:
     gap: FloatArray
     friction: FloatArray | None = None
     shear_bound: FloatArray | None = None
+    wear_depth: FloatArray | None = None
+    wear_depth_1: FloatArray | None = None
+    wear_depth_2: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -181,13 +185,31 @@ class Change:
 
 
 @dataclass(frozen=True)
+class WearState:
+    """What wear has done so far, each ``(nx, ny)`` in double precision.
+
+    depth: worn depth (mm); profile: that by which the surfaces have changed, which do so at the end of a cycle; mark:
+    the worn depth where the present cycle began; path: way of the surfaces past each other in the present cycle (mm),
+    also where they do not touch; rate: worn depth per pressure in the cycle before the last change (mm/MPa), and
+    used: that with which the surfaces changed.
+    """
+
+    depth: DoubleArray
+    profile: DoubleArray
+    mark: DoubleArray
+    path: DoubleArray
+    rate: DoubleArray
+    used: DoubleArray
+
+
+@dataclass(frozen=True)
 class State:
     """Everything after one certified increment.
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
     refers to. Together with `fields`, `summary` and `change` it is all that a restart needs. Where nothing can slip, it
     is `nothing`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any;
-    change: over the increment, where the next one is estimated by it.
+    change: over the increment, where the next one is estimated by it; wear: where there is any.
     """
 
     summary: Summary
@@ -195,3 +217,4 @@ class State:
     displacement: FloatArray
     errors: SummaryErrors | None = None
     change: Change | None = None
+    wear: WearState | None = None

@@ -22,7 +22,9 @@ from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
+    from fretsolve.case.wear_spec import WearSpec
     from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
+    from fretsolve.wear.law import WearLaw
 
 SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
@@ -37,7 +39,7 @@ class ProblemSetup:
 
     case: with the settings that its accuracy picks; heights: reads the height maps when it is first called; picked: the
     picked settings in words; compiled: whether the kernels compiled by numba are to be used; friction: its law, None
-    where it is one coefficient.
+    where it is one coefficient; wear: its law, None without wear.
     """
 
     case: Case
@@ -49,6 +51,7 @@ class ProblemSetup:
     picked: tuple[str, ...] = ()
     compiled: bool = False
     friction: FrictionLaw | None = None
+    wear: WearLaw | None = None
 
     def separation(self) -> DoubleArray:
         """Return the undeformed separation of the surfaces on the grid, ``(nx, ny)`` in mm.
@@ -126,6 +129,12 @@ def _require_slip(case: Case, model: Model) -> None:
     raise case.source.problem(message, ("wear",))
 
 
+def _wear_law(wear: WearSpec) -> WearLaw:
+    from fretsolve.wear.law import wear_law  # few cases have one
+
+    return wear_law(wear)
+
+
 def _friction_law(case: Case) -> FrictionLaw | None:
     from fretsolve.friction.law import friction_law  # few cases have one
 
@@ -183,6 +192,7 @@ def _set_up(case: Case) -> ProblemSetup:
             " precision: double, or lengths and moduli nearer to those of metals",
             ("solver", "precision"),
         )
+    wear = None if case.wear is None else _wear_law(case.wear)
     picked = picks(asked, case, points, load_path)
     compiled = compiling_pays(seconds_saved(model, grid, load_path))
-    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled, friction)
+    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled, friction, wear)

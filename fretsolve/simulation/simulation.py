@@ -26,7 +26,7 @@ from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.area_contact import UNMEASURED, AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
-from fretsolve.system.arrays import FloatArray, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""
@@ -40,6 +40,7 @@ of the time. Up to 64 x 64 a saved run takes as long either way, since the estim
 
 if TYPE_CHECKING:
     from fretsolve.simulation.line_contact import LineContact
+    from fretsolve.wear.worn_surfaces import WornSurfaces
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -71,8 +72,6 @@ def states_of(
 
     measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
     """
-    if setup.case.wear is not None:
-        raise setup.case.source.problem("wear is not solved yet; leave it out", ("wear",))
     load_wisdom()
     limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
     separation, precision = setup.separation(), _precision(setup)
@@ -83,6 +82,7 @@ def states_of(
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
+    wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
     summaries, plans = list(history), measured_plans()
     path = setup.load_path.followed(summaries)
     while (step := len(summaries)) < (path := path.after(summaries)).increments:
@@ -104,6 +104,8 @@ def states_of(
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
 
                 begin = with_mismatch(begin, increment.stretch, setup.grid)
+            if wear is not None:
+                begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)
             if friction is not None:
                 friction.require_known(solved.solution.pressure > 0.0, setup.grid, setup.case)
@@ -118,14 +120,19 @@ def states_of(
         sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
-        fields, displacement, work = _fields(solved, fields, setup)
+        last = fields
+        fields, displacement, work = _fields(solved, last, setup)
         change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
-        del solved, begin  # frees what the state does not need
+        if wear is not None:
+            pressure = mean_pressure(last.pressure, fields.pressure)
+            summary = wear.count(increment, summary, last, fields, solved.solution, pressure, path, summaries)
+            fields = _read_only(wear.fields(fields, setup.case.output.fields))
+        del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
-        yield State(summary, fields, displacement, change=change)
+        yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
 
 
 def _has_trend(setup: ProblemSetup, path: LoadPath, step: int, *, saved: bool) -> bool:
@@ -183,6 +190,16 @@ def _line_contact(setup: ProblemSetup, *arguments: Any) -> LineContact:
     return LineContact.of(setup, *arguments)
 
 
+def _worn_surfaces(
+    setup: ProblemSetup, solver: IncrementSolver, separation: DoubleArray, start: State | None
+) -> WornSurfaces:
+    """Return the surfaces of a problem with wear, which change in place the `separation` that the solver refers to."""
+    from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
+
+    assert setup.wear is not None
+    return WornSurfaces(setup.wear, solver, separation, None if start is None else start.wear)
+
+
 def _working_seconds() -> float:
     """Return a clock that stands still while kernels are compiled or read from disk, once in a process."""
     return time.perf_counter() - readying_seconds()
@@ -216,13 +233,16 @@ def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields
         shear_bound=None if bound is None else kept(bound),
     )
     displacement = kept(solution.displacement)
-    for array in filter(_is_there, (*vars(fields).values(), displacement)):
-        array.flags.writeable = False  # the next increment starts from these very arrays
-    return fields, displacement, work
+    displacement.flags.writeable = False
+    return _read_only(fields), displacement, work
 
 
-def _is_there(array: FloatArray | None) -> bool:
-    return array is not None
+def _read_only(fields: Fields) -> Fields:
+    """Return the fields as arrays that cannot be written to: the next increment starts from these very arrays."""
+    for array in vars(fields).values():
+        if array is not None:
+            array.flags.writeable = False
+    return fields
 
 
 def _friction_fields(solution: Solution, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:

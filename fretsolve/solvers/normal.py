@@ -128,7 +128,7 @@ class NormalSolver:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
         np.subtract(pressure, self._gap, out=self._gap)
         change = self._workspace.double[:1]
-        add_displacement(self.operator, ElasticOperator.normal, self._uz, change, self._workspace, allowed)
+        add_displacement(self.operator, type(self.operator).normal, self._uz, change, self._workspace, allowed)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
         """Start with contact where the estimate is positive, or everywhere if a load is imposed and it is nowhere."""

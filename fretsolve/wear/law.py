@@ -7,22 +7,23 @@ from typing import Literal
 
 import numpy as np
 
+from fretsolve.case.wear_spec import WearSpec
 from fretsolve.system.arrays import FloatArray
 
 
 @dataclass(frozen=True)
 class WearLaw:
-    """Wear by dissipated energy, dw = alpha q ds (Fouvry), or by pressure and slip, dw = k p^m ds (Archard).
+    """Wear by energy, dw = alpha q ds (Fouvry), or by pressure and slip, dw = k p (p/p0)^(m - 1) ds (Archard).
 
-    alpha: worn volume per energy, in mm^3/mJ, which is mm^3/(N mm); k: worn volume per force and path, in mm^3/(N mm),
-    with m = 1, else in mm^3/(N mm) times MPa^(1 - m); exponent: m; share: of the worn depth in body 1 and body 2, which
-    add up to 1.
+    alpha: worn volume per energy, in mm^3/mJ, which is mm^3/(N mm); k: worn volume per force and path, in mm^3/(N mm);
+    exponent: m; reference_pressure: p0 (MPa); share: of the worn depth in body 1 and body 2, which add up to 1.
     """
 
     law: Literal["energy", "archard"]
     alpha: float = 0.0
     k: float = 0.0
     exponent: float = 1.0
+    reference_pressure: float = 1.0
     share: tuple[float, float] = (0.5, 0.5)
 
     def depth(self, energy: FloatArray, path: FloatArray, pressure: FloatArray) -> FloatArray:
@@ -32,8 +33,28 @@ class WearLaw:
         """
         if self.law == "energy":
             return np.asarray(self.alpha * energy)
-        return np.asarray(self.k * pressure**self.exponent * path)
+        return np.asarray(self._coefficient(pressure) * pressure * path)
+
+    def energy_per_depth(self, bound: FloatArray, pressure: FloatArray) -> FloatArray | float:
+        """Return the energy dissipated per area and worn depth, in mJ/mm^2 per mm.
+
+        bound: friction limit (MPa) under `pressure` > 0 (MPa).
+        """
+        return 1.0 / self.alpha if self.law == "energy" else bound / (self._coefficient(pressure) * pressure)
+
+    def _coefficient(self, pressure: FloatArray) -> FloatArray | float:
+        """Return k under `pressure` (MPa)."""
+        if self.exponent == 1.0:
+            return self.k
+        return np.asarray(self.k * (pressure / self.reference_pressure) ** (self.exponent - 1.0))
 
     def of_bodies(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the worn depths (mm) of body 1 and body 2 from that of both together."""
         return self.share[0] * depth, self.share[1] * depth
+
+
+def wear_law(spec: WearSpec) -> WearLaw:
+    """Return the law of wear of a case."""
+    return WearLaw(
+        spec.law, spec.alpha or 0.0, spec.k or 0.0, spec.exponent or 1.0, spec.reference_pressure or 1.0, spec.share
+    )

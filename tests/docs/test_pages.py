@@ -22,7 +22,7 @@ from fretsolve import load_case
 from fretsolve.case.models import Case
 from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.case.source import parse
-from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, SPOT_HISTORY
+from fretsolve.result.layout import BULK_HISTORY, DERIVED_FIELDS, ERRORS, FIELDS, HISTORY, SPOT_HISTORY, WEAR_HISTORY
 
 CASE = {
     "bodies": [{"young_modulus": 2e5, "poisson_ratio": 0.3}, "rigid"],
@@ -156,7 +156,10 @@ def test_reference_has_every_key_and_dataset() -> None:
     assert not [key for key in keys - surfaces - {"cycle"} if f"\n| `{key}` | " not in case_page]
     assert "None" not in case_page
     result_page = (DOCS / "reference/result.md").read_text(encoding="utf-8")
-    names = [quantity.name for quantity in (*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *ERRORS, *FIELDS, *DERIVED_FIELDS)]
+    names = [
+        quantity.name
+        for quantity in (*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *ERRORS, *FIELDS, *DERIVED_FIELDS)
+    ]
     assert not [name for name in names if f"\n| `{name}` | " not in result_page]
 
 

@@ -17,6 +17,7 @@ from fretsolve.result.layout import (
     RESTART,
     SPOT_HISTORY,
     STEP,
+    WEAR_HISTORY,
     X,
     chunk_shape,
     stored_fields,
@@ -25,7 +26,7 @@ from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
-    columns = (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY)
+    columns = (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY)
     assert [column.name for column in columns] == [field.name for field in fields(Summary)]
     counts = {"step", "stage", "contact_cells", "stick_cells", "alternations", "operator_applications"}
     counts |= {"iterations_normal", "iterations_tangential", "spots", "small_spots"}
@@ -45,7 +46,7 @@ def test_restart_has_all_arrays_of_a_state() -> None:
 
 @pytest.mark.parametrize(
     "quantity",
-    [*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *FIELDS, *DERIVED_FIELDS, *DISPLACEMENT, X],
+    [*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *FIELDS, *DERIVED_FIELDS, *DISPLACEMENT, X],
     ids=lambda quantity: quantity.name,
 )
 def test_units_are_understood(quantity: object) -> None:

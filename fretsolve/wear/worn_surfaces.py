@@ -1,0 +1,230 @@
+"""The surfaces of a contact that wears: how much has been worn, and when and by how much their profile changes.
+
+The worn depth counts up with the dissipated energy of each increment. At the end of a solved cycle the surfaces take up
+what it has worn, times the number of cycles that it stands for, in an increment of its own with the loads held.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fretsolve.case.unrolled_path import CyclePass
+from fretsolve.errors import NotConvergedError
+from fretsolve.friction.bound import FrictionBound
+from fretsolve.increment.certificate import Solution
+from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
+from fretsolve.increment.working_state import InitialState
+from fretsolve.model.load_control import LoadControl
+from fretsolve.model.load_path import Increment, LoadPath
+from fretsolve.result.state import Fields, Summary, WearState, Zone
+from fretsolve.solvers.rigid_modes import TangentialModes
+from fretsolve.system.arrays import DoubleArray, FloatArray
+from fretsolve.wear.jumps import Progress, SolvedCycle, next_jump, require_periodic
+from fretsolve.wear.law import WearLaw
+from fretsolve.wear.profile import ProfileProblem, wear_over_jump
+from fretsolve.wear.rates import owed, rate_over_jump, rates_of
+
+ERROR_SHARE = 0.5
+"""Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
+next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate)."""
+
+
+@dataclass(frozen=True)
+class _Jump:
+    """A change of the profile whose increment is to be solved.
+
+    number: of the cycles that the last solved one stands for; energy: dissipated per area, and path: slip of those that
+    were not solved, (nx, ny).
+    """
+
+    number: float
+    energy: FloatArray
+    path: FloatArray
+
+
+class WornSurfaces:
+    """The surfaces of one run.
+
+    separation: (nx, ny), of the unworn surfaces, to which `solver` refers; it grows in place by the worn profile.
+    state: what wear has done so far, None before the first increment.
+    """
+
+    def __init__(self, law: WearLaw, solver: IncrementSolver, separation: DoubleArray, state: WearState | None):
+        self._law, self._solver, self._separation = law, solver, separation
+        self._unworn, none = separation.copy(), np.zeros(separation.shape)
+        self._modes = TangentialModes(solver.grid)
+        self._jump: _Jump | None = None
+        self.state = WearState(none, none, none, none, none, none) if state is None else state
+        np.add(self._unworn, self.state.profile, out=separation)
+
+    def begin(
+        self, increment: Increment, start: InitialState, fields: Fields, path: LoadPath, history: Sequence[Summary]
+    ) -> InitialState:
+        """Return the start of an increment; where the surfaces change in it, change them.
+
+        fields, history: before the increment. Raises NoSolutionError.
+        """
+        cycle, self._jump, progress = increment.stage.cycle, None, Progress(path, history)
+        if cycle is not None and increment.step == progress.path.steps_of(cycle.cycle, cycle.turn)[0]:
+            self.state = replace(self.state, mark=self.state.depth, path=np.zeros(self._separation.shape))
+        if increment.stage.wears is None:
+            return start
+        self._wear(increment.stage.wears, increment.normal, start, fields, progress)
+        return replace(start, normal=None)  # so that the pressure is solved anew
+
+    def _wear(
+        self, cycle: CyclePass, control: LoadControl, start: InitialState, fields: Fields, progress: Progress
+    ) -> None:
+        """Change the profile by the wear of the cycles that the last one stands for."""
+        state, pressure = self.state, fields.pressure.astype(np.float64)
+        # 1. wear of the cycle, and how many it stands for
+        rates = rates_of(self._law, start.friction or FrictionBound(self._solver.model.friction), pressure, state)
+        cycles = progress.solved(cycle)
+        number = self._number(cycle, cycles, progress, pressure)
+        # 2. the mean rate over the jump; what does not go with the pressure, and what other stages have worn
+        jump_before = next((one.jump for one in reversed(cycles) if one.jump > 1.0), 0.0)
+        rate = rates.rate
+        compliance = number * rate
+        if number > 1.0 and jump_before:
+            rate = rate_over_jump(rates.rate, number, state, jump_before)
+            compliance = np.maximum(number * rate + owed(rates.rate, jump_before, state), 0.0)
+        fixed = number * rates.rest + (state.mark - state.profile)
+        # 3. the profile at its end
+        yielding = self._problem(self._separation + fixed, control, start, fields)
+        tolerance, most = SOLVER_TOLERANCE_SHARE * self._solver.tolerance, self._solver.max_iterations
+        worn = wear_over_jump(self._solver.level, yielding, compliance, pressure, tolerance, most)
+        profile = state.profile + fixed + worn
+        np.add(self._unworn, profile, out=self._separation)
+        # 4. energy and slip of the cycles that were not solved
+        path = (number - 1.0) * np.where(pressure > 0.0, state.path, 0.0)
+        self._jump = _Jump(number, (profile - state.depth) * rates.energy, path)
+        self.state = replace(state, depth=profile, profile=profile)
+        if number > 1.0:
+            self.state = replace(self.state, rate=rates.rate, used=rate)
+
+    def _problem(
+        self, separation: DoubleArray, control: LoadControl, start: InitialState, fields: Fields
+    ) -> ProfileProblem:
+        """Return the normal problem of a jump with the shear held, between surfaces of this `separation`."""
+        model, operator = self._solver.model, self._solver.level.operator
+        if model.has_shear and model.terms.normal_tangential_coupling:
+            uz = np.empty_like(separation)
+            operator.normal_from_shear(fields.shear.astype(np.float64), uz)
+            separation += uz
+        # displacements as they are: in a line contact those that are imposed refer to points far below
+        rigid = start.rigid[:3]
+        values = np.where(control.forced, control.values, rigid).tolist()
+        return ProfileProblem(separation, LoadControl(control.forced, (*values,)), rigid)
+
+    def _number(self, cycle: CyclePass, cycles: list[SolvedCycle], progress: Progress, pressure: DoubleArray) -> float:
+        """Return how many cycles the last one stands for.
+
+        Raises NotConvergedError where cycles do not become periodic, or more are needed than there may be.
+        """
+        jumps = cycle.jumps
+        assert jumps is not None
+        left = jumps.represents - progress.path.cycles_done(progress.history, cycle)
+        if cycle.is_last:
+            raise NotConvergedError(
+                f"{jumps.represents - left:g} of {jumps.represents:g} cycles are done after {cycle.turn} solved ones,"
+                " and there may be no more of them; take a larger tolerance or jump, or fewer cycles"
+            )
+        if jumps.jump != 1.0:
+            require_periodic(cycles)
+        deepest = float((self.state.depth - self.state.mark).max())
+        return next_jump(cycles, jumps, deepest, self._scale(pressure), left)
+
+    def _scale(self, pressure: DoubleArray) -> float:
+        """Return the largest normal displacement (mm); in a line contact about by what the middle sinks more than the
+        contact's edge."""
+        model, grid = self._solver.model, self._solver.grid
+        if model.line:
+            return model.compliances.A * float(pressure.sum()) * grid.cell_area / math.pi
+        uz = np.empty_like(pressure)
+        self._solver.level.operator.normal(pressure, uz)
+        return float(uz.max())
+
+    def count(
+        self,
+        increment: Increment,
+        summary: Summary,
+        before: Fields,
+        fields: Fields,
+        solution: Solution,
+        mean_pressure: FloatArray,
+        path: LoadPath,
+        history: Sequence[Summary],
+    ) -> Summary:
+        """Count the wear of a solved increment, and return its row of the history with it.
+
+        before, history: before the increment; mean_pressure: over it.
+        """
+        jump, area = self._jump, self._solver.grid.cell_area
+        energy = fields.work_density - before.work_density
+        # the slip of a sticking cell is the certificate's residual, which a jump would multiply
+        slips = (fields.zone == Zone.SLIP) | (energy > 0.0)
+        slip = np.where(slips, fields.slip_path - before.slip_path, 0.0)
+        depth = self.state.depth + self._law.depth(energy, slip, mean_pressure)
+        self.state = replace(self.state, depth=depth, path=self.state.path + self._way(before, fields, solution, slip))
+        last = history[-1] if history else replace(summary, cycles=0.0, wear_error=0.0)
+        summary = replace(
+            summary,
+            cycles=last.cycles,
+            wear_volume=float(depth.sum()) * area,
+            wear_depth_max=float(depth.max()),
+            wear_error=last.wear_error,
+        )
+        if jump is not None:
+            summary = replace(
+                summary,
+                cycles=last.cycles + jump.number - 1.0,
+                jump=jump.number,
+                work_total=summary.work_total + float(jump.energy.sum()) * area,
+            )
+        return self._at_the_end_of_a_cycle(summary, Progress(path, history), increment, solution)
+
+    def _way(self, before: Fields, fields: Fields, solution: Solution, slip: FloatArray) -> DoubleArray:
+        """Return the way of the surfaces past each other in an increment (mm): the `slip` of cells that touch."""
+        way = np.empty_like(solution.displacement)
+        self._modes.displacement(solution.motion[3:], way)
+        way += solution.previous_displacement - solution.displacement
+        touching = (before.pressure > 0.0) & (fields.pressure > 0.0)
+        return np.where(touching, slip, np.hypot(way[0], way[1]))
+
+    def _at_the_end_of_a_cycle(
+        self, summary: Summary, progress: Progress, increment: Increment, solution: Solution
+    ) -> Summary:
+        """Return the row of an increment with the cycle that ends with it, and with the error of the jump before it."""
+        cycle = increment.stage.cycle
+        if cycle is None or increment.step != progress.path.steps_of(cycle.cycle, cycle.turn)[1]:
+            return summary
+        summary = replace(summary, cycles=summary.cycles + 1.0)
+        if cycle.jumps is None or cycle.turn == 1:
+            return summary
+        last = Progress(progress.path, progress.history).jump_before(cycle)
+        if last <= 1.0:
+            return summary
+        pressure = solution.pressure
+        bound = solution.friction or FrictionBound(self._solver.model.friction)
+        rate = rates_of(self._law, bound, pressure, self.state).rate
+        missing = float((owed(rate, last, self.state) * pressure).sum()) * self._solver.grid.cell_area
+        return replace(summary, wear_error=summary.wear_error + ERROR_SHARE * abs(missing))
+
+    def fields(self, fields: Fields, stored: Sequence[str]) -> Fields:
+        """Return the fields of an increment with what the cycles have done that were not solved, and with the worn
+        depths that are `stored`."""
+        if self._jump is not None:
+            work_density, slip_path = fields.work_density + self._jump.energy, fields.slip_path + self._jump.path
+            kind = fields.pressure.dtype
+            fields = replace(fields, work_density=work_density.astype(kind), slip_path=slip_path.astype(kind))
+        whole, (first, second) = self.state.depth, self._law.of_bodies(self.state.depth)
+        return replace(
+            fields,
+            wear_depth=whole if "wear_depth" in stored else None,
+            wear_depth_1=first if "wear_depth_1" in stored else None,
+            wear_depth_2=second if "wear_depth_2" in stored else None,
+        )
