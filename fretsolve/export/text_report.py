@@ -181,7 +181,7 @@ def _about_spots(spots: Sequence[Spot]) -> list[str]:
     small = sum(spot.cells < FEWEST_SPOT_CELLS for spot in spots)
     shown = f", of which the table has the {MOST_SPOTS} with the largest P" if len(spots) > MOST_SPOTS else ""
     few = (
-        f"; {small} of them have less than {FEWEST_SPOT_CELLS} cells, so that their sizes and loads are rough"
+        f"; {small} of them have fewer than {FEWEST_SPOT_CELLS} cells, so that their sizes and loads are rough"
         if small
         else ""
     )

@@ -74,11 +74,7 @@ def test_an_effective_case_keeps_the_constants_that_it_was_run_with(tmp_path: Pa
             "bodies.0.material",
             "'unobtainium' is not a material of the library; one of steel,",
         ),
-        (
-            "{material: aluminiun}",
-            "bodies.0.material",
-            "'aluminiun' is not a material of the library; did you",
-        ),
+        ("{material: aluminiun}", "bodies.0.material", "'aluminiun' is not a material of the library; did you"),
         ("{material: [1]}", "bodies.0.material", "[1] is not a material of the library; one of steel,"),
         ("{material: steel, poison_ratio: 0.3}", "bodies.0.poison_ratio", "unknown key 'poison_ratio'; did you mean"),
         ("{material: steel, young_modulus: 0}", "bodies.0.young_modulus", "0 is out of range; a pressure > 0 MPa"),
