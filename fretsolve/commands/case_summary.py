@@ -33,6 +33,19 @@ def model_table(setup: ProblemSetup) -> Iterator[str]:
         yield f"{one.part:{width}}  on   {of_memory:6.0%}  {of_time:5.0%}  {one.takes}: {one.reason}"
 
 
+def material_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield a line on each body of a named material: the source of its constants, and those that the case changes."""
+    for number, body in enumerate(setup.case.bodies, start=1):
+        if body == "rigid" or body.material is None:
+            continue
+        from fretsolve.reference.materials import material_named  # few cases name a material
+
+        if (found := material_named(body.material)) is not None:
+            changed = [name for name, value in found.constants.items() if getattr(body, name) != value]
+            but = f"; the case changes {' and '.join(changed)}" if changed else ""
+            yield f"body {number}: {found.name}, by {found.source}{but}"
+
+
 def grid_line(setup: ProblemSetup) -> str:
     """Return cells, cell sides and size of the grid, and whether the size is automatic."""
     grid = setup.grid

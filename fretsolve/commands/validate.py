@@ -13,7 +13,7 @@ import yaml
 from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.loading import read_case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_table, stage_lines
+from fretsolve.commands.case_summary import accuracy_lines, grid_line, material_lines, model_table, stage_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -52,6 +52,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield "# model"
     yield from model_table(setup)
     yield f"Dundurs' constant {setup.model.compliances.dundurs_constant:.4g}"
+    yield from material_lines(setup)
     yield "\n# grid"
     yield grid_line(setup)
     yield from accuracy_lines(setup)

@@ -112,6 +112,17 @@ def test_every_name_of_the_library_is_one_material_with_a_source() -> None:
     assert material_named("unobtainium") is None
 
 
+def test_validate_names_the_source_and_what_the_case_changes(tmp_path: Path) -> None:
+    path = case_with(tmp_path, "{material: ti64, young_modulus: 120 GPa, yield_stress: 900 MPa}")
+    lines = invoke("validate", path).stdout.splitlines()
+    (told,) = [line for line in lines if line.startswith("body ")]
+    assert told.startswith("body 1: Ti-6Al-4V, by ASM Aerospace Specification Metals")
+    assert told.endswith("; the case changes young_modulus and yield_stress")
+    plain = invoke("validate", case_with(tmp_path, "{material: copper}")).stdout
+    assert "\nbody 1: copper, by Kaye and Laby, Tables of Physical and Chemical Constants" in plain
+    assert "the case changes" not in plain
+
+
 def test_the_command_lists_all_of_them() -> None:
     listed = invoke("materials")
     assert listed.exit_code == 0
