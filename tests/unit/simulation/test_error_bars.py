@@ -351,7 +351,8 @@ def test_corrected_values_are_shown_where_they_differ(tmp_path: Path) -> None:
     assert value != corrected
     shown = invoke("show", out).stdout
     assert "corrected for" in shown
-    texts = f"delta_x {value:.6g} ± {errors[0]:.1e} {corrected:.6g} ± {errors[1]:.1e} mm"
+    in_um = [1e3 * one for one in (value, errors[0], corrected, errors[1])]
+    texts = "delta_x {:.6g} ± {:.1e} {:.6g} ± {:.1e} um".format(*in_um)
     assert texts.split() in [line.split() for line in shown.splitlines()]
 
 
