@@ -364,9 +364,8 @@ class Case(CaseModel):
         forced = {"Qx": True, "Qy": True}
         for stage in unrolled(self.load_path):
             for name, value in stage.targets:
-                if name == "Mz" or (name == "phi_z" and value) or name.startswith("bulk_"):
-                    what = "torsion" if name in ("Mz", "phi_z") else "bulk stress"
-                    refused_at([(stage.key, f"two coefficients of friction are not solved with {what}; give one")])
+                if name == "Mz" or (name == "phi_z" and value):
+                    refused_at([(stage.key, "two coefficients of friction are not solved with torsion; give one")])
                 if name in ("Qx", "delta_x", "Qy", "delta_y"):
                     forced["Qx" if name in ("Qx", "delta_x") else "Qy"] = name[0] == "Q"
             if turned and forced["Qx"] != forced["Qy"]:

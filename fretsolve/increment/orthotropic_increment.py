@@ -28,6 +28,8 @@ class OrthotropicIncrementSolver(IncrementSolver):
             shear=scale.inverse.times(start.shear),
             displacement=scale.times(start.displacement),
             rigid=scale.times_motion(start.rigid),
+            elastic_slip=None if start.elastic_slip is None else scale.times(start.elastic_slip),
+            mismatch=None if start.mismatch is None else scale.times(start.mismatch),
         )
         scaled = replace(increment, tangential=scale.scaled(increment.tangential))
         try:

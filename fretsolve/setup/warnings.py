@@ -54,7 +54,7 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
         _about_shapes,
         _about_friction,
         _about_sliding,
-        _about_weakening,
+        _about_varied_friction,
         _about_resolution,
         _about_edges,
         _about_heights,
@@ -140,20 +140,14 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         return
 
 
-def _about_weakening(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of friction that falls so fast with slip that the run will end, by Hertz's contact of a sphere."""
-    spec, hertz = setup.case.friction, setup.closed_forms.largest
-    if spec.initial is None or spec.weakening == "allow" or hertz is None or not hertz.is_circle:
+def _about_varied_friction(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of friction that falls too fast, and of cycles that count as periodic before it has run in."""
+    if not setup.case.friction_varies or not setup.model.has_shear:
         return
-    from fretsolve.friction.weakening import growth_on_sphere  # few cases need it
+    from fretsolve.friction.doubts import doubts  # few cases need them
 
-    growth = growth_on_sphere(spec, hertz, setup.model.compliances.tangential)
-    if setup.model.has_shear and growth >= 1.0:
-        name, unit, value = ("slip", "mm", spec.slip) if spec.slip else ("energy", "mJ/mm^2", spec.energy)
-        yield (
-            f"friction.{name}: friction falls {growth:.3g} times as fast with slip as the elastic surfaces hold against"
-            f" it, which ends the run; {growth * (value or 0.0):.3g} {unit} or more would not, nor weakening: allow"
-        )
+    compliance = setup.model.compliances.tangential
+    yield from doubts(setup.case.friction, setup.load_path.stages, setup.closed_forms.largest, compliance)
 
 
 def _about_resolution(setup: ProblemSetup) -> Iterator[str]:

@@ -103,7 +103,9 @@ def states_of(
             if increment.stretch is not None:
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
 
-                begin = with_mismatch(begin, increment.stretch, setup.grid)
+                # scaled slips of friction along two axes do not turn as a whole
+                turns = setup.model.orthotropy is None
+                begin = with_mismatch(begin, increment.stretch, setup.grid, turns=turns)
             if wear is not None:
                 begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)

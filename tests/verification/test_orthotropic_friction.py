@@ -11,8 +11,10 @@ from solving import DISSIMILAR, build, solve
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.errors import SlidingError
+from fretsolve.model.bulk_stress import mismatch_displacement
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.orthotropy import Orthotropy
+from fretsolve.setup.problem_setup import set_up
 
 PAIR = {"coefficient": [0.2, 0.1]}
 
@@ -82,6 +84,49 @@ def test_equal_coefficients_are_isotropic_friction(bodies):
         assert found.summary.work_total == pytest.approx(expected.summary.work_total, rel=1e-4, abs=1e-12)
 
 
+class TestUnderBulkStress:
+    def test_turned_axes_turn_the_solution(self):
+        """On dissimilar bodies, with a shear stress, and back."""
+        parts = {"bodies": DISSIMILAR, "grid": {"points": 32}}
+        pressed = {"P": 400.0, "increments": 2}
+
+        def along(axis):
+            loads = ((20.0, 80.0, 30.0), (-20.0, -80.0, 0.0))
+            return [{f"Q{axis}": q, "bulk_2": {2 * axis: own, "xy": shear}, "increments": 2} for q, own, shear in loads]
+
+        straight = solve(friction=PAIR, load_path=[pressed, *along("x")], **parts)
+        turned = solve(friction={**PAIR, "angle": "90 deg"}, load_path=[pressed, *along("y")], **parts)
+        for one, other in zip(straight, turned, strict=True):
+            assert one.fields.shear[0] == pytest.approx(other.fields.shear[1].T, abs=1e-3)
+            assert one.summary.delta_x == pytest.approx(other.summary.delta_y, rel=1e-6, abs=1e-12)
+            assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-6)
+
+    @pytest.mark.parametrize("angle", [0.0, 0.5])
+    def test_sticking_cells_follow_both_surfaces(self, angle):
+        """Where a cell sticks, rigid motion, elastic displacement and mismatch cancel."""
+        stage = {"Qx": 10.0, "Qy": 15.0, "bulk_2": {"xx": 60.0, "xy": 40.0}}
+        case = build(
+            friction={**PAIR, "angle": angle}, grid={"points": 40}, load_path=[{"P": 400.0}, {**stage, "increments": 1}]
+        )
+        setup, state = set_up(case), list(run(case))[-1]
+        assert setup.model.bulk is not None
+        stretch = setup.model.bulk.mismatch({"bulk_2_xx": 60.0, "bulk_2_xy": 40.0})
+        w = mismatch_displacement(stretch, setup.grid, np.zeros(3))
+        motion = np.array([state.summary.delta_x, state.summary.delta_y])[:, None, None]
+        slip = motion - state.displacement - w
+        stick = state.fields.zone == 1
+        assert 100 < np.count_nonzero(stick) < np.count_nonzero(state.fields.pressure)
+        largest = np.hypot(*slip)[state.fields.zone == 2].max()
+        assert np.hypot(*slip)[stick].max() < 1e-5 * largest
+        # and the others slip along (q_1/mu_1^2, q_2/mu_2^2)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        turn = np.array([[cosine, sine], [-sine, cosine]])
+        moved = (state.fields.zone == 2) & (np.hypot(*slip) > 0.1 * largest)
+        q, s = turn @ state.fields.shear[:, moved], turn @ slip[:, moved]
+        along = q / np.array([[0.2**2], [0.1**2]])
+        assert np.abs(along[0] * s[1] - along[1] * s[0]).max() < 1e-5 * (np.hypot(*along) * np.hypot(*s)).max()
+
+
 def test_more_than_friction_carries():
     case = build(friction=PAIR, grid={"points": 24}, load_path=[{"P": 400.0}, {"Qx": 70.0, "Qy": 30.0}])
     message = r"gross slip under Qx = \S+ N, Qy = \S+ N: friction carries at most 0.\d+ of it; lower the load, "
@@ -94,7 +139,6 @@ def test_more_than_friction_carries():
     [
         ({"Mz": 1.0}, "two coefficients of friction are not solved with torsion"),
         ({"phi_z": 1e-3}, "two coefficients of friction are not solved with torsion"),
-        ({"bulk_2": {"xx": 50.0}}, "two coefficients of friction are not solved with bulk stress"),
         ({"delta_x": 1e-3}, "with friction.angle forces or displacements are needed along x and y both"),
     ],
 )

@@ -74,3 +74,28 @@ def test_validate_warns_of_it_where_the_run_ends(scale):
         solve(friction={**friction, scale: 0.95 * enough}, **parts)
     for spec in ({**friction, "weakening": "allow"}, {**friction, "final": 0.4}, {**friction, scale: enough}):
         assert not [text for text in case_warnings(set_up(build(friction=spec, **parts))) if "friction" in text]
+
+
+@pytest.mark.parametrize(
+    ("friction", "warned"),
+    [
+        ({"initial": 0.2, "final": 0.7, "slip": 5.0}, True),
+        ({"cycles": [[1, 0.2], [1000, 0.7]]}, True),
+        ({"cycles": [[1, 0.2]]}, False),
+        ({"coefficient": 0.2, "shear_limit": 300.0}, False),
+    ],
+)
+def test_cycles_that_count_as_periodic_before_friction_has_run_in_are_warned_of(friction, warned):
+    stages = [{"Qx": 30.0}, {"Qx": -30.0}]
+    told = {}
+    for repeated in ({"until": "periodic", "tolerance": 0.02}, {"times": 3}):
+        path = [{"P": 400.0}, {"cycle": {**repeated, "stages": stages}}]
+        texts = case_warnings(set_up(build(friction=friction, grid={"points": 40}, load_path=path)))
+        told["until" in repeated] = [text for text in texts if "friction" in text]
+    assert told[False] == []
+    assert bool(told[True]) == warned
+    if warned:
+        assert told[True][0].startswith(
+            "load_path.1.cycle.until: friction changes from cycle to cycle, and a cycle that"
+        )
+        assert "less than 2 % counts as periodic" in told[True][0]

@@ -1,0 +1,40 @@
+"""Warn of friction with which a run ends, or stops repeating a cycle, earlier than its user may expect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fretsolve.case.dimensions import percent
+from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.unrolled_path import Stage
+from fretsolve.errors import dotted
+from fretsolve.friction.weakening import growth_on_sphere
+from fretsolve.reference.hertz import HertzContact
+
+
+def doubts(spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, compliance: float) -> Iterator[str]:
+    """Yield one sentence per warning; hertz: the largest contact; compliance: the tangential one (1/MPa)."""
+    if hertz is not None and hertz.is_circle and spec.weakening != "allow":
+        yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
+    if spec.initial is not None or len(spec.cycles or ()) > 1:
+        yield from _about_periodic_cycles(stages)
+
+
+def _about_weakening(spec: FrictionSpec, growth: float) -> Iterator[str]:
+    if growth < 1.0:
+        return
+    name, unit, value = ("slip", "mm", spec.slip) if spec.slip else ("energy", "mJ/mm^2", spec.energy)
+    yield (
+        f"friction.{name}: friction falls {growth:.3g} times as fast with slip as the elastic surfaces hold against it,"
+        f" which ends the run; {growth * (value or 0.0):.3g} {unit} or more would not, nor weakening: allow"
+    )
+
+
+def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
+    passes = (stage.cycle for stage in stages if stage.cycle is not None)
+    cycle = next((one for one in passes if one.until is not None), None)
+    if cycle is not None:
+        yield (
+            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and a cycle that changes by less than"
+            f" {percent(cycle.until or 0.0)} counts as periodic, even if friction has not run in; times runs so many"
+        )
