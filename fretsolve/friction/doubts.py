@@ -35,6 +35,6 @@ def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
     cycle = next((one for one in passes if one.until is not None), None)
     if cycle is not None:
         yield (
-            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and a cycle that changes by less than"
-            f" {percent(cycle.until or 0.0)} counts as periodic, even if friction has not run in; times runs so many"
+            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and a cycle that changes by less"
+            f" than {percent(cycle.until or 0.0)} counts as periodic, even if friction has not run in; times runs so many"
         )

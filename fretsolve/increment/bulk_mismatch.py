@@ -19,8 +19,9 @@ from fretsolve.system.arrays import FloatArray, Vector
 def with_mismatch(start: InitialState, stretch: Vector, grid: Grid, *, turns: bool = True) -> InitialState:
     """Return the start of an increment in which bulk stress moves the surfaces apart.
 
-    stretch: change of the mismatch in the increment, De_xx, De_yy, De_xy; turns: whether a rotation may follow it. The slip is D(rigid motion) - D(u) - D(w);
-    the rigid part of w in the contact at the start is taken from w and has been added to the rigid displacements.
+    stretch: change of the mismatch in the increment, De_xx, De_yy, De_xy; turns: whether a rotation may follow it. The
+    slip is D(rigid motion) - D(u) - D(w); the rigid part of w in the contact at the start is taken from w and has been
+    added to the rigid displacements.
     """
     followed = _rigid_part(stretch, start.pressure, grid, turns)
     mismatch = mismatch_displacement(stretch, grid, followed)
