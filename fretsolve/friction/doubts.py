@@ -36,5 +36,5 @@ def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
     if cycle is not None:
         yield (
             f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and a cycle that changes by less"
-            f" than {percent(cycle.until or 0.0)} counts as periodic, even if friction has not run in; times runs so many"
+            f" than {percent(cycle.until or 0.0)} is periodic, though friction has not run in; times runs so many"
         )
