@@ -252,7 +252,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: b
 @main.command()
 @_OUT
 @click.option("--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above.")
-@output_option("By default OUT with .pvd, .xdmf, .csv or .npz.", "FILE", "target")
+@output_option("By default OUT with .pvd, .xdmf, .csv, .npz or .heights.hdf5.", "FILE", "target")
 @repeatable_option("--step", "steps", "N", "Export this increment instead of all that have fields.", type=int)
 @overwrite_option("existing files")
 def export(**options: Any) -> int:
@@ -267,6 +267,7 @@ def export(**options: Any) -> int:
     xdmf  for ParaView: the fields over the increments. FILE.xdmf refers to OUT and to FILE.xdmf.h5.
     csv   for spreadsheets: the history, with units in the header.
     npz   for NumPy: history and fields.
+    heights  for another case: worn depth and worn separation after the last increment, or that of --step, as maps.
     """
     from fretsolve.commands.export import export_result
 

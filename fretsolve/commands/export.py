@@ -29,7 +29,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         if not result.increments:
             raise CaseError(result.why_empty, (), result.path)
         target = target or result.path.with_suffix(FORMATS[file_format])
-        require_ending(target, f"a {file_format} file", FORMATS[file_format])
+        require_ending(target, f"a {file_format} file", Path(f"x{FORMATS[file_format]}").suffix)
         for file in (target, points_file(target)) if file_format == "xdmf" else (target,):
             require_other(file, result.path, "the result itself")
             require_free(file, overwrite=overwrite)
@@ -44,6 +44,12 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
             raise CaseError(str(error), (), result.path) from error
         if file_format in ("vtk", "xdmf") and not result.fields:
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
+        if file_format == "heights":
+            from fretsolve.export.worn_heights import require_wear
+
+            if len(steps) > 1:
+                raise CaseError("heights are those of one increment; give --step once", (), result.path)
+            require_wear(result, exported[-1] if exported else -1)
         with writing(target):
             warnings = _write(result, file_format, exported, target, exclusive=not overwrite)
     print_warnings(result.path, *warnings)
@@ -86,6 +92,10 @@ def _write(result: Result, file_format: str, steps: Sequence[int], out: Path, *,
         from fretsolve.export.xdmf import write_xdmf
 
         write_xdmf(result, steps, out, exclusive=exclusive)
+    elif file_format == "heights":
+        from fretsolve.export.worn_heights import write_heights
+
+        write_heights(result, steps[-1], out, exclusive=exclusive)
     else:
         from fretsolve.export.tables import write_history_csv, write_npz
 

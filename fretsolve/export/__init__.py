@@ -9,5 +9,5 @@ A result and its chosen increments come in, files go out, written increment by i
 
 from __future__ import annotations
 
-FORMATS = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz"}
+FORMATS = {"vtk": ".pvd", "xdmf": ".xdmf", "csv": ".csv", "npz": ".npz", "heights": ".heights.hdf5"}
 """The formats by their names on the command line, with the endings of their files."""

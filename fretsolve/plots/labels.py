@@ -30,6 +30,9 @@ FIELD_NAMES = {
     "gap": "gap",
     "friction": "friction",
     "shear_bound": "friction limit",
+    "wear_depth": "worn depth",
+    "wear_depth_1": "worn depth of body 1",
+    "wear_depth_2": "worn depth of body 2",
 }
 """Fields in words, by their names in the case file."""
 

@@ -7,10 +7,12 @@ import math
 import numpy as np
 
 from fretsolve.case.history import BULK
+from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import derive_model
 from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_slip, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.result import Result
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.setup.problem_setup import closed_forms_of
@@ -40,6 +42,18 @@ def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     depths = np.linspace(0.0, depth, 200)
     found = [forms.hertz_under("delta_z", deep) for deep in depths.tolist()]
     return depths, np.array([form.load if form is not None else 0.0 for form in found])
+
+
+def worn_limit(result: Result) -> WornLimit | None:
+    """Return the worn limit of partial slip that the only cycle which stands for others leads to; None without one."""
+    case = result.case
+    if case is None or case.wear is None:
+        return None
+    from fretsolve.setup.wear_forms import worn_cycles
+
+    model = derive_model(case, 1.0 if case.friction_varies else None)
+    found = worn_cycles(closed_forms_of(case, model, LoadPath(case.stages(), model).imposed))
+    return found[0].limit if len(found) == 1 else None
 
 
 def shear_form(result: Result, step: int) -> Curve | None:
@@ -99,9 +113,12 @@ def along_path(values: DoubleArray, parts: int) -> DoubleArray:
 
 
 def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
-    """Return the closed forms for the forces of each increment, and between them; a tilt only moves them aside."""
+    """Return the closed forms for the forces of each increment, and between them; a tilt only moves them aside.
+
+    None with wear, which changes the shape of the surfaces.
+    """
     case = result.case
-    if case is None:
+    if case is None or case.wear is not None:
         return None
     names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
     columns = {name: along_path(result.history[name], parts).tolist() for name in names if name in result.history}

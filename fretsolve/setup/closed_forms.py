@@ -244,8 +244,8 @@ class ClosedForms:
 
         Cattaneo and Mindlin neglect that shear along x moves the surfaces along y, Lubkin does not.
         """
-        if self.model.terms.normal_tangential_coupling:
-            return
+        if self.model.terms.normal_tangential_coupling or self.case.wear is not None:
+            return  # wear changes the shape of the surfaces
         for stage, (load, hertz) in enumerate(zip(self.loads, self.hertz, strict=True)):
             if hertz is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
                 continue
