@@ -14,6 +14,7 @@ _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
     *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
     *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spots"),
+    *("cycles", "jump", "wear_volume", "wear_error", "wear_depth_max"),
 )
 
 NOT_ROUND = 0.1

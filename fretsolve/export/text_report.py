@@ -16,6 +16,7 @@ from fretsolve.case.dimensions import counted, in_small_unit, smaller_unit
 from fretsolve.case.history import DISPLACEMENTS, FEWEST_SPOT_CELLS, moment_sign
 from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
+from fretsolve.export.wear_report import has_wear, rows_of_wear, wear_totals
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of
@@ -99,12 +100,15 @@ def history_tables(
 ) -> list[Table]:
     """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
 
-    One row per end of a stage, of very many the first and the last ones, or per increment. columns: by default all but
+    One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
+    cycle are left out, of which the row of the change after it tells. columns: by default all but
     those of round-off.
     """
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
         return []
+    if has_wear(result) and not every_increment:
+        rows = rows_of_wear(result, rows)
     if not every_increment and len(rows) > MOST_STAGES:
         rows = np.concatenate([rows[:FIRST_STAGES], rows[FIRST_STAGES - MOST_STAGES :]])
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
@@ -251,8 +255,10 @@ def _totals(result: Result) -> list[str]:
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)
+    lines += wear_totals(result)
     lines += [] if result.cycles is None else [outcome for outcome, _ in result.cycles.outcomes]
-    many = len(stage_ends(history["stage"])) > MOST_STAGES
+    ends = stage_ends(history["stage"])
+    many = len(rows_of_wear(result, ends) if has_wear(result) else ends) > MOST_STAGES
     left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
     return [
         *left_out,

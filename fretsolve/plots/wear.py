@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
-from fretsolve.plots.labels import CLOSED_FORM, MOST_INCREMENTS, marks, readable, unit_of
+from fretsolve.plots.labels import CLOSED_FORM, MOST_INCREMENTS, marks, unit_of
 from fretsolve.plots.line_profiles import ProfileLine
 from fretsolve.plots.maps import draw_panel, scale_of
 from fretsolve.plots.reference import worn_limit
@@ -95,15 +95,15 @@ def _draw_profiles(axes: Axes, result: Result, worn: BoolArray) -> None:
 def _draw_volume(axes: Axes, result: Result) -> None:
     rows = _changes(result)
     cycles, volume, error = (result.history[name][rows] for name in ("cycles", "wear_volume", "wear_error"))
-    unit = readable(result.units("wear_volume"), volume)
     limit = worn_limit(result)
     if limit is not None and limit.volume < 5.0 * volume.max():
-        axes.axhline(limit.volume * unit.factor, label="worn limit (closed form)", **CLOSED_FORM)
+        axes.axhline(limit.volume, label="worn limit (closed form)", **CLOSED_FORM)
     if error.any():
-        band = (volume - error) * unit.factor, (volume + error) * unit.factor
+        band = volume - error, volume + error
         axes.fill_between(cycles, *band, color="0.6", alpha=0.5, linewidth=0, label="estimated error")
-    _draw_line(axes, cycles, volume * unit.factor)
-    axes.set(xlabel="cycles", ylabel=f"worn volume ({unit.text})")
+    _draw_line(axes, cycles, volume)
+    axes.set(xlabel="cycles", ylabel=f"worn volume ({result.units('wear_volume').replace('^3', '³')})")
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="lower right", frameon=False)
 

@@ -1,0 +1,51 @@
+"""Say in lines of text what wear has done in a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fretsolve.case.dimensions import counted, in_small_unit
+from fretsolve.result import Result
+from fretsolve.system.arrays import IndexArray
+
+
+def has_wear(result: Result) -> bool:
+    """Return whether the history has wear."""
+    return "wear_volume" in result.history
+
+
+def rows_of_wear(result: Result, ends: IndexArray) -> IndexArray:
+    """Return of the `ends` of stages those before any wear, those at which the surfaces change, and the last one."""
+    shown = (result.history["cycles"][ends] == 0.0) | (result.history["jump"][ends] > 0.0)
+    shown[-1:] = True
+    chosen: IndexArray = ends[shown]
+    return chosen
+
+
+def wear_totals(result: Result) -> Iterator[str]:
+    """Yield lines on the cycles that were solved and represented, on volume and depth, and on the stick area."""
+    if not has_wear(result) or not result.increments:
+        return
+    history = result.history
+    changes = np.flatnonzero(history["jump"] > 0.0)
+    if not len(changes):
+        yield "nothing is worn yet"
+        return
+    cycles, volume, error, depth = (
+        float(history[name][-1]) for name in ("cycles", "wear_volume", "wear_error", "wear_depth_max")
+    )
+    spread = f" ± {error:.1e} by the jumps" if error else ""
+    unit = result.units("wear_volume")
+    yield (
+        f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g}{spread} {unit},"
+        f" {in_small_unit(depth, 4)} at the deepest place"
+    )
+    first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]) if step)
+    if first > 0.0:
+        change = 100.0 * (last / first - 1.0)
+        yield (
+            f"stick area at the end of the first solved cycle {first:.4g}, of the last one {last:.4g}"
+            f" {result.units('stick_area')} ({change:+.2g} %)"
+        )
