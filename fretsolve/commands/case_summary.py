@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import LENGTH, NUMBER, Dimension, in_small_unit, percent
+from fretsolve.case.dimensions import LENGTH, NUMBER, Dimension, counted, in_small_unit, percent
 from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
+from fretsolve.case.unrolled_path import Stage
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -67,20 +68,52 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
     return [f"accuracy {percent(setup.case.solver.accuracy)} picks {picked}"]
 
 
+def path_length(setup: ProblemSetup) -> str:
+    """Return the number of increments in words, with wear also the one that is likely to be solved."""
+    most = counted(setup.load_path.increments, "increment")
+    stages = setup.load_path.stages
+    if any(stage.wears is not None for stage in stages):
+        return f"about {estimate(setup).increments} increments, at most {setup.load_path.increments}"
+    return f"at most {most}" if any(stage.cycle and stage.cycle.until for stage in stages) else most
+
+
+def represented_cycles(setup: ProblemSetup) -> float:
+    """Return how many cycles those stand for that wear, 0 without any."""
+    if setup.case.wear is None:
+        return 0.0
+    first = {stage.wears for stage in setup.load_path.stages if stage.wears is not None and stage.wears.turn == 1}
+    return sum(cycle.jumps.represents for cycle in first if cycle.jumps is not None)
+
+
 def stage_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield one line per stage: its targets and its number of increments."""
+    """Yield one line per stage: its targets and its number of increments.
+
+    Of the repetitions of a cycle that stands for others the first one is listed.
+    """
     stages, path = setup.case.stages(), setup.load_path
-    for stage, count, graded in list(zip(stages, path.counts, path.graded, strict=True))[:MOST_STAGES_LISTED]:
+    listed = [one for one in zip(stages, path.counts, path.graded, strict=True) if not _is_repeated(one[0])]
+    for stage, count, graded in listed[:MOST_STAGES_LISTED]:
+        if stage.wears is not None:
+            yield f"stage {stage.number}: the surfaces change by the wear of the cycles that the last one stands for"
+            continue
         dimensions = {**DIMENSIONS_BY_NAME, **setup.case.dimensions, "friction": NUMBER}
         targets = ", ".join(f"{name} -> {_target(value, dimensions[name])}" for name, value in stage.targets)
         notes = ["auto"] * (stage.increments is None) + ["graded"] * graded
         chosen = f" ({', '.join(notes)})" if notes else ""
         yield f"stage {stage.number}: {targets} in {count} increment{'s' * (count > 1)}{chosen}"
-    if len(stages) > MOST_STAGES_LISTED:
-        yield f"... and {len(stages) - MOST_STAGES_LISTED} more stages, up to stage {len(stages)}"
+    if len(listed) > MOST_STAGES_LISTED:
+        yield f"... and {len(listed) - MOST_STAGES_LISTED} more stages, up to stage {listed[-1][0].number}"
+    if len(listed) < len(stages):
+        yield f"cycles that stand for others repeat, so that there are at most {len(stages)} stages"
     moments = [name for name in ("Mx", "My") if any(name in dict(stage.targets) for stage in stages)]
     if moments:
         yield moment_sign(moments)
+
+
+def _is_repeated(stage: Stage) -> bool:
+    """Return whether a stage is of a later repetition of a cycle that stands for others."""
+    cycle = stage.cycle or stage.wears
+    return cycle is not None and cycle.jumps is not None and cycle.turn > 1
 
 
 def _target(value: float, dimension: Dimension) -> str:

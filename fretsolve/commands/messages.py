@@ -14,7 +14,14 @@ from typing import Any
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.case.history import SPOTS
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, model_lines, stage_lines
+from fretsolve.commands.case_summary import (
+    accuracy_lines,
+    grid_line,
+    model_lines,
+    path_length,
+    represented_cycles,
+    stage_lines,
+)
 from fretsolve.errors import printable
 from fretsolve.kernels import compile_seconds
 from fretsolve.result import HistoryWriter, Result, open_result
@@ -105,8 +112,7 @@ class TextMessages(QuietMessages):
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
         done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
-        most = "at most " if any(stage.cycle and stage.cycle.until for stage in setup.load_path.stages) else ""
-        print(f"{most}{counted(self.increments, 'increment')}{done}", flush=True)
+        print(f"{path_length(setup)}{done}", flush=True)
         super().start(writer)
         if self.verbose:
             for line in stage_lines(setup):
@@ -121,8 +127,11 @@ class TextMessages(QuietMessages):
             yield
             return
         texts = (f"stage {{task.fields[stage]}}/{self.stages}", "{task.fields[detail]}")
+        total = float(self.increments)
+        if cycles := represented_cycles(self.setup):
+            texts, total, done = ("cycles", "{task.fields[detail]}"), cycles, 0
         with progress_bar(*texts, counted=True) as self._bar:
-            self._bar.add_task("", total=self.increments, completed=done, stage=1, detail="")
+            self._bar.add_task("", total=total, completed=done, stage=1, detail="")
             yield
 
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
@@ -130,7 +139,8 @@ class TextMessages(QuietMessages):
         if self.has_bar:
             iterations = summary.iterations_normal + summary.iterations_tangential
             detail = f"{iterations} iterations, residual {summary.worst_residual:.1e}"
-            self._bar.update(self._bar.task_ids[0], completed=summary.step + 1, stage=summary.stage, detail=detail)
+            completed = summary.cycles if represented_cycles(self.setup) else summary.step + 1
+            self._bar.update(self._bar.task_ids[0], completed=completed, stage=summary.stage, detail=detail)
             return
         values: dict[str, Any] = {
             "step": summary.step,
@@ -143,6 +153,8 @@ class TextMessages(QuietMessages):
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
+        if self.setup.case.wear is not None:
+            values |= {"cycles": f"{summary.cycles:.6g}", "wear_volume": f"{summary.wear_volume:.6g}"}
         if self.verbose:
             values |= {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
         key_value_line(**values)

@@ -13,7 +13,14 @@ import yaml
 from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.loading import read_case
 from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.commands.case_summary import accuracy_lines, grid_line, material_lines, model_table, stage_lines
+from fretsolve.commands.case_summary import (
+    accuracy_lines,
+    grid_line,
+    material_lines,
+    model_table,
+    path_length,
+    stage_lines,
+)
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -56,8 +63,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield "\n# grid"
     yield grid_line(setup)
     yield from accuracy_lines(setup)
-    count = setup.load_path.increments
-    yield f"\n# load path of {count} increment{'s' * (count > 1)}"
+    yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
     if setup.case.wear is not None:
@@ -211,7 +217,7 @@ def cost_lines(setup: ProblemSetup) -> Iterator[str]:
     cost = estimate(setup)
     yield f"about {rounded_bytes(cost.memory)} of memory, a result file of about {rounded_bytes(cost.file)}"
     yield (
-        f"about {cost.applications // setup.load_path.increments} operator applications per increment,"
+        f"about {cost.applications // cost.increments} operator applications per increment,"
         f" roughly {rounded_time(cost.seconds)} in all on one thread"
     )
     if cost.saved:

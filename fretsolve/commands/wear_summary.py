@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import WEAR_COEFFICIENT, percent
+from fretsolve.case.dimensions import WEAR_COEFFICIENT, in_small_unit, percent
 from fretsolve.case.wear_spec import WearSpec
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.wear_forms import WornCycle, worn_cycles
@@ -41,7 +41,7 @@ def _cycle_lines(cycle: WornCycle, cell: float) -> Iterator[str]:
     yield f"stages {first} to {last} stand for {jumps.represents:g} cycles, in jumps {chosen}"
     yield (
         f"at first a cycle dissipates {cycle.energy:.4g} mJ and wears {cycle.volume_per_cycle:.4g} mm^3,"
-        f" {cycle.depth_per_cycle:.3g} mm on the mean where it slips"
+        f" {in_small_unit(cycle.depth_per_cycle, 3)} deep on the mean where it slips"
     )
     if cycle.slides:
         yield from _gross_slip_lines(cycle)
@@ -56,12 +56,13 @@ def _cycle_lines(cycle: WornCycle, cell: float) -> Iterator[str]:
 
 
 def _gross_slip_lines(cycle: WornCycle) -> Iterator[str]:
-    volume = cycle.volume_at_first_rate
-    yield f"gross slip over {cycle.sliding_distance:.4g} mm in half a cycle; all cycles wear V = {volume:.4g} mm^3"
+    distance, volume = in_small_unit(cycle.sliding_distance, 4), cycle.volume_at_first_rate
+    yield f"gross slip over {distance} in half a cycle; all cycles wear V = {volume:.4g} mm^3"
     if (scar := cycle.scar) is not None:
+        depth, delta_z = in_small_unit(max(scar.center_depth, 0.0), 3), in_small_unit(scar.delta_z, 4)
         yield (
             f"at their end (V/V0 = {cycle.time:.3g}) the scar has a = {scar.scar_radius:.4g} mm and is"
-            f" {max(scar.center_depth, 0.0):.3g} mm deep, delta_z = {scar.delta_z:.4g} mm, mean pressure"
+            f" {depth} deep, delta_z = {delta_z}, mean pressure"
             f" {scar.mean_pressure:.4g} MPa (uniform pressure)"
         )
 
@@ -72,7 +73,7 @@ def _partial_slip_lines(cycle: WornCycle) -> Iterator[str]:
         f" {cycle.volume_at_first_rate:.4g} mm^3 (T = {cycle.time:.3g})"
     )
     if (limit := cycle.limit) is not None:
-        kept = f"delta_z = {limit.delta_z:.4g} mm" if cycle.load_kept else f"P = {limit.load:.4g} N"
+        kept = f"delta_z = {in_small_unit(limit.delta_z, 4)}" if cycle.load_kept else f"P = {limit.load:.4g} N"
         yield (
             f"the worn limit, near from T = 100 on, has V = {limit.volume:.4g} mm^3, a scar of"
             f" {limit.scar_radius:.4g} mm and {kept}, with the same c (Popov)"

@@ -77,10 +77,11 @@ several times as wide as the contact."""
 class Estimate:
     """Cost of a run on one thread: memory and file in bytes, applications of the elastic operator, time in seconds.
 
-    shares: bytes that grow with the grid and seconds, of each part of the model that is kept, without coarse runs;
-    saved: bytes of memory that single precision saves, 0 in double.
+    increments: that are likely to be solved; shares: bytes that grow with the grid and seconds, of each part of the
+    model that is kept, without coarse runs; saved: bytes of memory that single precision saves, 0 in double.
     """
 
+    increments: int
     shares: dict[ModelPart, tuple[float, float]]
     memory: float
     file: float
@@ -91,7 +92,7 @@ class Estimate:
 
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
-    cells, increments, terms = math.prod(setup.grid.shape), setup.load_path.increments, setup.model.terms
+    cells, increments, terms = math.prod(setup.grid.shape), expected_increments(setup), setup.model.terms
     compiled, single = setup.compiled, setup.case.solver.precision == "single"
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
@@ -120,6 +121,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     output = setup.case.output
     stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
     return Estimate(
+        increments=increments,
         shares=shares,
         memory=fixed + in_cells,
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
@@ -129,13 +131,35 @@ def estimate(setup: ProblemSetup) -> Estimate:
     )
 
 
+def expected_increments(setup: ProblemSetup) -> int:
+    """Return how many increments a run is likely to have: with wear fewer than the most that it may have."""
+    return max(
+        1, round(sum(count * weight for count, weight in zip(setup.load_path.counts, _weights(setup), strict=True)))
+    )
+
+
+def _weights(setup: ProblemSetup) -> list[float]:
+    """Return for each stage the share of its increments that is likely to be solved."""
+    if setup.case.wear is None:
+        return [1.0] * len(setup.load_path.counts)
+    from fretsolve.setup.solved_cycles import stage_weights  # few cases have wear
+
+    return stage_weights(setup)
+
+
 def _applications(setup: ProblemSetup) -> dict[ModelPart, int]:
     """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
-    model, increments = setup.model, setup.load_path.increments
+    model, increments = setup.model, expected_increments(setup)
     coupling = model.terms.normal_tangential_coupling
-    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
+    stages = zip(setup.case.stages(), setup.load_path.counts, _weights(setup), strict=True)
     unpressed = {*SHEARING, "friction"}
-    pressed = sum(count for stage, count in stages if any(name not in unpressed for name, _ in stage.targets))
+    pressed = round(
+        sum(
+            count * weight
+            for stage, count, weight in stages
+            if stage.wears is not None or any(name not in unpressed for name, _ in stage.targets)
+        )
+    )
     in_turn = model.has_shear and coupling
     return {
         "normal problem": COUPLED_APPLICATIONS * increments if in_turn else APPLICATIONS * pressed,

@@ -73,7 +73,8 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
 
 def _about_size(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a result that is very large because it keeps the fields of many increments."""
-    size, increments = estimate(setup).file, setup.load_path.increments
+    cost = estimate(setup)
+    size, increments = cost.file, cost.increments
     if size < LARGE_RESULT:
         return
     every = setup.case.output.every * math.ceil(size / (0.1 * LARGE_RESULT))
@@ -346,7 +347,10 @@ def _about_wear(setup: ProblemSetup) -> Iterator[str]:
     from fretsolve.setup.wear_forms import SLIP_PER_RADIUS, worn_cycles, worn_radius  # few cases have wear
 
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
-        yield "wear: no cycle represents others, so that nothing is worn; represents in place of times makes one wear"
+        yield (
+            "wear: no cycle represents others, so that worn depth is counted and the surfaces keep their shape;"
+            " represents in place of times changes them"
+        )
         return
     cycles, grid = worn_cycles(setup.closed_forms), setup.grid
     for cycle in cycles:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fretsolve.case.load_path_spec import WearJumps
+from fretsolve.case.unrolled_path import CyclePass
+from fretsolve.errors import KeyPath
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.tangential import CattaneoMindlin, cattaneo_mindlin
 from fretsolve.reference.worn_contact import (
@@ -36,11 +38,13 @@ GROWTH_OF_RATE = 2.5
 class WornCycle:
     """A cycle of a sphere that stands for others, under one tangential component that alternates.
 
-    stages: its first and last stage in the first repetition (from 1); hertz: Hertz's contact of the sphere;
-    coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N) or of the displacement (mm),
-    about mean; forced: whether it is that of the force; load_kept: whether P is imposed, else the approach is.
+    key: where it stands in the case file; stages: its first and last stage in the first repetition (from 1); hertz:
+    Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
+    or of the displacement (mm), about mean; forced: whether it is that of the force; load_kept: whether P is imposed,
+    else the approach is.
     """
 
+    key: KeyPath
     stages: tuple[int, int]
     jumps: WearJumps
     hertz: HertzContact
@@ -166,8 +170,8 @@ def worn_radius(forms: ClosedForms) -> float:
     return max(reached, default=0.0)
 
 
-def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[WearJumps, int, int]]:
-    """Yield the jumps of each cycle that stands for others, and the first and last stage (from 0) of a repetition."""
+def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[CyclePass, int, int]]:
+    """Yield the first repetition of each cycle that stands for others, with its first and last stage (from 0)."""
     seen = set[object]()
     stages = forms.case.stages()
     for index, stage in enumerate(stages):
@@ -178,14 +182,22 @@ def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[WearJumps, int, int
         last = index
         while last + 1 < len(stages) and stages[last + 1].cycle == cycle:
             last += 1
-        yield cycle.jumps, index, last
+        yield cycle, index, last
 
 
-def _worn_cycle(forms: ClosedForms, jumps: WearJumps, first: int, last: int) -> WornCycle | None:
+def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> WornCycle | None:
     """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro."""
     loads, model, wear = forms.loads[max(first - 1, 0) : last + 1], forms.model, forms.case.wear
     hertz, line = forms.hertz[last], model.line
-    if wear is None or wear.exponent is not None or line or hertz is None or not hertz.is_circle or not first:
+    if (
+        wear is None
+        or cycle.jumps is None
+        or wear.exponent is not None
+        or line
+        or hertz is None
+        or not hertz.is_circle
+        or not first
+    ):
         return None
     if any(forms.hertz[stage] != hertz for stage in range(first - 1, last + 1)):
         return None
@@ -197,8 +209,9 @@ def _worn_cycle(forms: ClosedForms, jumps: WearJumps, first: int, last: int) -> 
     name, least, most = moved
     coefficient = wear.alpha if wear.alpha is not None else (wear.k or 0.0) / model.friction
     return WornCycle(
+        key=cycle.key,
         stages=(first + 1, last + 1),
-        jumps=jumps,
+        jumps=cycle.jumps,
         hertz=hertz,
         friction=model.friction,
         coefficient=coefficient,
