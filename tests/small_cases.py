@@ -51,6 +51,17 @@ load_path:
   - cycle: {{times: 1, stages: [{{Qx: -36 N, increments: 1}}, {{Qx: 18 N, increments: 1}}]}}
 """
 
+WORN = f"""\
+title: worn
+{SPHERE.replace("16", "24")}wear: {{law: energy, alpha: 1e-4 mm^3/J, share: [0.25, 0.75]}}
+load_path:
+  - {{P: 400 N}}
+  - {{Qx: 36 N, increments: 1}}
+  - cycle: {{represents: 1e4, jump: 5000, stages: [{{Qx: -36 N, increments: 1}}, {{Qx: 36 N, increments: 1}}]}}
+output: {{fields: [pressure, shear, slip, zone, wear_depth, wear_depth_1]}}
+"""
+"""Partial slip that wears."""
+
 DRAWN_TITLE = "Fretting <mode> $I$ & $\\\\mathbf"
 
 

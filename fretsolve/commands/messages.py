@@ -153,8 +153,13 @@ class TextMessages(QuietMessages):
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
-        if self.setup.case.wear is not None:
-            values |= {"cycles": f"{summary.cycles:.6g}", "wear_volume": f"{summary.wear_volume:.6g}"}
+        if total := represented_cycles(self.setup):
+            del values["increments"], values["stages"]  # they are the most that there may be
+            values |= {
+                "cycles": f"{summary.cycles:.6g}",
+                "of": f"{total:.6g}",
+                "wear_volume": f"{summary.wear_volume:.6g}",
+            }
         if self.verbose:
             values |= {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
         key_value_line(**values)

@@ -1,0 +1,128 @@
+"""What is shown of wear, and worn profiles with which other cases and stresses go on."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import invoke, refused
+from small_cases import CASE, WORN, write_case
+
+from fretsolve.export.wear_report import rows_of_wear, wear_totals
+from fretsolve.result import Result, open_result
+from fretsolve.result.state import stage_ends
+
+ALPHA = 1e-7
+
+
+@pytest.fixture(scope="module")
+def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a worn result."""
+    path = write_case(tmp_path_factory.mktemp("worn"), WORN)
+    assert invoke("run", path, "-q").exit_code == 0
+    return path.with_suffix(".h5")
+
+
+@pytest.fixture
+def result(worn: Path) -> Result:
+    return open_result(worn)
+
+
+def test_volume_balances_the_dissipated_energy(result: Result) -> None:
+    history = result.history
+    np.testing.assert_allclose(history["wear_volume"], ALPHA * history["work_total"], rtol=1e-12)
+    assert history["cycles"][-1] == 1e4
+    depth = result.field("wear_depth", result.increments - 1)
+    cell = float(np.diff(result.x)[0] * np.diff(result.y)[0])
+    assert depth.sum() * cell == pytest.approx(history["wear_volume"][-1], rel=1e-12)
+    assert depth.max() == history["wear_depth_max"][-1]
+    np.testing.assert_allclose(result.field("wear_depth_1", result.increments - 1), 0.25 * depth)
+
+
+def test_show_has_the_changes_of_the_surfaces(worn: Path, result: Result) -> None:
+    rows = rows_of_wear(result, stage_ends(result.history["stage"]))
+    kept = result.history["jump"][rows]
+    assert (result.history["cycles"][rows][kept == 0.0][:-1] == 0.0).all()  # but for the last one before any wear
+    assert rows[-1] == result.increments - 1
+    assert result.history["jump"].max() == 5000.0
+    shown = invoke("show", worn).stdout
+    cycles, stick = wear_totals(result)
+    assert cycles in shown
+    assert cycles.startswith("10000 cycles, for which ")
+    assert f"{result.history['wear_volume'][-1]:.5g}" in cycles
+    assert stick.startswith("stick area at the end of the first solved cycle 0.0")
+
+
+def test_columns_of_wear_in_all_formats(worn: Path, tmp_path: Path) -> None:
+    rows = list(csv.DictReader(io.StringIO(invoke("show", worn, "--csv").stdout)))
+    assert float(rows[-1]["cycles"]) == 1e4
+    assert 0.0 < float(rows[-1]["wear_depth_max (mm)"]) < 1e-3
+    assert json.loads(invoke("show", worn, "--json").stdout)["units"]["wear_volume"] == "mm^3"
+    assert invoke("export", worn, "--to", "vtk", "--step", -1, "-o", tmp_path / "x.pvd").exit_code == 0
+    grids = sorted((tmp_path / "x.vtk").iterdir())
+    assert any(b"wear_depth" in grid.read_bytes() for grid in grids)
+    assert invoke("export", worn, "--to", "npz", "--step", -1, "-o", tmp_path / "x.npz").exit_code == 0
+    with np.load(tmp_path / "x.npz") as archive:
+        assert archive["wear_depth"].shape == (1, 24, 24)
+        assert archive["wear_volume"][-1] > 0.0
+    with open_result(worn) as result:
+        assert "wear_depth" in result.to_xarray()
+
+
+@pytest.mark.parametrize("surface", ["sum", "separation"])
+def test_another_case_goes_on_with_the_worn_surfaces(worn: Path, surface: str, tmp_path: Path) -> None:
+    """Pressed anew they have the contact that they had, but for what the locked shear adds."""
+    heights = tmp_path / "worn.heights.hdf5"
+    done = invoke("export", worn, "--to", "heights", "-o", heights)
+    assert (done.exit_code, done.stdout) == (0, f"{heights}\n")
+    with open_result(worn) as result, h5py.File(heights) as file:
+        size, last = 24.0 * float(np.diff(result.x).mean()), result.increments - 1
+        assert file["wear_depth"].attrs["spacing"] == pytest.approx([size / 24.0] * 2)
+        np.testing.assert_array_equal(file["wear_depth"][:], result.field("wear_depth", last))
+        expected = {name: float(result.history[name][-1]) for name in ("delta_z", "max_pressure", "contact_area")}
+    maps = {
+        "sum": "[{sphere: {radius: 10 mm}}, {heights: {file: worn.heights.hdf5, dataset: wear_depth}}]",
+        "separation": "{heights: {file: worn.heights.hdf5, dataset: separation}}",
+    }
+    case = CASE.replace("{sphere: {radius: 10 mm}}", maps[surface]).replace("points: 16", f"points: 24, size: {size!r}")
+    path = write_case(tmp_path, case.partition("expect:")[0])
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as again:
+        assert again.history["delta_z"][-1] == pytest.approx(expected["delta_z"], rel=1e-4)
+        assert again.history["max_pressure"][-1] == pytest.approx(expected["max_pressure"], rel=1e-3)
+        assert again.history["contact_area"][-1] == pytest.approx(expected["contact_area"], rel=0.01)
+
+
+def test_stresses_are_those_of_the_worn_contact(worn: Path, tmp_path: Path) -> None:
+    """Below the surface's middle szz is minus the final pressure, which wear has raised."""
+    stresses = tmp_path / "worn.stress.h5"
+    done = invoke("stress", worn, "--step", -1, "--depth", 0, "-o", stresses)
+    assert done.exit_code == 0, done.output
+    with open_result(worn) as result, h5py.File(stresses) as file:
+        last = result.increments - 1
+        found: list[float] = []
+        file.visititems(lambda name, node: found.append(float(np.min(node[()]))) if name.endswith("/zz") else None)
+        assert min(found) == pytest.approx(-float(result.field("pressure", last).max()), rel=1e-6)
+        assert result.history["max_pressure"][-1] > 1.001 * result.history["max_pressure"][0]
+
+
+def test_heights_need_wear_and_its_depth(worn: Path, tmp_path: Path) -> None:
+    path = write_case(tmp_path)
+    assert invoke("run", path, "-q").exit_code == 0
+    out = path.with_suffix(".h5")
+    told = refused(2, "export", out, "--to", "heights")
+    assert told == f"{out}: nothing is worn, since the case has no wear\n"
+    told = refused(2, "export", worn, "--to", "heights", "--step", 1, "--step", 2)
+    assert told == f"{worn}: heights are those of one increment; give --step once\n"
+    told = refused(2, "export", worn, "--to", "heights", "-o", tmp_path / "x.npy")
+    assert told == f"{tmp_path / 'x.npy'}: the name of a heights file must end in .hdf5\n"
+    path = write_case(tmp_path, WORN.replace(", wear_depth, wear_depth_1", "").replace("1e4", "2"), "bare.yaml")
+    path.write_text(path.read_text().replace(", jump: 5000", ""))
+    assert invoke("run", path, "-q").exit_code == 0
+    told = refused(2, "export", path.with_suffix(".h5"), "--to", "heights")
+    assert told.endswith("the worn depth is not stored; wear_depth in output.fields of the case file stores it\n")

@@ -1,0 +1,79 @@
+"""The picture of wear."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import invoke
+from line_cases import LINE
+from pictures import figure_texts, heading, legend_texts, panels
+from small_cases import WORN, write_case
+
+from fretsolve.errors import PictureError
+from fretsolve.plots import wear
+from fretsolve.plots.wear import profile_steps
+from fretsolve.result import Result, open_result
+
+
+@pytest.fixture(scope="module")
+def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = write_case(tmp_path_factory.mktemp("worn"), WORN)
+    assert invoke("run", path, "-q").exit_code == 0
+    return path.with_suffix(".h5")
+
+
+def test_scar_volume_and_depth(worn: Path) -> None:
+    with open_result(worn) as result:
+        history, last = result.history, result.increments - 1
+        figure = wear.wear(result)
+        scar, plan, volume, depth = panels(figure)
+        steps = profile_steps(result)
+        assert steps[-1] == max(steps)
+        assert len(scar.lines) == len(steps)
+        middle = np.mean(np.asarray(result.field("wear_depth", steps[-1]))[:, 11:13], axis=1)
+        np.testing.assert_allclose(scar.lines[-1].get_ydata(), 1e3 * middle)
+        assert scar.get_ylim()[0] > scar.get_ylim()[1]  # depth points down
+        assert scar.get_ylabel().startswith("worn depth (")
+        assert figure_texts(figure)[-1] == "after 1e+04 cycles"
+        assert plan.images[-1].get_array().max() == pytest.approx(1e3 * result.field("wear_depth", last).max())
+        grown = np.flatnonzero(np.diff(history["cycles"]) > 0.0) + 1
+        np.testing.assert_allclose(volume.lines[-1].get_xdata()[1:], history["cycles"][grown])
+        np.testing.assert_allclose(volume.lines[-1].get_ydata()[1:], history["wear_volume"][grown])
+        np.testing.assert_allclose(depth.lines[-1].get_ydata()[-1], 1e3 * history["wear_depth_max"][-1])
+        assert f"after 10000 cycles: worn volume {history['wear_volume'][-1]:.4g}" in heading(figure)
+
+
+def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
+    path = write_case(tmp_path, WORN.replace("alpha: 1e-4", "alpha: 1e-2").replace("jump: 5000", "jump: 1000"))
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as result:
+        volume = panels(wear.wear(result))[2]
+        assert "worn limit (closed form)" in legend_texts(volume)
+        assert float(np.ptp(volume.lines[0].get_ydata())) == 0.0
+
+
+def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
+    head = LINE.partition("load_path:")[0]
+    path = write_case(
+        tmp_path,
+        f"{head}wear: {{law: energy, alpha: 1e-4 mm^3/J}}\n"
+        "load_path: [{P: 100 N/mm}, {Qx: 8 N/mm, increments: 1},"
+        " {cycle: {represents: 100, jump: 50, stages: [{Qx: -8 N/mm, increments: 1}, {Qx: 8 N/mm, increments: 1}]}}]\n",
+    )
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as result:
+        assert len(panels(wear.wear(result))) == 3
+        assert panels(wear.wear(result))[1].get_ylabel() == "worn volume (mm³/mm)"
+
+
+def test_results_without_wear(results: dict[str, Result]) -> None:
+    with pytest.raises(PictureError, match="nothing is worn, since the case has no wear"):
+        wear.wear(results["fretting"])
+
+
+def test_all_pictures_of_a_worn_result(worn: Path, tmp_path: Path) -> None:
+    done = invoke("plot", worn, "--all", "-o", f"{tmp_path}/all/")
+    assert done.exit_code == 0, done.output
+    assert any("wear" in path.name for path in (tmp_path / "all").iterdir())
