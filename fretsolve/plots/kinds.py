@@ -83,7 +83,7 @@ _ALL = (
     PictureKind("streamlines", "directions:streamlines", "Lines along shear traction and slip.", ("step",)),
     PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
-    PictureKind("wear", "wear:wear", "Worn scar, volume and depth over the cycles."),
+    PictureKind("wear", "worn_scar:wear", "Worn scar, volume and depth over the cycles."),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
     PictureKind(
         "stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step", "body")

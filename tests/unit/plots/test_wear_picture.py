@@ -12,8 +12,7 @@ from pictures import figure_texts, heading, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
-from fretsolve.plots import wear
-from fretsolve.plots.wear import profile_steps
+from fretsolve.plots.worn_scar import profile_steps, wear
 from fretsolve.result import Result, open_result
 
 
@@ -27,7 +26,7 @@ def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_scar_volume_and_depth(worn: Path) -> None:
     with open_result(worn) as result:
         history, last = result.history, result.increments - 1
-        figure = wear.wear(result)
+        figure = wear(result)
         scar, plan, volume, depth = panels(figure)
         steps = profile_steps(result)
         assert steps[-1] == max(steps)
@@ -49,7 +48,7 @@ def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
     path = write_case(tmp_path, WORN.replace("alpha: 1e-4", "alpha: 1e-2").replace("jump: 5000", "jump: 1000"))
     assert invoke("run", path, "-q").exit_code == 0
     with open_result(path.with_suffix(".h5")) as result:
-        volume = panels(wear.wear(result))[2]
+        volume = panels(wear(result))[2]
         assert "worn limit (closed form)" in legend_texts(volume)
         assert float(np.ptp(volume.lines[0].get_ydata())) == 0.0
 
@@ -64,13 +63,13 @@ def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
     )
     assert invoke("run", path, "-q").exit_code == 0
     with open_result(path.with_suffix(".h5")) as result:
-        assert len(panels(wear.wear(result))) == 3
-        assert panels(wear.wear(result))[1].get_ylabel() == "worn volume (mm³/mm)"
+        assert len(panels(wear(result))) == 3
+        assert panels(wear(result))[1].get_ylabel() == "worn volume (mm³/mm)"
 
 
 def test_results_without_wear(results: dict[str, Result]) -> None:
     with pytest.raises(PictureError, match="nothing is worn, since the case has no wear"):
-        wear.wear(results["fretting"])
+        wear(results["fretting"])
 
 
 def test_all_pictures_of_a_worn_result(worn: Path, tmp_path: Path) -> None:
