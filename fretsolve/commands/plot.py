@@ -46,6 +46,8 @@ def plot_result(
             names = " and ".join(kinds)
             raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
     with open_result(out) as result:
+        if every_kind:
+            chosen = [kind for kind in chosen if not kind.column or kind.column in result.history]
         files = _page_files(target, chosen, result) if every_kind else _files(target, chosen, result.path)
         for path in files:
             require_own(path, PICTURE_MARK.encode(), "a picture")

@@ -24,6 +24,7 @@ class PictureKind(NamedTuple):
 
     drawn_by: module and function; a function may not have the name of a module, which would hide it. caption: what it
     shows. options: parameters of the function, of `OPTIONS`. beside: ending of a file beside the result that it draws.
+    column: of the history that it draws, where not all results have it.
     """
 
     name: str
@@ -32,6 +33,7 @@ class PictureKind(NamedTuple):
     options: tuple[str, ...] = ()
     formats: tuple[str, ...] = STILL
     beside: str = ""
+    column: str = ""
 
     @property
     def draw(self) -> Callable[..., Any]:
@@ -83,7 +85,7 @@ _ALL = (
     PictureKind("streamlines", "directions:streamlines", "Lines along shear traction and slip.", ("step",)),
     PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
-    PictureKind("wear", "worn_scar:wear", "Worn scar, volume and depth over the cycles."),
+    PictureKind("wear", "worn_scar:wear", "Worn scar, volume and depth over the cycles.", column="wear_volume"),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
     PictureKind(
         "stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step", "body")
