@@ -109,7 +109,7 @@ def test_commands_warn_alike_and_once(command: str, tmp_path: Path) -> None:
 def test_validate_prints_the_closed_forms(tmp_path: Path) -> None:
     output = invoke("validate", write_case(tmp_path, FINE)).stdout
     assert "a/R = 0.0301, p0/E* = 0.0192, E* = 109890 MPa" in output
-    assert "gross slip under Q begins at a displacement of 0.00110094 mm (Cattaneo-Mindlin)" in output
+    assert "gross slip under Q begins at a displacement of 1.10094 um (Cattaneo-Mindlin)" in output
     assert "smallest stick radius c = 0.238989 mm, 42.3 cells across, at the end of stage 2 (Cattaneo" in output
     assert "Dundurs' constant 0\n" in output
 
