@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.unrolled_path import Stage
 from fretsolve.errors import dotted
 from fretsolve.friction.weakening import growth_on_sphere
+from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.reference.hertz import HertzContact
 
 
@@ -18,6 +22,17 @@ def doubts(spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | No
         yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
     if spec.initial is not None or len(spec.cycles or ()) > 1:
         yield from _about_periodic_cycles(stages)
+
+
+def largest_share(spec: FrictionSpec, Qx: float, Qy: float) -> float:
+    """Return what friction carries at most of P in the direction of a force, where no closed form says so; else inf."""
+    if spec.pair is not None:
+        scaled = Orthotropy.of(spec.pair, spec.angle or 0.0).inverse.times(np.array([Qx, Qy]))
+        length = math.hypot(*scaled)
+        return math.sqrt(spec.pair[0] * spec.pair[1]) * math.hypot(Qx, Qy) / length if length else math.inf
+    if spec.initial is not None and spec.final is not None and spec.exponent is None:
+        return max(spec.initial, spec.final)
+    return math.inf
 
 
 def _about_weakening(spec: FrictionSpec, growth: float) -> Iterator[str]:
@@ -35,6 +50,6 @@ def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
     cycle = next((one for one in passes if one.until is not None), None)
     if cycle is not None:
         yield (
-            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and a cycle that changes by less"
-            f" than {percent(cycle.until or 0.0)} is periodic, though friction has not run in; times runs so many"
+            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and one that changes by less"
+            f" than {percent(cycle.until or 0.0)} counts as periodic before friction has run in; times runs so many"
         )

@@ -16,6 +16,7 @@ from fretsolve.errors import dotted
 from fretsolve.model.edges import CYLINDER_END, depth_in_rounding, rounding
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.setup.accuracy import points_needed
+from fretsolve.setup.closed_forms import Load
 from fretsolve.setup.contact_size import AREA_MARGIN, concave_sphere
 from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -126,6 +127,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
         pressed = load.get("P", hertz.load if hertz else math.inf)
         most_force, most_torque, _ = forms.gross_slip(pressed, hertz, load.get("friction"))
+        if varies:
+            most_force = min(most_force, pressed * _largest_share(setup, load))
         Qx, Qy, Mz = (abs(load.get(name, 0.0)) for name in ("Qx", "Qy", "Mz"))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if Qx >= Qy else "Qy"
@@ -139,6 +142,12 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         advice = "lower it" if setup.model.line else f"impose {motion[name]} to follow it"
         yield f"{place}: {loads} that friction carries: gross slip ends the run; {advice}"
         return
+
+
+def _largest_share(setup: ProblemSetup, load: Load) -> float:
+    from fretsolve.friction.doubts import largest_share  # few cases need it
+
+    return largest_share(setup.case.friction, load.get("Qx", 0.0), load.get("Qy", 0.0))
 
 
 def _about_varied_friction(setup: ProblemSetup) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from command_line import invoke
@@ -123,6 +124,28 @@ def test_a_force_beyond_is_warned_of():
     )
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
     assert "30 N is not below the 26.3437 N (int b dA) that friction carries" in warning
+
+
+@pytest.mark.parametrize(
+    ("friction", "loads", "most"),
+    [
+        # along 45 deg (0.178885, 0.044721) P of both axes: the force has another direction than the slip
+        ({"coefficient": [0.2, 0.1]}, {"Qx": 72.0, "Qy": 18.0}, 400.0 * math.hypot(0.178885, 0.044721)),
+        ({"coefficient": [0.1, 0.2], "angle": "90 deg"}, {"Qx": 81.0}, 80.0),
+        ({"initial": 0.1, "final": 0.3, "slip": 1.0}, {"Qx": 121.0}, 120.0),
+    ],
+)
+def test_a_force_beyond_is_warned_of_without_a_closed_form(friction, loads, most):
+    def warnings(factor):
+        stage = {name: factor * value for name, value in loads.items()}
+        case = build(friction=friction, grid={"points": 64}, load_path=[{"P": 400.0}, stage])
+        return [text for text in case_warnings(set_up(case)) if "gross slip" in text]
+
+    (warning,) = warnings(1.0)
+    found = re.search(r"not below the (\S+) N \(int b dA\)", warning)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(most, rel=1e-4)
+    assert warnings(0.98) == []
 
 
 def test_validate_names_the_friction_of_stages(tmp_path):
