@@ -17,6 +17,7 @@ from fretsolve.sweep.manifest import Manifest
 from fretsolve.sweep.points import crossed
 from fretsolve.sweep.quantity import (
     CORRECTED_NAMES,
+    WEAR_NAMES,
     StageQuantity,
     expected_values,
     in_order,
@@ -96,7 +97,7 @@ def make_study_plan(
     # runs with error bars have corrected values.
     error_bars = f"solver.error_bars={str(corrected).lower()}"
     text, fields = read_case(case), "output.fields=[]"
-    needed = {key for one in quantities if (key := key_beside(one.partition("@")[0].strip()))}
+    needed = {key_beside(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
     if needed:
         fields = "output.fields=[pressure, shear]"
     for name in FILES_BESIDE:
@@ -191,6 +192,8 @@ def compared_quantities(
     """Return those of ``--quantity``, else the usual ones for which the reference has values. Raises CaseError."""
     asked = in_order([read_quantity(text, stages) for text in texts])
     for quantity in asked:
+        if quantity.name in WEAR_NAMES and setup.case.wear is None:
+            raise CaseError("it is known with wear alone; wear in the case is needed", (), f"--quantity {quantity}")
         if quantity.name in CORRECTED_NAMES:
             name = quantity.name.removesuffix(CORRECTED_SUFFIX)
             raise CaseError(f"use --corrected with --quantity {name}", (), f"--quantity {quantity}")

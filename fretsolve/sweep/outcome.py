@@ -184,6 +184,8 @@ def _stage_ends(result: Result, last_steps: Sequence[int] | None) -> dict[int, i
         ends = dict(enumerate(last_steps, start=1))
     if complete:
         ends[LAST_STAGE] = result.increments - 1
+        if last_steps:  # the last stage of the whole path, where cycles at its end left it out
+            ends.setdefault(len(last_steps), result.increments - 1)
     elif last_steps is None and ends:
         ends.popitem()
     return ends

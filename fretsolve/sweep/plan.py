@@ -48,7 +48,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     found: dict[str, None] = {}
     usual: tuple[str, ...] = ()
     stages, memory, have_bars = sys.maxsize, 0.0, True
-    have = set(FILES_BESIDE)
+    have = {*FILES_BESIDE, "wear"}
     for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
         setup = prepared.setup
         rows.append(prepared.row(index))
@@ -57,7 +57,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
         found |= dict.fromkeys(setup.model.warnings)
         have_bars &= setup.case.solver.error_bars
-        have &= set(prepared.beside)
+        have &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}
         last = len(setup.load_path.last_steps)
         stages, memory = min(stages, last), max(memory, prepared.expected.memory)
         usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))

@@ -11,15 +11,21 @@ from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
 from fretsolve.result.cycles import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
-from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES
 
-NAMES = tuple(
-    column.name
-    for column in HISTORY
-    if HISTORY_DIMENSIONS.get(column.name, NUMBER) not in (NUMBER, TIME) and column.name != "work"
+WEAR_NAMES = ("wear_volume", "wear_depth_max")
+"""Columns that can be collected of cases with wear."""
+
+NAMES = (
+    *(
+        column.name
+        for column in HISTORY
+        if HISTORY_DIMENSIONS.get(column.name, NUMBER) not in (NUMBER, TIME) and column.name != "work"
+    ),
+    *WEAR_NAMES,
 )
 """Columns that can be collected; the dissipated energy of one increment depends on how many there are."""
 
@@ -28,7 +34,7 @@ CORRECTED_NAMES = (*(name + CORRECTED_SUFFIX for name in NAMES if name in CORREC
 
 _ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
 
-_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *ERRORS, *CYCLES)}
+_COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *WEAR_HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
 
 LAST_STAGE = 1_000_000_000
@@ -74,7 +80,8 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
 
 def key_beside(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    return "output.stress" if name in PEAK_NAMES else "output.fatigue" if name in WORST_NAMES else ""
+    keys = ((PEAK_NAMES, "output.stress"), (WORST_NAMES, "output.fatigue"), (WEAR_NAMES, "wear"))
+    return next((key for names, key in keys if name in names), "")
 
 
 def usual_quantities(setup: ProblemSetup) -> tuple[StageQuantity, ...]:
@@ -110,7 +117,7 @@ def _moved(setup: ProblemSetup) -> list[str]:
     names += ["max_pressure", "contact_radius"]
     if setup.model.has_shear and (moved & SHEARING or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]
-    return names
+    return [*names, *(WEAR_NAMES if setup.case.wear is not None else ())]
 
 
 def _refused(message: str, text: str) -> CaseError:
