@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -186,6 +187,10 @@ class FrictionSpec(CaseModel):
                 raise refused("either slip or energy is needed beside initial and final")
         if self.angle is not None and self.pair is None:
             refused_at([(("angle",), "angle belongs to two coefficients [mu_x, mu_y]; remove it")])
+        if abs(self.angle or 0.0) > 2.0 * math.pi:
+            refused_at(
+                [(("angle",), f"{self.angle:g} rad is more than a turn; write '{self.angle:g} deg' if so meant")]
+            )
         if self.pair is not None and (self.shear_limit is not None or self.exponent is not None):
             raise refused("two coefficients cannot stand beside shear_limit or exponent; give one coefficient")
         if (self.exponent is None) != (self.reference_pressure is None):

@@ -50,6 +50,10 @@ def test_what_varies_is_known(tmp_path):
         ("{coefficient: 0.1, expression: '1'}", "friction.expression: coefficient and expression cannot be given"),
         ("{coefficient: 0.1, spacing: 1 um}", "friction.spacing: spacing belongs to map, which is not given"),
         ("{coefficient: 0.1, angle: 3 deg}", "friction.angle: angle belongs to two coefficients"),
+        (
+            "{coefficient: [0.1, 0.2], angle: 30}",
+            "friction.angle: 30 rad is more than a turn; write '30 deg' if so meant",
+        ),
         ("{coefficient: [0.1, 0.2], shear_limit: 9}", "friction: two coefficients cannot stand beside shear_limit"),
         ("{coefficient: 0.1, exponent: 0.5}", "friction: exponent and reference_pressure belong together"),
         (
