@@ -18,13 +18,13 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import Summary
 
-FIRST_DEPTH, MOST_DEPTH = 0.005, 0.02
+FIRST_DEPTH, MOST_DEPTH = 0.005, 0.1
 """Depth of the first jump, and the largest of any, over the largest elastic displacement."""
 
 SETTLED = 0.01
 """Change of the dissipated energy from one cycle to the next, or drift within a cycle, up to which it is periodic."""
 
-MOST_GROWTH, LEAST_GROWTH = 1.5, 0.3
+MOST_GROWTH, LEAST_GROWTH = 2.0, 0.3
 """Limits of a jump over the one before it."""
 
 

@@ -2,15 +2,16 @@
 
     dh/dN = r p(h)  with the rate r of each cell (mm/MPa) and the pressure p between the surfaces h
 
-is solved over a jump of D = r dN by the two steps of an L-stable Runge-Kutta method of second order (Alexander, SIAM J.
-Numer. Anal. 14, 1977). Each is a normal problem with a compliant layer:
+is solved over a jump of D = r dN by an L-stable Runge-Kutta method of second order (Alexander, SIAM J. Numer. Anal. 14,
+1977). Each of its two stages is a normal problem with a compliant layer:
 
     gap = h + g D p1 + uz(p1) - rigid,                     p1 >= 0, gap >= 0, p1 gap = 0
     gap = h + (1 - g) D p1 + g D p2 + uz(p2) - rigid,      likewise
     h  <-  h + (1 - g) D p1 + g D p2,                      g = 1 - 1/sqrt(2)
 
 So p2 is the pressure on the new profile, all weights are positive, and the profile stays smooth however large the jump
-is. An explicit step grows a checkerboard once the depth of a jump exceeds 1.16 p dx/E*.
+is. An explicit step grows a checkerboard once the depth of a jump exceeds 1.16 p dx/E*. The jump is cut into equal
+parts, twice as many each time, until the depths of both agree.
 """
 
 from __future__ import annotations
@@ -22,11 +23,17 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.system.arrays import FloatArray, Vector
+from fretsolve.system.arrays import DoubleArray, Vector
 from fretsolve.wear.compliant_operator import CompliantOperator
 
 SHARE = 1.0 - 1.0 / math.sqrt(2.0)
-"""Share g of the jump that each of the steps takes implicitly."""
+"""Share g of the jump that each of the stages takes implicitly."""
+
+MOST_PARTS = 64
+"""Largest number of parts of a jump."""
+
+RICHARDSON = 3.0
+"""Difference between a second-order result and that of half its steps, over the error of the latter."""
 
 
 @dataclass(frozen=True)
@@ -34,40 +41,61 @@ class ProfileProblem:
     """The normal problem of a jump.
 
     separation: (nx, ny) in mm, deformed by the shear; control: of P|delta_z, Mx|phi_x, My|phi_y; rigid: estimates of
-    the normal rigid displacements.
+    the normal rigid displacements; pressure: at its start (MPa); tolerance, max_iterations: of each problem.
     """
 
-    separation: FloatArray
+    separation: DoubleArray
     control: LoadControl
     rigid: Vector
+    pressure: DoubleArray
+    tolerance: float
+    max_iterations: int
 
 
-def wear_over_jump(
-    level: GridLevel,
-    problem: ProfileProblem,
-    compliance: FloatArray,
-    pressure: FloatArray,
-    tolerance: float,
-    max_iterations: int,
-) -> FloatArray:
-    """Return the depth (mm) worn over a jump of the compliance D = r dN (mm/MPa), (nx, ny).
+@dataclass(frozen=True)
+class WornDepth:
+    """Depth that is worn over a jump (mm), (nx, ny), and its estimated error, in the mean over what is worn."""
 
-    pressure: at its start (MPa); tolerance: of the normal problems. Raises NotConvergedError, ContactLostError.
+    depth: DoubleArray
+    error: float
+
+
+def wear_over_jump(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray, allowed: float) -> WornDepth:
+    """Return the depth that is worn over a jump of the compliance D = r dN (mm/MPa), (nx, ny).
+
+    allowed: mean error over the mean depth. Raises NotConvergedError, ContactLostError.
     """
-    solver = NormalSolver(CompliantOperator(level.operator, SHARE * compliance), level.grid)
+    parts, before = 1, _in_parts(level, problem, compliance, 1)
+    while True:
+        parts *= 2
+        depth = _in_parts(level, problem, compliance, parts)
+        worn = float(depth.sum())
+        error = float(abs(depth - before).sum()) / RICHARDSON
+        if error <= allowed * worn or parts == MOST_PARTS:
+            return WornDepth(depth, error / worn if worn > 0.0 else 0.0)
+        before = depth
 
-    def pressed(separation: FloatArray, estimate: FloatArray) -> FloatArray:
+
+def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray, parts: int) -> DoubleArray:
+    """Return the depth that is worn over a jump in some equal parts."""
+    solver = NormalSolver(CompliantOperator(level.operator, SHARE / parts * compliance), level.grid)
+    pressure, separation = problem.pressure, problem.separation
+
+    def pressed(between: DoubleArray, estimate: DoubleArray) -> DoubleArray:
         found = estimate.copy()
-        result = solver.solve(separation, problem.control, found, tolerance, max_iterations, problem.rigid)
+        arguments = problem.tolerance, problem.max_iterations, problem.rigid
+        result = solver.solve(between, problem.control, found, *arguments)
         if not result.converged:
             raise NotConvergedError(
                 f"the worn profile is not found after {result.iterations} iterations: the largest gap error is"
-                f" {result.residual:.2g} of the normal displacement, {tolerance:.2g} is needed; raise"
+                f" {result.residual:.2g} of the normal displacement, {problem.tolerance:.2g} is needed; raise"
                 " solver.max_iterations, or let a solved cycle stand for fewer"
             )
         return found
 
-    first = pressed(problem.separation, pressure)
-    explicit: FloatArray = (1.0 - SHARE) * compliance * first
-    second = pressed(problem.separation + explicit, first)
-    return explicit + SHARE * compliance * second
+    for _ in range(parts):
+        first = pressed(separation, pressure)
+        half = separation + (1.0 - SHARE) / parts * compliance * first
+        pressure = pressed(half, first)
+        separation = half + SHARE / parts * compliance * pressure
+    return separation - problem.separation

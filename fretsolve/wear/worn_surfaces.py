@@ -28,7 +28,10 @@ from fretsolve.wear.law import WearLaw
 from fretsolve.wear.profile import ProfileProblem, wear_over_jump
 from fretsolve.wear.rates import owed, rate_over_jump, rates_of
 
-ERROR_SHARE = 0.5
+PROFILE_SHARE = 0.2
+"""Part of the tolerance that the error may have which the change of the pressure over a jump causes."""
+
+ERROR_SHARE = 1.0
 """Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
 next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate)."""
 
@@ -38,12 +41,13 @@ class _Jump:
     """A change of the profile whose increment is to be solved.
 
     number: of the cycles that the last solved one stands for; energy: dissipated per area, and path: slip of those that
-    were not solved, (nx, ny).
+    were not solved, (nx, ny); error: of the worn volume, as the pressure changes over the jump.
     """
 
     number: float
     energy: FloatArray
     path: FloatArray
+    error: float
 
 
 class WornSurfaces:
@@ -94,14 +98,16 @@ class WornSurfaces:
             compliance = np.maximum(number * rate + owed(rates.rate, jump_before, state), 0.0)
         fixed = number * rates.rest + (state.mark - state.profile)
         # 3. the profile at its end
-        yielding = self._problem(self._separation + fixed, control, start, fields)
-        tolerance, most = SOLVER_TOLERANCE_SHARE * self._solver.tolerance, self._solver.max_iterations
-        worn = wear_over_jump(self._solver.level, yielding, compliance, pressure, tolerance, most)
-        profile = state.profile + fixed + worn
+        problem = self._problem(self._separation + fixed, control, start, fields)
+        jumps = cycle.jumps
+        assert jumps is not None
+        worn = wear_over_jump(self._solver.level, problem, compliance, PROFILE_SHARE * jumps.tolerance)
+        profile = state.profile + fixed + worn.depth
         np.add(self._unworn, profile, out=self._separation)
         # 4. energy and slip of the cycles that were not solved
         path = (number - 1.0) * np.where(pressure > 0.0, state.path, 0.0)
-        self._jump = _Jump(number, (profile - state.depth) * rates.energy, path)
+        error = worn.error * float(worn.depth.sum()) * self._solver.grid.cell_area
+        self._jump = _Jump(number, (profile - state.depth) * rates.energy, path, error)
         self.state = replace(state, depth=profile, profile=profile)
         if number > 1.0:
             self.state = replace(self.state, rate=rates.rate, used=rate)
@@ -118,7 +124,9 @@ class WornSurfaces:
         # displacements as they are: in a line contact those that are imposed refer to points far below
         rigid = start.rigid[:3]
         values = np.where(control.forced, control.values, rigid).tolist()
-        return ProfileProblem(separation, LoadControl(control.forced, (*values,)), rigid)
+        held, pressure = LoadControl(control.forced, (*values,)), fields.pressure.astype(np.float64)
+        tolerance = SOLVER_TOLERANCE_SHARE * self._solver.tolerance
+        return ProfileProblem(separation, held, rigid, pressure, tolerance, self._solver.max_iterations)
 
     def _number(self, cycle: CyclePass, cycles: list[SolvedCycle], progress: Progress, pressure: DoubleArray) -> float:
         """Return how many cycles the last one stands for.
@@ -183,6 +191,7 @@ class WornSurfaces:
                 summary,
                 cycles=last.cycles + jump.number - 1.0,
                 jump=jump.number,
+                wear_error=last.wear_error + jump.error,
                 work_total=summary.work_total + float(jump.energy.sum()) * area,
             )
         return self._at_the_end_of_a_cycle(summary, Progress(path, history), increment, solution)
