@@ -135,7 +135,7 @@ class FrictionSpec(CaseModel):
         """The coefficients along two axes, None if there is one for all directions."""
         return self.coefficient if isinstance(self.coefficient, tuple) else None
 
-    def in_cycle(self, number: int) -> float:
+    def in_cycle(self, number: float) -> float:
         """Return the coefficient in a cycle, counted from 1, by the table of cycles."""
         table = self.cycles or ()
         for (before, low), (after, high) in pairwise(table):

@@ -345,6 +345,12 @@ class Case(CaseModel):
                 for place, name in enumerate(self.output.fields)
                 if name in get_args(WearField)
             )
+        elif self.solver.error_bars:
+            message = "coarse runs cannot follow wear; leave it out, wear_error estimates the error by the jumps"
+            refused_at([(("solver", "error_bars"), message)])
+        elif self.solver.precision == "single":
+            message = "single precision cannot resolve the small slips by which a contact follows its wear; take double"
+            refused_at([(("solver", "precision"), message)])
         coefficient = self.friction.coefficient
         friction = coefficient if isinstance(coefficient, float) else None
         check_wear(self.wear, unrolled(self.load_path), friction, {**DIMENSIONS_BY_NAME, **self.dimensions})

@@ -94,12 +94,18 @@ def _pressed_width(model: Model) -> float:
 
 
 def settled(case: Case) -> Case:
-    """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given."""
+    """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given.
+
+    With wear there are no error bars.
+    """
     solver = case.solver
     if solver.accuracy is None:
         return case
     # Such a tolerance adds no error, and resolves the slip of small increments.
-    picked = {"tolerance": float(f"{min(max(1e-4 * solver.accuracy, 1e-8), 1e-5):.0e}"), "error_bars": True}
+    picked = {
+        "tolerance": float(f"{min(max(1e-4 * solver.accuracy, 1e-8), 1e-5):.0e}"),
+        "error_bars": case.wear is None,
+    }
     missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
     return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 
@@ -115,6 +121,6 @@ def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath)
         f"{points[0]} x {points[1]} points": asked.grid.points is None,
         f"{span} increments per stage": counts and load_path.path_dependent,
         f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
-        "error bars": "error_bars" not in given,
+        "error bars": "error_bars" not in given and asked.wear is None,
     }
     return tuple(text for text, is_picked in texts.items() if is_picked)

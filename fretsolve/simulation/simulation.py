@@ -96,7 +96,7 @@ def states_of(
                 from fretsolve.friction.weakening import require_stable  # few cases need it
 
                 require_stable(setup.case.friction, fields, contact.solver.level.operator)
-            bound = None if friction is None else friction.bound(fields, increment.friction)
+            bound = None if friction is None else friction.bound(fields, _coefficient(increment, setup, summaries))
             begin = InitialState(
                 fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound
             )
@@ -135,6 +135,17 @@ def states_of(
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
+
+
+def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Summary]) -> float | None:
+    """Return the coefficient of friction that the load path sets in an increment, None without one.
+
+    That of a cycle is by the number of cycles so far, where solved ones stand for others.
+    """
+    friction = setup.case.friction
+    if setup.wear is None or friction.cycles is None:
+        return increment.friction
+    return friction.in_cycle((history[-1].cycles if history else 0.0) + 1.0)
 
 
 def _has_trend(setup: ProblemSetup, path: LoadPath, step: int, *, saved: bool) -> bool:

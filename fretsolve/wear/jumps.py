@@ -24,8 +24,14 @@ FIRST_DEPTH, MOST_DEPTH = 0.005, 0.1
 SETTLED = 0.01
 """Change of the dissipated energy from one cycle to the next, or drift within a cycle, up to which it is periodic."""
 
+FIRST_SHARE = 0.1
+"""Part of all cycles that the first jump may have."""
+
 MOST_GROWTH, LEAST_GROWTH = 2.0, 0.3
 """Limits of a jump over the one before it."""
+
+SAFETY = 0.5
+"""Part of the tolerance that a jump is chosen for, since its error is known only after it."""
 
 
 @dataclass(frozen=True)
@@ -117,10 +123,10 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, depth: float, sca
     most = (jumps.max_depth or MOST_DEPTH * scale) / depth
     last = max((place for place, one in enumerate(cycles[:-1]) if one.jump > 1.0), default=None)
     if last is None:
-        most = min(most, FIRST_DEPTH * scale / depth)
+        most = min(most, FIRST_DEPTH * scale / depth, FIRST_SHARE * left)
     else:
         before = cycles[last]
         error, allowed = cycles[last + 1].error, jumps.tolerance * before.jumped_volume
-        growth = math.sqrt(allowed / error) if error > 0.0 else MOST_GROWTH
+        growth = math.sqrt(SAFETY * allowed / error) if error > 0.0 else MOST_GROWTH
         most = min(most, before.jump * min(max(growth, LEAST_GROWTH), MOST_GROWTH))
     return min(max(1.0, float(math.floor(most))), left)

@@ -33,7 +33,7 @@ PROFILE_SHARE = 0.2
 
 ERROR_SHARE = 1.0
 """Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
-next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate)."""
+next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate), but more where the contact grows."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class WornSurfaces:
                 f"{jumps.represents - left:g} of {jumps.represents:g} cycles are done after {cycle.turn} solved ones,"
                 " and there may be no more of them; take a larger tolerance or jump, or fewer cycles"
             )
-        if jumps.jump != 1.0:
+        if jumps.jump != 1.0 and not self._solver.model.friction_evolves:
             require_periodic(cycles)
         deepest = float((self.state.depth - self.state.mark).max())
         return next_jump(cycles, jumps, deepest, self._scale(pressure), left)

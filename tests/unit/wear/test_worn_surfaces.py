@@ -1,13 +1,19 @@
 """Wear in a run: the loop, its accounts, and going on from any increment."""
 
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fretsolve.case.loading import load_case
+from fretsolve.errors import CaseError, NotConvergedError
 from fretsolve.result.state import State
 from fretsolve.simulation.simulation import run
+from fretsolve.wear.jumps import SolvedCycle, require_periodic
 from tests.fake_states import assert_same_state
 
 CASE = """
@@ -92,8 +98,9 @@ def test_few_cycles_are_all_solved(tmp_path):
 def test_archard_agrees_with_energy_at_one_coefficient_of_friction(worn, tmp_path):
     _, states = states_of(tmp_path, wear="{law: archard, k: 1e-8 mm^3/(N*mm)}")
     mine, other = states[-1].summary, worn[1][-1].summary
-    assert mine.wear_volume == pytest.approx(other.wear_volume, rel=1e-9)
-    assert mine.work_total == pytest.approx(other.work_total, rel=1e-9)
+    # the two sum up the same wear in another order
+    assert mine.wear_volume == pytest.approx(other.wear_volume, rel=1e-7)
+    assert mine.work_total == pytest.approx(other.work_total, rel=1e-7)
 
 
 def test_a_saved_run_goes_on_at_a_jump(worn, tmp_path):
@@ -109,3 +116,59 @@ def test_a_saved_run_goes_on_at_a_jump(worn, tmp_path):
             writer.append(state)
     with HistoryWriter.open(out, header, resume=True) as writer:
         assert_same_state(writer.last_state, states[jump])
+
+
+def test_a_case_without_wear_loads_nothing_of_it(tmp_path):
+    path = tmp_path / "plain.yaml"
+    text = CASE.format(represents=1, jump="auto", wear=ENERGY, friction="0.1").replace(f"wear: {ENERGY}\n", "")
+    path.write_text(text.replace("represents: 1\n      jump: auto", "times: 1"))
+    code = f"""
+import sys
+from fretsolve import load_case, run
+assert len(list(run(load_case({str(path)!r})))) > 3
+print([name for name in sys.modules if name.startswith("fretsolve.wear")])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("more", "problem"),
+    [
+        ("solver: {error_bars: true}", "solver.error_bars: coarse runs cannot follow wear"),
+        ("solver: {precision: single}", "solver.precision: single precision cannot resolve"),
+    ],
+)
+def test_what_wear_cannot_have_is_refused(tmp_path, more, problem):
+    path = tmp_path / "refused.yaml"
+    path.write_text(CASE.format(represents=10, jump="auto", wear=ENERGY, friction="0.1") + more + "\n")
+    with pytest.raises(CaseError, match=problem):
+        load_case(path)
+
+
+def test_worn_depths_without_wear_are_refused(tmp_path):
+    path = tmp_path / "refused.yaml"
+    text = CASE.format(represents=1, jump="auto", wear=ENERGY, friction="0.1").replace(f"wear: {ENERGY}\n", "")
+    text = text.replace("represents: 1\n      jump: auto", "times: 1") + "output: {fields: [pressure, wear_depth]}\n"
+    path.write_text(text)
+    with pytest.raises(CaseError, match=r"output\.fields\.1: wear_depth belongs to wear"):
+        load_case(path)
+
+
+def test_a_table_of_friction_goes_by_the_cycles_that_solved_ones_stand_for(tmp_path):
+    _, states = states_of(tmp_path, 2000, "500", friction="{cycles: [[1, 0.1], [2000, 0.2]]}")
+    for before, state in pairwise(states):
+        if before.summary.cycles:
+            expected = 0.1 + 0.1 * before.summary.cycles / 1999.0
+            slipping = state.fields.zone == 2
+            shear = np.hypot(*state.fields.shear)
+            ratio = shear[slipping] / state.fields.pressure[slipping]
+            np.testing.assert_allclose(ratio, expected, rtol=1e-6)
+
+
+def test_a_cycle_that_keeps_changing_cannot_stand_for_others(tmp_path):
+    cycles = [SolvedCycle(energy=1.1**turn, drift=0.1, error=0.0, jump=1.0) for turn in range(21)]
+    with pytest.raises(NotConvergedError, match="not periodic after 21 repetitions"):
+        require_periodic(cycles)
+    require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)])
+    require_periodic(cycles[1:])
