@@ -50,17 +50,24 @@ GROSS_SIZES = {1.0: 2.8, 10.0: 4.1, 100.0: 7.0}
 
 @dataclass(frozen=True)
 class Worn:
-    """A run with wear: its states, the processor time (s), and the solved cycles that stand for more than themselves."""
+    """A run with wear: its states and its processor time (s)."""
 
     states: list[State]
     seconds: float
 
     @property
     def last(self) -> State:
+        """The last increment."""
         return self.states[-1]
 
     @property
+    def volume(self) -> float:
+        """The worn volume over V0."""
+        return self.last.summary.wear_volume / V0
+
+    @property
     def jumps(self) -> int:
+        """The number of solved cycles that stand for more than themselves."""
         return sum(state.summary.jump > 1.0 for state in self.states)
 
 
@@ -122,3 +129,109 @@ def _cycle(name: str, most: float, cycles: int, jumps: int, tolerance: float) ->
             "stages": stages,
         }
     }
+
+
+def base_case(points: int) -> Worn:
+    """Run steel on steel, nu = 0.3, P = 400 N, Q = 36 N, over 75555 cycles."""
+    steel = {"young_modulus": 200e3, "poisson_ratio": 0.3}
+    cycle = {"represents": 75555, "stages": [{"Qx": -36.0, "increments": 2}, {"Qx": 36.0, "increments": 2}]}
+    case = {
+        "bodies": [steel, steel],
+        "surface": {"sphere": {"radius": RADIUS}},
+        "grid": {"points": points, "size": 0.8},
+        "friction": 0.1,
+        "wear": {"law": "energy", "alpha": ALPHA},
+        "load_path": [{"P": 400.0}, {"Qx": 36.0}, {"cycle": cycle}],
+        "output": {"every": 10**6},
+    }
+    return solved(Case.model_validate(case))
+
+
+def partial() -> None:
+    """Print partial slip against rings."""
+    print("| held | T | V/V0, d/d0 or P/P0: rings | 64 x 64 | 128 x 128 | jumps | c/a0 (0.5) |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for (held, time_), known in PARTIAL.items():
+        found = [solved(partial_slip(held, time_, points)) for points in (64, 128)]
+        texts = []
+        for one in found:
+            row = one.last.summary
+            other = row.delta_z / D0 if held == "P" else row.P / P0
+            texts.append(
+                f"{one.volume:.5f} ({one.volume / known[0] - 1.0:+.2%}), {other:.5f} ({other / known[1] - 1.0:+.2%})"
+            )
+        stick = found[-1].last.summary.stick_radius / A0
+        print(
+            f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {texts[0]} | {texts[1]} | {found[-1].jumps} | {stick:.4f} |"
+        )
+
+
+def base() -> None:
+    """Print the base case."""
+    modulus = 200e3 / (2.0 * (1.0 - 0.3**2))
+    contact_radius = (0.75 * 400.0 * RADIUS / modulus) ** (1.0 / 3.0)
+    volume = np.pi * contact_radius**4 / (4.0 * RADIUS)
+    print("| solver | V/V0 | delta_z, um | estimated error of V |")
+    print("| --- | --- | --- | --- |")
+    print("| rings | 0.19248 | 9.4646 | |")
+    print("| cells, small jumps | 0.1924 | 9.464 | |")
+    for points in (64, 128):
+        row = base_case(points).last.summary
+        error = row.wear_error / row.wear_volume
+        print(f"| {points} x {points} | {row.wear_volume / volume:.5f} | {1e3 * row.delta_z:.4f} | {error:.1%} |")
+
+
+def gross() -> None:
+    """Print gross slip against rings."""
+    print("| T | d/d0, a/a0, w0/d0: rings | 64 x 64 | 128 x 128 | V/V0 | jumps |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for time_, known in GROSS.items():
+        texts, found = [], []
+        for points in (65, 129):
+            one = solved(gross_slip(time_, points))
+            row, middle = one.last.summary, one.last.fields.wear_depth
+            assert middle is not None
+            values = row.delta_z / D0, row.contact_radius / A0, middle[points // 2, points // 2] / D0
+            texts.append(", ".join(f"{value:.4f}" for value in values))
+            found.append(one)
+        print(
+            f"| {time_:g} | {', '.join(map(str, known))} | {' | '.join(texts)} | {found[-1].volume:.4f} | {found[-1].jumps} |"
+        )
+
+
+def jumps() -> None:
+    """Print the error of the worn volume against the number of equal jumps, and its estimate."""
+    print("| T | jumps | error of V | estimated |")
+    print("| --- | --- | --- | --- |")
+    for time_, counts in ((1.0, (5, 10, 20, 40)), (10.0, (20, 40, 80))):
+        exact = solved(partial_slip("P", time_, 64, 4 * counts[-1])).volume
+        for count in counts:
+            one = solved(partial_slip("P", time_, 64, count))
+            estimated = one.last.summary.wear_error / one.last.summary.wear_volume
+            print(f"| {time_:g} | {count} | {one.volume / exact - 1.0:+.1e} | {estimated:.1e} |")
+
+
+def costs() -> None:
+    """Print processor times of 10^5 cycles and more."""
+    print("| scene | cells | cycles | jumps | increments | processor time, s |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    solved(partial_slip("P", 0.1, 64))  # compiles
+    for points in (64, 128):
+        for name, case in (
+            ("partial slip, T = 10", partial_slip("P", 10.0, points)),
+            ("gross slip, T = 10", gross_slip(10.0, points)),
+        ):
+            one = solved(case)
+            cycles = f"{one.last.summary.cycles:.3g}"
+            print(f"| {name} | {points} x {points} | {cycles} | {one.jumps} | {len(one.states)} | {one.seconds:.1f} |")
+
+
+def main() -> None:
+    """Print the tables, or put them into a page."""
+    page = parser_of(__doc__).parse_args().into
+    parts = {"partial slip": partial, "base case": base, "gross slip": gross, "jumps": jumps, "costs": costs}
+    report({f"wear {name}": part for name, part in parts.items()}, page)
+
+
+if __name__ == "__main__":
+    main()
