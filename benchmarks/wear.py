@@ -160,10 +160,8 @@ def partial() -> None:
             texts.append(
                 f"{one.volume:.5f} ({one.volume / known[0] - 1.0:+.2%}), {other:.5f} ({other / known[1] - 1.0:+.2%})"
             )
-        stick = found[-1].last.summary.stick_radius / A0
-        print(
-            f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {texts[0]} | {texts[1]} | {found[-1].jumps} | {stick:.4f} |"
-        )
+        stick, last = found[-1].last.summary.stick_radius / A0, found[-1].jumps
+        print(f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {texts[0]} | {texts[1]} | {last} | {stick:.4f} |")
 
 
 def base() -> None:
@@ -183,20 +181,17 @@ def base() -> None:
 
 def gross() -> None:
     """Print gross slip against rings."""
-    print("| T | d/d0, a/a0, w0/d0: rings | 64 x 64 | 128 x 128 | V/V0 | jumps |")
+    print("| T | d/d0, a/a0, w0/d0: rings | 65 x 65 | 129 x 129 | V/V0 | jumps |")
     print("| --- | --- | --- | --- | --- | --- |")
     for time_, known in GROSS.items():
-        texts, found = [], []
+        texts = []
         for points in (65, 129):
             one = solved(gross_slip(time_, points))
             row, middle = one.last.summary, one.last.fields.wear_depth
             assert middle is not None
             values = row.delta_z / D0, row.contact_radius / A0, middle[points // 2, points // 2] / D0
             texts.append(", ".join(f"{value:.4f}" for value in values))
-            found.append(one)
-        print(
-            f"| {time_:g} | {', '.join(map(str, known))} | {' | '.join(texts)} | {found[-1].volume:.4f} | {found[-1].jumps} |"
-        )
+        print(f"| {time_:g} | {', '.join(map(str, known))} | {' | '.join(texts)} | {one.volume:.4f} | {one.jumps} |")
 
 
 def jumps() -> None:
