@@ -26,6 +26,9 @@ if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
 
 History = Mapping[str, NDArray[Any]]
 
+ROUND_OFF = 1e-12
+"""Part of the displacement range below which the width of a loop is 0."""
+
 CHANGE_COLUMNS = ("stage", "contact_radius", "work_total", *(name for pair in PAIRS for name in pair))
 """Columns that `change_over_cycle` needs."""
 
@@ -276,6 +279,7 @@ def _measured(
     # Where one load alone moves, friction dissipates what its loop encloses, and does so more exactly than a polygon.
     area = energy if len(cycle.moved) == 1 and cycle.moved <= TANGENTIAL else abs(float(np.trapezoid(force, motion)))
     sliding = _half_width(force, motion, begin, end)
+    sliding = sliding if sliding > ROUND_OFF * motion_range else 0.0
     stiffness, stiffness_error = _reversal_stiffness(force, motion)
     row = {
         "cycle": cycle.number,
