@@ -137,6 +137,11 @@ def contact_map() -> Figure:
     return plots.contact_map(result, step=end_of_stage(result, 2))
 
 
+def wear(case: str) -> Callable[[], Figure]:
+    """Draw the scar of a shipped case over its cycles."""
+    return lambda: plots.wear(shipped(case))
+
+
 def stress_map() -> Figure:
     """Draw the stresses of case I.2 at A."""
     result = shipped(MODE_1["I.2"])
@@ -414,6 +419,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "stick_history": stick_history,
     "running_condition": running_condition,
     "stress_map": stress_map,
+    "wear_partial_slip": wear("wear_partial_slip"),
+    "wear_gross_slip": wear("wear_gross_slip"),
     "fatigue_map": fatigue_map,
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
