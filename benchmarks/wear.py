@@ -9,8 +9,10 @@ cycles: 4 k mu N E* a0/R in partial slip, k P S N/V0 in gross slip with a path o
 
 from __future__ import annotations
 
+import tempfile
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,7 @@ from marked import parser_of, report
 
 from fretsolve import run
 from fretsolve.case.models import Case
+from fretsolve.reference.worn_contact import WornLimit, worn_limit_at_force
 from fretsolve.result.state import State
 
 RADIUS, MODULUS, A0 = 10.0, 1e5, 0.3
@@ -44,6 +47,9 @@ GROSS: dict[float, tuple[float, float, float]] = {
     100.0: (5.2272, 3.1804, 4.9587),
 }
 """d/d0, a/a0 and the depth in the middle over d0, by rings."""
+
+LIMIT_WIDTHS = (2.2, 2.26, 2.32, 2.38, 2.44, 2.5)
+"""Sides of the grid over the radius of the scar."""
 
 GROSS_SIZES = {1.0: 2.8, 10.0: 4.1, 100.0: 7.0}
 
@@ -221,10 +227,54 @@ def costs() -> None:
             print(f"| {name} | {points} x {points} | {cycles} | {one.jumps} | {len(one.states)} | {one.seconds:.1f} |")
 
 
+def limit() -> None:
+    """Print the errors of the worn limit of partial slip, given as a height map and pressed."""
+    exact = worn_limit_at_force(P0, 0.875 * 0.2 * P0, 0.2, RADIUS, MODULUS)  # c = a0/2
+    print("| cells | force | approach | scar radius |")
+    print("| --- | --- | --- | --- |")
+    with tempfile.TemporaryDirectory() as folder:
+        for points in (32, 64, 128, 256):
+            found = [_limit_errors(exact, points, width * exact.scar_radius, Path(folder)) for width in LIMIT_WIDTHS]
+            errors = np.sqrt(np.mean(np.square(found), axis=0))
+            print(f"| {points} x {points} | {' | '.join(f'{error:.1e}' for error in errors)} |")
+
+
+def _limit_errors(exact: WornLimit, points: int, size: float, folder: Path) -> list[float]:
+    """Return the relative errors of force, approach and scar radius on a grid of this size (mm)."""
+    x = (np.arange(points) - 0.5 * (points - 1)) * size / points
+    r = np.hypot(x[:, None], x)
+    np.save(folder / "limit.npy", exact.profile(r))
+    case = {
+        "bodies": ["rigid", {"young_modulus": MODULUS, "poisson_ratio": 0.0}],
+        "surface": {"heights": {"file": str(folder / "limit.npy"), "spacing": size / points}},
+        "grid": {"points": points, "size": size},
+        "friction": 0.0,
+        "output": {"fields": ["gap"]},
+    }
+    pressed, loaded = (
+        list(run(Case.model_validate(case | {"load_path": [load]})))[-1]
+        for load in ({"delta_z": exact.delta_z}, {"P": P0})
+    )
+    outside = (r > exact.scar_radius) & (r < 1.08 * exact.scar_radius)
+    begins = np.polynomial.Polynomial.fit(pressed.fields.gap[outside], r[outside], 2)(0.0)
+    return [
+        pressed.summary.P / P0 - 1.0,
+        loaded.summary.delta_z / exact.delta_z - 1.0,
+        float(begins) / exact.scar_radius - 1.0,
+    ]
+
+
 def main() -> None:
     """Print the tables, or put them into a page."""
     page = parser_of(__doc__).parse_args().into
-    parts = {"partial slip": partial, "base case": base, "gross slip": gross, "jumps": jumps, "costs": costs}
+    parts = {
+        "limit": limit,
+        "partial slip": partial,
+        "base case": base,
+        "gross slip": gross,
+        "jumps": jumps,
+        "costs": costs,
+    }
     report({f"wear {name}": part for name, part in parts.items()}, page)
 
 

@@ -369,6 +369,7 @@ def new(kind: str, target: Path | None) -> int:
     gross-slip  cyclic displacement up to gross slip
     rough       a rough sphere, with a height map beside the case
     line        a line contact in plane strain, the specimen pulled in phase
+    wear        a scar worn over 100000 cycles, of which a few are solved
     """
     from fretsolve.commands.new import new_case
 

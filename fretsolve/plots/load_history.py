@@ -131,7 +131,8 @@ def load_text(result: Result, step: int, *, plain: bool = False) -> str:
 
 def step_text(result: Result, step: int, *, plain: bool = False) -> str:
     """Return an increment with its stage and its loads; plain: see `load_text`."""
-    return f"increment {step} (stage {result.history['stage'][step]}): {load_text(result, step, plain=plain)}"
+    cycles = f", {result.history['cycles'][step]:.4g} cycles" if "cycles" in result.history else ""
+    return f"increment {step} (stage {result.history['stage'][step]}{cycles}): {load_text(result, step, plain=plain)}"
 
 
 def _turning_points(result: Result, moved: MovedLoad) -> list[int]:

@@ -7,5 +7,5 @@
 
 from __future__ import annotations
 
-TEMPLATES = ("hertz", "mode1", "mode2", "mode3", "gross-slip", "rough", "line")
+TEMPLATES = ("hertz", "mode1", "mode2", "mode3", "gross-slip", "rough", "line", "wear")
 """Their names, as the command line has them."""

@@ -49,7 +49,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 
 
 def test_wrong_names(tmp_path: Path) -> None:
-    kinds = "'mode4' is not one of 'hertz', 'mode1', 'mode2', 'mode3', 'gross-slip', 'rough', 'line'"
+    kinds = "'mode4' is not one of 'hertz', 'mode1', 'mode2', 'mode3', 'gross-slip', 'rough', 'line', 'wear'"
     assert kinds in refused(2, "new", "mode4")
     assert invoke("new").exit_code == 2
     result, missing = tmp_path / "case.h5", tmp_path / "none" / "case.yaml"
