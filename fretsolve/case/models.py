@@ -330,14 +330,6 @@ class Case(CaseModel):
         return value
 
     @model_validator(mode="after")
-    def _cycles_of_friction_are_solved(self) -> Self:
-        if self.friction.cycles is not None and len(self.friction.cycles) > 1:
-            passes = (stage.cycle for stage in unrolled(self.load_path) if stage.cycle is not None)
-            message = "friction by cycles counts solved ones; let it run in by initial, final and slip, or give times"
-            refused_at(((*key, "represents"), message) for key in dict.fromkeys(one.key for one in passes if one.jumps))
-        return self
-
-    @model_validator(mode="after")
     def _wear_fits(self) -> Self:
         if self.wear is None:
             refused_at(

@@ -22,8 +22,6 @@ def doubts(spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | No
         yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
     if spec.initial is not None or len(spec.cycles or ()) > 1:
         yield from _about_periodic_cycles(stages)
-    if spec.initial is not None:
-        yield from _about_jumps(stages)
 
 
 def largest_share(spec: FrictionSpec, Qx: float, Qy: float) -> float:
@@ -54,14 +52,4 @@ def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
         yield (
             f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and one that changes by less"
             f" than {percent(cycle.until or 0.0)} counts as periodic before friction has run in; times runs so many"
-        )
-
-
-def _about_jumps(stages: Sequence[Stage]) -> Iterator[str]:
-    passes = (stage.cycle for stage in stages if stage.cycle is not None and stage.cycle.jumps is not None)
-    cycle = next((one for one in passes if one.jumps is not None and one.jumps.jump is None), None)
-    if cycle is not None:
-        yield (
-            f"{dotted((*cycle.key, 'jump'))}: auto judges the wear alone, but friction stays the same within a jump; a"
-            " number of cycles in which it hardly changes is needed until it has run in"
         )

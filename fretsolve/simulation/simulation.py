@@ -210,7 +210,7 @@ def _worn_surfaces(
     from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
 
     assert setup.wear is not None
-    return WornSurfaces(setup.wear, solver, separation, None if start is None else start.wear)
+    return WornSurfaces(setup.wear, setup.case.friction, solver, separation, None if start is None else start.wear)
 
 
 def _working_seconds() -> float:

@@ -108,19 +108,21 @@ def require_periodic(cycles: Sequence[SolvedCycle]) -> None:
         )
 
 
-def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, depth: float, scale: float, left: float) -> float:
+def next_jump(
+    cycles: Sequence[SolvedCycle], jumps: WearJumps, depth: float, scale: float, left: float, most: float = math.inf
+) -> float:
     """Return how many cycles the last of `cycles` is to stand for, at least 1.
 
     depth: largest depth that it wears; scale: largest elastic displacement (mm); left: the cycles that are left,
-    without it.
+    without it; most: those over which friction stays nearly the same.
     """
     if left <= 1.0 or not is_settled(cycles):
         return 1.0
     if jumps.jump is not None:
         return min(jumps.jump, left)
     if depth <= 0.0:
-        return left
-    most = (jumps.max_depth or MOST_DEPTH * scale) / depth
+        return min(most, left)
+    most = min(most, (jumps.max_depth or MOST_DEPTH * scale) / depth)
     last = max((place for place, one in enumerate(cycles[:-1]) if one.jump > 1.0), default=None)
     if last is None:
         most = min(most, FIRST_DEPTH * scale / depth, FIRST_SHARE * left)

@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.unrolled_path import CyclePass
 from fretsolve.errors import NotConvergedError
 from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.running_in import cycles_of_little_change
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
 from fretsolve.increment.working_state import InitialState
@@ -54,11 +56,18 @@ class WornSurfaces:
     """The surfaces of one run.
 
     separation: (nx, ny), of the unworn surfaces, to which `solver` refers; it grows in place by the worn profile.
-    state: what wear has done so far, None before the first increment.
+    friction: of the case; state: what wear has done so far, None before the first increment.
     """
 
-    def __init__(self, law: WearLaw, solver: IncrementSolver, separation: DoubleArray, state: WearState | None):
-        self._law, self._solver, self._separation = law, solver, separation
+    def __init__(
+        self,
+        law: WearLaw,
+        friction: FrictionSpec,
+        solver: IncrementSolver,
+        separation: DoubleArray,
+        state: WearState | None,
+    ):
+        self._law, self._friction, self._solver, self._separation = law, friction, solver, separation
         self._unworn, none = separation.copy(), np.zeros(separation.shape)
         self._modes = TangentialModes(solver.grid)
         self._jump: _Jump | None = None
@@ -87,8 +96,10 @@ class WornSurfaces:
         state, pressure = self.state, fields.pressure.astype(np.float64)
         # 1. wear of the cycle, and how many it stands for
         rates = rates_of(self._law, start.friction or FrictionBound(self._solver.model.friction), pressure, state)
-        cycles = progress.solved(cycle)
-        number = self._number(cycle, cycles, progress, pressure)
+        cycles, path = progress.solved(cycle), np.where(pressure > 0.0, state.path, 0.0)
+        dissipated, done = (state.depth - state.mark) * rates.energy, progress.history[-1].cycles
+        steady = cycles_of_little_change(self._friction, done, fields, dissipated, path)
+        number = self._number(cycle, cycles, progress, pressure, steady)
         # 2. the mean rate over the jump; what does not go with the pressure, and what other stages have worn
         jump_before = next((one.jump for one in reversed(cycles) if one.jump > 1.0), 0.0)
         rate = rates.rate
@@ -105,9 +116,8 @@ class WornSurfaces:
         profile = state.profile + fixed + worn.depth
         np.add(self._unworn, profile, out=self._separation)
         # 4. energy and slip of the cycles that were not solved
-        path = (number - 1.0) * np.where(pressure > 0.0, state.path, 0.0)
         error = worn.error * float(worn.depth.sum()) * self._solver.grid.cell_area
-        self._jump = _Jump(number, (profile - state.depth) * rates.energy, path, error)
+        self._jump = _Jump(number, (profile - state.depth) * rates.energy, (number - 1.0) * path, error)
         self.state = replace(state, depth=profile, profile=profile)
         if number > 1.0:
             self.state = replace(self.state, rate=rates.rate, used=rate)
@@ -128,8 +138,10 @@ class WornSurfaces:
         tolerance = SOLVER_TOLERANCE_SHARE * self._solver.tolerance
         return ProfileProblem(separation, held, rigid, pressure, tolerance, self._solver.max_iterations)
 
-    def _number(self, cycle: CyclePass, cycles: list[SolvedCycle], progress: Progress, pressure: DoubleArray) -> float:
-        """Return how many cycles the last one stands for.
+    def _number(
+        self, cycle: CyclePass, cycles: list[SolvedCycle], progress: Progress, pressure: DoubleArray, steady: float
+    ) -> float:
+        """Return how many cycles the last one stands for. steady: those over which friction stays nearly the same.
 
         Raises NotConvergedError where cycles do not become periodic, or more are needed than there may be.
         """
@@ -144,7 +156,7 @@ class WornSurfaces:
         if jumps.jump != 1.0 and not self._solver.model.friction_evolves:
             require_periodic(cycles)
         deepest = float((self.state.depth - self.state.mark).max())
-        return next_jump(cycles, jumps, deepest, self._scale(pressure), left)
+        return next_jump(cycles, jumps, deepest, self._scale(pressure), left, steady)
 
     def _scale(self, pressure: DoubleArray) -> float:
         """Return the largest normal displacement (mm); in a line contact about by what the middle sinks more than the

@@ -86,17 +86,3 @@ def test_a_stage_changes_one_coefficient_alone(tmp_path):
     error = case_error(write_case(tmp_path, text))
     assert error.message == "a stage can change friction only where it is one coefficient; remove it here"
     assert error.key == ("load_path", 1)
-
-
-def test_friction_by_cycles_does_not_stand_beside_cycles_that_stand_for_others(tmp_path):
-    wear = "wear: {law: energy, alpha: 1e-4 mm^3/J}\n"
-    cycle = "  - cycle: {represents: 1e3, stages: [{Qx: -20 N}, {Qx: 20 N}]}\n"
-    text = CASE.replace(PLACE, "friction: {cycles: [[1, 0.1], [1000, 0.2]]}")
-    last = text.rindex("Qx: 20 N")
-    end = text.index("\n", last) + 1
-    path = write_case(tmp_path, wear + text[:end] + cycle + text[end:])
-    error = case_error(path)
-    assert "load_path.2.cycle.represents: friction by cycles counts solved ones; let it run in by initial" in str(error)
-    assert error.exit_code == 2
-    path.write_text(path.read_text().replace(", [1000, 0.2]", ""))
-    assert load_case(path).wear is not None

@@ -97,15 +97,3 @@ def test_cycles_that_count_as_periodic_before_friction_has_run_in_are_warned_of(
     if warned:
         assert told[True][0].startswith("load_path.1.cycle.until: friction changes from cycle to cycle, and one that")
         assert "less than 2 % counts as periodic" in told[True][0]
-
-
-@pytest.mark.parametrize(("jump", "warned"), [({}, True), ({"jump": 10}, False)])
-def test_automatic_jumps_over_friction_that_runs_in_are_warned_of(jump, warned):
-    cycle = {"represents": 1000, **jump, "stages": [{"Qx": -20.0}, {"Qx": 20.0}]}
-    parts = {"grid": {"points": 40, "size": 0.8}, "wear": {"law": "energy", "alpha": 1e-4}}
-    path = [{"P": 400.0}, {"Qx": 20.0}, {"cycle": cycle}]
-    friction = {"initial": 0.1, "final": 0.3, "slip": 1.0}
-    told = [
-        text for text in case_warnings(set_up(build(friction=friction, load_path=path, **parts))) if "friction" in text
-    ]
-    assert [text.startswith("load_path.2.cycle.jump: auto judges the wear alone") for text in told] == [True] * warned
