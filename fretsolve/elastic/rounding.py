@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, vector_lengths
 
 TINY = float(np.finfo(np.float64).tiny)
 """Least value of a scale, so that nothing is divided by 0."""
@@ -45,7 +45,7 @@ def slips(shear: FloatArray, friction_limit: FloatArray, within: float) -> BoolA
 
     within: part of the limit that the shear may be short of it, as `circle_width` of its precision.
     """
-    reached: BoolArray = np.hypot(shear[0], shear[1]) >= friction_limit * (1.0 - within)
+    reached: BoolArray = vector_lengths(shear) >= friction_limit * (1.0 - within)
     return reached
 
 

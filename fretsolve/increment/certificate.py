@@ -20,7 +20,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
 """Slip over the motion from which the motion is no least value."""
@@ -138,7 +138,7 @@ class Examiner:
             elastic = {"elastic displacements": float(np.abs(solution.uz).max())}
             return named_rounding(error, elastic, self.precision) or named_rounding(error, lengths)
         if max(certificate.stick, certificate.slip) > self.tolerance:
-            motion, slip = self.slip_scales(solution, float(np.hypot(evidence.slip[0], evidence.slip[1]).max()))
+            motion, slip = self.slip_scales(solution, float(vector_lengths(evidence.slip).max()))
             error = max(certificate.stick * motion, certificate.slip * slip)
             lengths = {
                 "delta_x and delta_y": float(np.abs(solution.rigid[3:5]).max()),
@@ -190,7 +190,7 @@ class Examiner:
             return nothing(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
         # C2: slip increment (T2)
         slip = self._slip(solution, contact)
-        distance = np.hypot(slip[0], slip[1])
+        distance = vector_lengths(slip)
         farthest = float(distance.max())
         motion, largest = self.slip_scales(solution, farthest)
         # C3: a cell at the friction limit slips if it moves

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, vector_lengths
 
 
 def take_slip(
@@ -123,7 +123,7 @@ def return_to_circle(
     shear: FloatArray, limit: FloatArray, contact: BoolArray, slipping: BoolArray, normal: FloatArray
 ) -> None:
     """Let cells slip whose shear is beyond the limit; scale slipping shear to it, and set n (TG6)."""
-    length = np.hypot(shear[0], shear[1])
+    length = vector_lengths(shear)
     slipping |= length > limit
     slipping &= contact
     np.divide(1.0, length, out=length, where=length > 0.0)
@@ -135,7 +135,7 @@ def return_to_circle(
 
 def excess(shear: FloatArray, limit: FloatArray) -> float:
     """Return the largest length of the shear beyond the limit, negative if it is below everywhere."""
-    return float((np.hypot(shear[0], shear[1]) - limit).max())
+    return float((vector_lengths(shear) - limit).max())
 
 
 def _add_motion(field: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:

@@ -26,7 +26,7 @@ from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.area_contact import UNMEASURED, AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
-from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector, vector_lengths
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""
@@ -292,11 +292,11 @@ def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fl
     slip = evidence.slip
     modulus = setup.model.compliances.contact_modulus
     parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
-    slip_path = np.hypot(slip[0], slip[1])
+    slip_path = vector_lengths(slip)
     mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
     work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
     orthotropy = setup.model.orthotropy
-    work_density *= slip_path if orthotropy is None else np.hypot(*orthotropy.times(slip))
+    work_density *= slip_path if orthotropy is None else vector_lengths(orthotropy.times(slip))
     # The slip of a sticking cell is the certificate's residual, not slip.
     work_density *= (evidence.zone == Zone.SLIP) | parted
     work = float(work_density.sum()) * setup.grid.cell_area

@@ -22,18 +22,18 @@ def zone_area(edge: ZoneEdge | None) -> float:
     """
     if edge is None:
         return 0.0
-    front, run_x, run_y = edge.front, edge.run_x, edge.run_y
-    (x, other_x, y, other_y), (dx, dy), count = edge.shares, edge.part.spacing, front.count
-    x, y = x + other_x, y + other_y
+    front, (run_x, run_y), (dx, dy) = edge.front, edge.run, edge.part.spacing
+    x, y = edge.shares[::2] + edge.shares[1::2]
+    count = front.count
     part_inside = np.where(count <= 2, 0.5 * x * y, 1.0 - 0.5 * (2.0 - x) * (2.0 - y))
     fits = ~(front.opposite | np.isnan(part_inside))
-    counted = count[~fits].sum() / 4.0
+    fitting = count[fits]
+    counted = (count.sum() - fitting.sum()) / 4.0
     area = (front.whole + counted + part_inside[fits].sum()) * dx * dy
-    length = np.maximum(np.hypot(run_x, run_y), TINY)
     cell = (run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY)
     inset = edge.inset * cell
-    turns = 0.25 * (np.count_nonzero(count[fits] == 1) - np.count_nonzero(count[fits] == 3))
-    return float(max(area - _rim(length[fits], inset[fits], turns), 0.0))
+    turns = 0.25 * (np.count_nonzero(fitting == 1) - np.count_nonzero(fitting == 3))
+    return float(max(area - _rim(edge.length[fits], inset[fits], turns), 0.0))
 
 
 def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:

@@ -25,7 +25,7 @@ from fretsolve.elastic.rounding import TINY
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
-from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
+from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
 
 Number = TypeVar("Number", bound=np.generic)
 Pair = tuple[int, int]
@@ -78,32 +78,31 @@ MARGIN_CELLS = 4
 class ZoneEdge:
     """The edge of a zone: the part of the grid around it, and the n squares between centres that it crosses.
 
-    shares: inside of each square's links, as `Front.starts`, (4, n); run_x, run_y: of the edge within each square (mm);
-    inset: of the edge in cells, by its direction there, (n,).
+    shares: inside of each square's links, as `Front.starts`, (4, n); run, length: of the edge within each square, along
+    x and y, (2, n), and in all, (n,) (mm); inset: of the edge in cells, by its direction there, (n,).
     """
 
     part: CellPart
     front: Front
     shares: FloatArray
-    run_x: FloatArray
-    run_y: FloatArray
+    run: FloatArray
+    length: FloatArray
     inset: FloatArray
 
     @classmethod
     def placed(cls, part: CellPart, front: Front, share: Share) -> ZoneEdge:
         """Place an edge on the links that it crosses."""
-        dx, dy = part.spacing
+        sides = np.array(part.spacing)[:, None]
         lever = np.full(front.count.shape, LEVER)
         for _ in range(2):  # the first pass finds the edge's direction
             shares = front.shares(lever, share)
-            x, other_x, y, other_y = shares
-            run_x, run_y = np.abs(other_x - x) * dx, np.abs(other_y - y) * dy
-            length = np.maximum(np.hypot(run_x, run_y), TINY)
-            sine = 2.0 * (run_x / length) * (run_y / length)
-            lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * sine, LEVER_MOST)
+            run = np.abs(shares[1::2] - shares[::2]) * sides
+            length = np.maximum(np.hypot(*run), TINY)
+            cosine, sine = run / length
+            lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * (2.0 * cosine * sine), LEVER_MOST)
             if part.is_row:
                 lever = np.full(lever.shape, LEVER_ALONG)
-        return cls(part, front, shares, run_x, run_y, inset_by(lever))
+        return cls(part, front, shares, run, length, inset_by(lever))
 
 
 def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances) -> ZoneEdge | None:
@@ -113,7 +112,7 @@ def contact_edge(pressure: FloatArray, gap: FloatArray, grid: Grid, materials: C
         return None
     part = CellPart.around(contact, grid)
     front = Front.of(part)
-    return ZoneEdge.placed(part, front, _contact_share(part, front.links, pressure, gap, materials))
+    return ZoneEdge.placed(part, front, contact_share(part, front.links, pressure, gap, materials))
 
 
 def stick_edge(
@@ -140,20 +139,14 @@ def stick_edge(
         return contact
     part = CellPart.around(sticking, grid)
     front = Front.of(part)
-    links = front.links
-    to_slip = np.flatnonzero(part.cut(slipping, False)[links.outer])
-    fields = limit, shear, slip
-    if to_slip.size == links.outer.size:
-        return ZoneEdge.placed(part, front, _slip_share(part, links, *fields, materials))
-    share = _contact_share(part, links, pressure, gap, materials)
-    if to_slip.size:
-        share = _replaced(share, to_slip, _slip_share(part, links.some(to_slip), *fields, materials))
-    return ZoneEdge.placed(part, front, share)
+    return ZoneEdge.placed(
+        part, front, stick_share(part, front.links, pressure, gap, shear, limit, slip, slipping, materials)
+    )
 
 
 @dataclass(frozen=True)
 class CellPart:
-    """The part of a grid around a zone. Its cells are numbered row by row, ``strides`` apart along x and y.
+    """The part of a grid around a zone. Its cells are numbered row by row, ``width`` apart along x and 1 along y.
 
     corner: centre of the first cell (mm); is_row: whether the grid is a single row, whose edges lie along the cells;
     inside: cells of the zone; deep: those of them whose neighbours are inside too.
@@ -161,7 +154,7 @@ class CellPart:
 
     slices: tuple[slice, slice]
     missing: tuple[Pair, Pair]
-    strides: tuple[int, int]
+    width: int
     spacing: tuple[float, float]
     corner: tuple[float, float]
     is_row: bool
@@ -183,9 +176,8 @@ class CellPart:
         if grid.ny > 1:  # a single row of cells, as in line contact, has neighbours along x alone
             deep[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
         x, y = grid.x0 + (top - (grid.nx - 1) / 2) * grid.dx, grid.y0 + (left - (grid.ny - 1) / 2) * grid.dy
-        strides, spacing = (inside.shape[1], 1), (grid.dx, grid.dy)
-        corner, is_row = (float(x), float(y)), 1 in grid.shape
-        return cls(slices, missing, strides, spacing, corner, is_row, inside.ravel(), deep.ravel())
+        width, spacing, corner, is_row = inside.shape[1], (grid.dx, grid.dy), (float(x), float(y)), 1 in grid.shape
+        return cls(slices, missing, width, spacing, corner, is_row, inside.ravel(), deep.ravel())
 
     def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
         """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
@@ -237,22 +229,24 @@ class Front:
     @classmethod
     def of(cls, part: CellPart) -> Front:
         """Return the front of the part's zone."""
-        down, right = part.strides
-        inside = part.inside.reshape(-1, down).view(np.uint8)
-        count = inside[:-1, :-1] + inside[1:, :-1] + inside[:-1, 1:] + inside[1:, 1:]
-        row, column = np.nonzero((count - 1) < 3)  # unsigned, so that 0 becomes large
-        corner, whole = row * down + column, int(np.count_nonzero(count == 4))
-        count = count[row, column]
-        first = corner + np.array([[0], [right], [0], [down]])
-        second = first + np.array([[down], [down], [right], [right]])
-        starts, ends = part.inside[first], part.inside[second]
+        width, (dx, dy) = part.width, part.spacing
+        cells = part.inside.view(np.uint8)
+        # squares by their first corner; one that wraps round to the next row lies in the margin, outside
+        count = cells[: -width - 1] + cells[1:-width] + cells[width:-1] + cells[width + 1 :]
+        corner, whole = np.flatnonzero((count - 1) < 3), int(np.count_nonzero(count == 4))  # unsigned: 0 becomes large
+        count = count[corner]
+        near, right, ahead, across = cells.take(corner + np.array([[0], [1], [width], [width + 1]]))
+        starts, ends = np.array([near, right, near, ahead]), np.array([ahead, across, right, across])
         crossed = np.flatnonzero(starts != ends)
-        ahead, along_y = starts.ravel()[crossed], crossed >= 2 * corner.size
-        first, second = first.ravel()[crossed], second.ravel()[crossed]
-        inner, outer = np.where(ahead, first, second), np.where(ahead, second, first)
-        links = Links(inner, outer, along_y, np.where(along_y, part.spacing[1], part.spacing[0]))
-        opposite = (count == 2) & (starts[0] == ends[1])
-        return cls(count, opposite, whole, starts.astype(np.float64), crossed, crossed % count.size, links)
+        side, square = np.divmod(crossed, corner.size)
+        along_y = side >= 2
+        first = corner[square] + np.array([0, 1, 0, width])[side]
+        second = first + np.where(along_y, 1, width)
+        from_first = starts.ravel()[crossed] != 0
+        inner, outer = np.where(from_first, first, second), np.where(from_first, second, first)
+        links = Links(inner, outer, along_y, np.where(along_y, dy, dx))
+        opposite = (count == 2) & (near == across)
+        return cls(count, opposite, whole, starts.astype(np.float64), crossed, square, links)
 
     def shares(self, lever: FloatArray, share: Share) -> FloatArray:
         """Return the shares inside of the links of each square, (4, n); lever: of each square, (n,)."""
@@ -261,12 +255,31 @@ class Front:
         return shares
 
 
-def _contact_share(
-    part: CellPart, links: Links, pressure: FloatArray, gap: FloatArray, materials: Compliances
-) -> Share:
-    """Return the shares by pressure and gap."""
+def contact_share(part: CellPart, links: Links, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
+    """Return the shares at the edge of the contact, by pressure and gap as for `contact_edge`."""
     load, gap = part.cut(pressure, 0.0), part.cut(gap, np.inf)[links.outer]
     return _balance(part, links, load, materials.contact_modulus * np.maximum(gap, 0.0))
+
+
+def stick_share(
+    part: CellPart,
+    links: Links,
+    pressure: FloatArray,
+    gap: FloatArray,
+    shear: FloatArray,
+    limit: FloatArray,
+    slip: FloatArray,
+    slipping: BoolArray,
+    materials: Compliances,
+) -> Share:
+    """Return the shares at the edge of the stick zone, past which cells slip or are open; see `stick_edge`."""
+    to_slip = np.flatnonzero(part.cut(slipping, False)[links.outer])
+    if to_slip.size == links.outer.size:
+        return _slip_share(part, links, limit, shear, slip, materials)
+    share = contact_share(part, links, pressure, gap, materials)
+    if not to_slip.size:
+        return share
+    return _replaced(share, to_slip, _slip_share(part, links.some(to_slip), limit, shear, slip, materials))
 
 
 def _slip_share(
@@ -276,16 +289,16 @@ def _slip_share(
 
     The modulus is the contact modulus for a front across the slip, and that of antiplane shear for one along it.
     """
-    friction_limit, shear_x, shear_y, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *shear, *slip))
-    reserve = np.maximum(friction_limit - np.hypot(shear_x, shear_y), 0.0)
+    friction_limit, slip_x, slip_y = (part.cut(field, 0.0) for field in (limit, *slip))
+    reserve = np.maximum(friction_limit - part.cut(vector_lengths(shear), 0.0), 0.0)
     inner, outer = links.inner, links.outer
     across, along = materials.contact_modulus, 2.0 / materials.torsional
-    modulus_x, modulus_y = np.where(links.along_y, [[along], [across]], [[across], [along]])
+    modulus_x, modulus_y = np.where(links.along_y, along, across), np.where(links.along_y, across, along)
     opening = np.hypot(modulus_x * slip_x[outer], modulus_y * slip_y[outer])
     by_slip = _balance(part, links, reserve, opening)
     behind = inner + np.arange(4)[:, None] * (inner - outer)
-    first, second, third, fourth = reserve[behind]
-    known = part.inside[behind].all(axis=0) & (first < second)
+    first, second, third, fourth = reserve.take(behind)
+    known = part.inside.take(behind).all(axis=0) & (first < second)
     receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
     growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
     growing &= first < second / 2.0**GAINED  # where the front is within the link
@@ -302,8 +315,8 @@ def _slip_share(
     at_limit = np.flatnonzero(first <= AT_THE_LIMIT * friction_limit[inner])
     if not at_limit.size:
         return share
-    distance, step = np.hypot(slip_x, slip_y), (outer - inner)[at_limit]
-    inside = share_by_slip(*(distance[outer[at_limit] + k * step] for k in range(3)))
+    past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
+    inside = _share_by_slip(*np.hypot(slip_x[past], slip_y[past]))
     return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
 
 
@@ -324,7 +337,7 @@ def inset_by(lever: FloatArray) -> FloatArray:
     return inset
 
 
-def share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
+def _share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
     """Return the shares inside, without an inset, from the slips of the three cells past a front, (k,).
 
     NaN where they do not go like s^(3/2), as past a front that has moved by a cell or less.
@@ -342,9 +355,8 @@ def _balance(part: CellPart, links: Links, load: FloatArray, opening: FloatArray
 
     load: of the part's cells; opening: at the links' outer cells, times a modulus, for a lever of 1.
     """
-    down, right = part.strides
-    around = links.inner + np.array([i * down + j * right for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None]
-    steepest = STEEPEST * links.length * (load[around] * part.deep[around]).max(axis=0)
+    around = links.inner + np.array([i * part.width + j for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None]
+    steepest = STEEPEST * links.length * (load * part.deep).take(around).max(axis=0)
     carried = load[links.inner] * links.length
 
     def share(lever: FloatArray) -> FloatArray:

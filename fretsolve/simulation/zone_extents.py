@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fretsolve.simulation.zone_edges import MARGIN_CELLS, ZoneEdge
+from fretsolve.system.arrays import FloatArray
 
 
 class Extent(NamedTuple):
@@ -29,30 +30,24 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     if edge is None:
         return Extent()
     part, front, (dx, dy), (x, y) = edge.part, edge.front, edge.part.spacing, edge.part.corner
-    down, links = part.strides[0], front.links
+    links, width = front.links, part.width
     # the outer cells' places along their links, from the part's middle, in which the zone's own is, too
-    row, column = np.divmod(links.outer, down)
+    row, column = np.divmod(links.outer, width)
     across = links.along_y.view(np.uint8)
-    middle = np.array([0.5 * (part.inside.size // down - 1), 0.5 * (down - 1)])
+    middle = np.array([0.5 * (part.inside.size // width - 1), 0.5 * (width - 1)])
     place = np.where(links.along_y, column, row) - middle[across]
     # crossings within two cells of the zone's ends, which are MARGIN_CELLS from the part's
     depth = (middle + (1.0 - MARGIN_CELLS))[across] - np.abs(place)
     near = np.flatnonzero(depth < 1.5)
-    inside = edge.shares.ravel()[front.crossed[near]] - edge.inset[front.square[near]]
+    depth = depth[near]
+    beyond = edge.shares.ravel()[front.crossed[near]] - edge.inset[front.square[near]] - depth
     # the farthest crossing of each row, towards -x, +x, -y, +y, in cells beyond the zone's outermost middles
-    rows: list[dict[int, float]] = [{}, {}, {}, {}]
-    lines, towards = np.where(links.along_y, row, column)[near], 2 * across[near] + (place[near] > 0.0)
-    counted = []
-    for side, line, beyond in zip(towards.tolist(), lines.tolist(), (inside - depth[near]).tolist(), strict=True):
-        ends = rows[side]
-        if beyond > ends.get(line, -math.inf):
-            ends[line] = beyond
-        elif beyond != beyond:  # NaN, where no smooth edge fits
-            counted.append((ends, line))
-    if counted:
-        for (ends, line), cells in zip(counted, depth[near][np.isnan(inside)].tolist(), strict=True):
-            ends.setdefault(line, 0.5 - cells)
-    low_x, high_x, low_y, high_y = map(_farthest, rows)
+    line, towards = np.where(links.along_y, row, column)[near], 2 * across[near] + (place[near] > 0.0)
+    ends = np.full((4, int(line.max()) + 2), -math.inf)
+    np.fmax.at(ends, (towards, line), beyond)
+    unknown = np.flatnonzero(np.isnan(beyond) & (ends[towards, line] == -math.inf))
+    ends[towards[unknown], line[unknown]] = 0.5 - depth[unknown]  # where no smooth edge fits
+    low_x, high_x, low_y, high_y = map(_farthest, ends)
     half_x, half_y = middle - MARGIN_CELLS
     return Extent(
         dx * float(half_x + 0.5 * (low_x + high_x)),
@@ -62,11 +57,11 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     )
 
 
-def _farthest(rows: dict[int, float]) -> float:
-    """Return how far a zone reaches, from where it ends in each row of cells near its end."""
-    row = max(rows, key=rows.__getitem__)
-    most = rows[row]
-    if row - 1 not in rows or row + 1 not in rows:  # at a corner, not on a curved edge
-        return most
-    back, ahead = most - rows[row - 1], most - rows[row + 1]
-    return most + (ahead - back) ** 2 / (8.0 * (ahead + back)) if ahead + back else most
+def _farthest(ends: FloatArray) -> float:
+    """Return how far a zone reaches, from where it ends in each row of cells, -inf if not near its own end."""
+    row = int(ends.argmax())
+    before, most, after = ends[row - 1 : row + 2].tolist()
+    if math.isinf(before) or math.isinf(after):  # at a corner, not on a curved edge
+        return float(most)
+    back, ahead = most - before, most - after
+    return float(most + (ahead - back) ** 2 / (8.0 * (ahead + back)) if ahead + back else most)

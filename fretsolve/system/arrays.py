@@ -1,4 +1,4 @@
-"""Array types, named once for the whole package."""
+"""Array types, named once for the whole package, and the lengths of vectors."""
 
 from __future__ import annotations
 
@@ -15,3 +15,9 @@ IndexArray = NDArray[np.intp]
 
 Vector = NDArray[np.float64]
 """Three values, one per rigid mode."""
+
+
+def vector_lengths(vectors: FloatArray) -> FloatArray:
+    """Return the lengths (..) of vectors (2, ..). NumPy's `hypot`, safe from overflow, takes three times as long."""
+    squares: FloatArray = np.einsum("c...,c...", vectors, vectors)
+    return np.sqrt(squares, out=squares)
