@@ -8,6 +8,7 @@ from dataclasses import dataclass
 ASM = "ASM Aerospace Specification Metals, data sheet (asm.matweb.com)"
 KAYE_AND_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th edition (1995), section 2.2.2"
 EN_1993 = "EN 1993-1-1:2005, 3.2.6"
+SNFA = "SNFA, CHROMEX 40, table of bearing steel and silicon nitride (cantonicuscinetti.com)"
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,7 @@ class LibraryMaterial:
 
 LIBRARY = (
     LibraryMaterial("steel", 210e3, 0.3, f"{EN_1993}: structural steel", others=("structural steel",)),
-    LibraryMaterial(
-        "100Cr6",
-        210e3,
-        0.3,
-        f"young_modulus: SKF, Rolling bearings (catalogue), properties of bearing materials; poisson_ratio: {EN_1993}",
-        others=("52100", "AISI 52100", "bearing steel"),
-    ),
+    LibraryMaterial("100Cr6", 210e3, 0.3, SNFA, others=("52100", "AISI 52100", "bearing steel")),
     LibraryMaterial(
         "Ti-6Al-4V", 113.8e3, 0.342, f"{ASM} MTP641: grade 5, annealed", yield_stress=880.0, others=("Ti64", "TA6V")
     ),
@@ -50,16 +45,9 @@ LIBRARY = (
         others=("IN718", "Alloy 718"),
     ),
     LibraryMaterial("aluminium", 70.3e3, 0.345, KAYE_AND_LABY, others=("aluminum", "Al")),
-    LibraryMaterial("titanium", 115.7e3, 0.321, KAYE_AND_LABY, others=("Ti",)),
     LibraryMaterial("copper", 129.8e3, 0.343, KAYE_AND_LABY, others=("Cu",)),
     LibraryMaterial("brass", 100.6e3, 0.35, f"{KAYE_AND_LABY}: 70 % Cu, 30 % Zn", others=("CuZn30",)),
-    LibraryMaterial(
-        "silicon nitride",
-        310e3,
-        0.27,
-        "Lily Bearing, Ceramic materials and their properties (lily-bearing.com): hot pressed",
-        others=("Si3N4",),
-    ),
+    LibraryMaterial("silicon nitride", 315e3, 0.26, SNFA, others=("Si3N4",)),
     LibraryMaterial(
         "silicon carbide",
         415e3,
