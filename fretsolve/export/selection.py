@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fretsolve.case.history import BULK, EXTENTS
+from fretsolve.case.history import BULK, EXTENTS, FEWEST_SPOT_CELLS
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -84,11 +84,13 @@ def _is_relevant(result: Result, name: str) -> bool:
 
 
 def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
-    """Return whether a column of `EXTENTS` tells more than the radius of its zone."""
+    """Return whether a column of `EXTENTS` tells more than the radius of its zone; contacts of few cells never do."""
     zone, columns = name.split("_")[0], [history[name]]
     if "_width_" in name:
         columns = [history[f"{zone}_half_width_{axis}"] - history[f"{zone}_radius"] for axis in "xy"]
-    return bool((np.nan_to_num(np.abs(columns)) > NOT_ROUND * history["contact_radius"]).any())
+    cells = history["contact_cells"]
+    told = np.nan_to_num(np.abs(columns)) > NOT_ROUND * history["contact_radius"]
+    return bool((told & (cells >= min(FEWEST_SPOT_CELLS, cells.max(initial=0)))).any())
 
 
 def round_off(result: Result, name: str) -> float:

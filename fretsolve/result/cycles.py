@@ -1,7 +1,8 @@
 """The cycles of a result: where they are in its history, what each dissipates, and whether they still change.
 
 A cycle is one repetition of an innermost `cycle` of the load path. Its loop is that of the force over the displacement
-along the direction in which the contact is moved, or of the torque over the rotation where no force is.
+along the direction in which the contact is moved, or of the torque over the rotation where no force is. Where nothing
+tangential acts, it is that of the moment or normal force which moves.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import PAIRS, TANGENTIAL
+from fretsolve.case.history import BULK, PAIRS
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import LEAST_MOTION_SCALE
@@ -50,9 +51,16 @@ CYCLES = (
 )
 """Columns of the table of cycles."""
 
-OF_TORSION = {"N": "N mm", "mm": "rad", "N/mm": "N mm/rad"}
+OF_MOMENTS = {"N": "N mm", "mm": "rad", "N/mm": "N mm/rad"}
 OF_A_LINE = {"N": "N/mm", "mJ": "mJ/mm", "N/mm": "N/mm/mm"}
-"""Other units of columns: of torque and rotation, and per mm of a line contact."""
+"""Other units of columns: of moment and rotation, and per mm of a line contact."""
+
+NORMAL, TORSION = PAIRS[:3], PAIRS[5]
+FORCES = frozenset(name for pair in PAIRS[3:5] for name in pair)
+"""Tangential forces and displacements."""
+
+LEAST_FORCE = 1e-8
+"""Tangential force over P below which it is round-off."""
 
 _MEASURED = tuple(one.name for one in CYCLES if one.dtype == "float64")
 
@@ -200,16 +208,17 @@ def cycle_table(
     cycles = cycles_in(stages, history["stage"], ended=ended)
     if not cycles:
         return None
-    torsion = not any(_is_sheared(history, one) for one in cycles) and bool(np.any(history["Mz"]))
-    rows = [_measured(history, one, slip, torsion=torsion) for one in cycles]
-    known = {one.name: replace(one, units=_units(one, torsion=torsion, line=line)) for one in CYCLES}
+    pair = _pair(history, cycles)
+    rows = [_measured(history, one, slip, pair) for one in cycles]
+    moments = pair is not None and pair[0].startswith("M")
+    known = {one.name: replace(one, units=_units(one, moments=moments, line=line)) for one in CYCLES}
     names = [name for name in known if name in rows[0]]
     columns = {name: np.array([row[name] for row in rows], known[name].dtype) for name in names}
     units, meanings = {name: known[name].units for name in names}, {name: known[name].long_name for name in names}
     if "work_total" + CORRECTED_SUFFIX in history:
         loops = _with_corrected_values(history)
         for row, one in zip(rows, cycles, strict=True):
-            found = _measured(loops, one, lambda step: None, torsion=torsion)
+            found = _measured(loops, one, lambda step: None, pair)
             for name in CORRECTED_CYCLE_NAMES:
                 as_run = name.removesuffix(CORRECTED_SUFFIX)
                 row |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
@@ -234,11 +243,11 @@ def _with_corrected_values(history: History) -> dict[str, NDArray[Any]]:
     return found
 
 
-def _units(one: Quantity, *, torsion: bool, line: bool) -> str:
+def _units(one: Quantity, *, moments: bool, line: bool) -> str:
     if one.name == "slip_amplitude":
         return one.units
     units = OF_A_LINE.get(one.units, one.units) if line else one.units
-    return OF_TORSION.get(units, units) if torsion else units
+    return OF_MOMENTS.get(units, units) if moments else units
 
 
 def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str, bool]]:
@@ -262,22 +271,34 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
     return found
 
 
-def _is_sheared(history: History, cycle: CycleSteps) -> bool:
-    """Return whether a tangential force or displacement moves in a cycle, more than what a torque causes."""
-    named = cycle.moved & {"Qx", "Qy", "delta_x", "delta_y"}
-    return bool(named) or not cycle.moved & {"Mz", "phi_z"}
+def _pair(history: History, cycles: Sequence[CycleSteps]) -> tuple[str, str] | None:
+    """Return the load and displacement whose loops all cycles have; None for those along the direction of shear."""
+    moved = frozenset[str]().union(*(one.moved for one in cycles))
+    if moved & FORCES.union(*BULK.values()):
+        return None
+    if moved & set(TORSION):
+        return TORSION if np.any(history["Mz"]) else None
+    if any((np.abs(history[name]) > _round_off(history)).any() for name in ("Qx", "Qy")):
+        return None  # a constant force, whose displacement drifts
+    return next((pair for pair in reversed(NORMAL) if moved & set(pair)), None)
+
+
+def _round_off(history: History) -> float:
+    """Return the size below which a tangential force counts as 0."""
+    return LEAST_FORCE * float(np.abs(history["P"]).max())
 
 
 def _measured(
-    history: History, cycle: CycleSteps, slip: Callable[[int], NDArray[Any] | None], *, torsion: bool
+    history: History, cycle: CycleSteps, slip: Callable[[int], NDArray[Any] | None], pair: tuple[str, str] | None
 ) -> dict[str, float]:
-    """Return a row of the table."""
-    force, motion = _loop(history, cycle, torsion=torsion)
+    """Return a row of the table. pair: see `_pair`."""
+    force, motion = _loop(history, cycle, pair)
     begin, end = _ends(motion if np.isfinite(motion).all() else force)
     force_range, motion_range = float(np.ptp(force)), float(np.ptp(motion))
     energy, box = _difference(history["work_total"], cycle), force_range * motion_range
     # Where one load alone moves, friction dissipates what its loop encloses, and does so more exactly than a polygon.
-    area = energy if len(cycle.moved) == 1 and cycle.moved <= TANGENTIAL else abs(float(np.trapezoid(force, motion)))
+    alone = len(cycle.moved) == 1 and cycle.moved <= (FORCES if pair is None else set(pair))
+    area = energy if alone else abs(float(np.trapezoid(force, motion)))
     sliding = _half_width(force, motion, begin, end)
     sliding = sliding if sliding > ROUND_OFF * motion_range else 0.0
     stiffness, stiffness_error = _reversal_stiffness(force, motion)
@@ -299,7 +320,7 @@ def _measured(
     }
     if "work_total" + ERROR_SUFFIX not in history:
         return row
-    return row | _errors(history, cycle, row, stiffness_error, (begin, end), torsion=torsion)
+    return row | _errors(history, cycle, row, stiffness_error, (begin, end), pair)
 
 
 def _errors(
@@ -308,8 +329,7 @@ def _errors(
     row: Mapping[str, float],
     of_slope: float,
     places: tuple[int, int],
-    *,
-    torsion: bool,
+    pair: tuple[str, str] | None,
 ) -> dict[str, float]:
     """Return the error bars of a row. of_slope: the error of the stiffness by the increments; places: of both ends."""
 
@@ -321,8 +341,8 @@ def _errors(
         both = [math.hypot(*(bar(name, place) for name in names)) for place in places]
         return math.hypot(*both)
 
-    force = of_range(("Mz",) if torsion else ("Qx", "Qy"))
-    motion = of_range(("phi_z",) if torsion else ("delta_x", "delta_y"))
+    force = of_range(("Qx", "Qy") if pair is None else pair[:1])
+    motion = of_range(("delta_x", "delta_y") if pair is None else pair[1:])
     total, bars = float(history["work_total"][cycle.last]), history["work_total" + ERROR_SUFFIX]
     before = float(bars[cycle.first]) if cycle.first >= 0 else 0.0
     # Its error is mostly the same part of the energy in each increment.
@@ -352,16 +372,17 @@ def _difference(column: NDArray[Any], cycle: CycleSteps) -> float:
     return float(column[cycle.last]) - (float(column[cycle.first]) if cycle.first >= 0 else 0.0)
 
 
-def _loop(history: History, cycle: CycleSteps, *, torsion: bool) -> tuple[DoubleArray, DoubleArray]:
-    """Return force and displacement along the direction of the loop, or torque and rotation, from its begin on."""
+def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> tuple[DoubleArray, DoubleArray]:
+    """Return force and displacement along the direction of the loop, or those of a `pair`, from its begin on."""
 
     def rows(name: str) -> DoubleArray:
         inside = np.asarray(history[name][max(cycle.first, 0) : cycle.last + 1], np.float64)
         return inside if cycle.first >= 0 else np.concatenate([[0.0], inside])
 
-    if torsion:
-        return rows("Mz"), rows("phi_z")
+    if pair is not None:
+        return rows(pair[0]), rows(pair[1])
     forces, motions = np.array([rows("Qx"), rows("Qy")]), np.array([rows("delta_x"), rows("delta_y")])
+    forces[np.abs(forces) <= _round_off(history)] = 0.0
     leading = motions if np.isfinite(motions).all() else forces
     spans = leading - leading[:, :1]
     farthest = int(np.hypot(*spans).argmax())

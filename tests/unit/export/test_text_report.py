@@ -82,6 +82,18 @@ def test_extents_are_shown_for_zones_that_are_no_circles_about_the_origin(tmp_pa
     assert columns & set(relevant_columns(result)) == {"contact_half_width_x", "contact_half_width_y"}
 
 
+def test_extents_of_a_few_cells_do_not_count(tmp_path: Path) -> None:
+    """Four cells at first touch are no circle, however round the contact is."""
+    result = made_up(tmp_path)
+    wide = result.history["contact_half_width_x"].copy()
+    wide[0] *= 1.5
+    cells = np.array([4, *[200] * 6])
+    result.history = {**result.history, "contact_half_width_x": wide, "contact_cells": cells}
+    assert "contact_half_width_x" not in relevant_columns(result)
+    result.history["contact_cells"] = np.full(7, 4)  # a contact that never has more
+    assert "contact_half_width_x" in relevant_columns(result)
+
+
 def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
     lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-4)))

@@ -111,6 +111,41 @@ def test_torsion_has_its_own_units() -> None:
     assert table.columns["force_range"][0] == pytest.approx(72.0)
 
 
+@pytest.mark.parametrize(("load", "motion"), [("Mx", "phi_x"), ("My", "phi_y"), ("P", "delta_z")])
+def test_a_load_that_moves_alone_has_its_own_loop(load: str, motion: str) -> None:
+    """Not the one of a tangential force, which is zero but for round-off."""
+    history = loop(36.0, 10)
+    history |= {load: history["Qx"] + (400.0 if load == "P" else 0.0), motion: history["delta_x"]}
+    history |= {"Qx": 1e-16 * history["Qx"], "delta_x": 1e-3 * history["delta_x"]}
+    mean = {"mean": {"P": 400.0}} if load == "P" else {}
+    table = table_of(history, {"amplitude": {load: 36.0}, "times": 1, **mean})
+    row = {name: float(column[0]) for name, column in table.columns.items()}
+    assert row["force_range"] == pytest.approx(72.0)
+    assert row["displacement_range"] == pytest.approx(np.ptp(history[motion]))
+    assert row["energy_ratio"] == pytest.approx(row["dissipated_energy"] / 72.0 / row["displacement_range"])
+    assert table.units["reversal_stiffness"] == ("N/mm" if load == "P" else "N mm/rad")
+
+
+def test_normal_force_beside_a_constant_tangential_one_keeps_the_drift_of_its_displacement() -> None:
+    history = loop(36.0, 10)
+    drift = np.linspace(0.0, 1e-4, len(history["Qx"]))
+    history |= {"P": 400.0 + history["Qx"], "Qx": np.full(len(drift), 10.0), "delta_x": drift}
+    table = table_of(history, {"amplitude": {"P": 36.0}, "mean": {"P": 400.0}, "times": 1})
+    assert table.columns["displacement_drift"][0] == pytest.approx(drift[-1] - drift[10])
+    assert math.isnan(table.columns["energy_ratio"][0])  # the force does not move
+
+
+def test_round_off_of_a_force_is_no_loop() -> None:
+    history = loop(36.0, 10)
+    history["Qx"] = 1e-16 * history["Qx"]
+    path = [{"P": 400.0}, {"cycle": {"amplitude": {"bulk_2": {"xx": 50.0}}, "times": 1}}]
+    case = case_of({"amplitude": {"Qx": 36.0}, "times": 1}, load_path=path)
+    table = cycle_table(history, stages_of(case), lambda step: None, ended=True)
+    for name in ("energy_ratio", "sliding_ratio", "reversal_stiffness"):
+        assert math.isnan(table.columns[name][0])
+    assert table.columns["force_range"][0] == 0.0
+
+
 def test_line_contact_has_its_energy_and_no_displacement() -> None:
     history = loop(18.0, 10)
     history["delta_x"] = history["delta_y"] = np.full(len(history["Qx"]), np.nan)
