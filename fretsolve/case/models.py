@@ -156,7 +156,7 @@ class OutputSpec(CaseModel):
 
 def _known_quantity(name: str) -> str:
     if name not in HISTORY_DIMENSIONS:
-        raise refused(f"{shown(name)} is not a quantity of the history; {nearest(name, HISTORY_DIMENSIONS)}")
+        raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, HISTORY_DIMENSIONS)}")
     return name
 
 

@@ -15,7 +15,8 @@ from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.export.text_report import print_report
 from fretsolve.result import Result, open_result
-from fretsolve.result.state import stage_ends
+from fretsolve.result.cycles import CYCLE_NAMES
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 
 
 def show_result(out: Path, *, every_increment: bool, columns: str | None, as_json: bool, as_csv: bool) -> int:
@@ -38,8 +39,12 @@ def _named(columns: str | None, result: Result) -> list[str]:
     """Return the named columns, none if none is named. Raises CaseError."""
     names = [name.strip() for name in columns.split(",")] if columns is not None else []
     for name in names:
+        if name in CYCLE_NAMES:
+            message = f"{name} is a column of the cycles, whose table is printed below the history; leave it out"
+            raise CaseError(message, (), f"--columns {columns}")
         if name not in result.history:
-            message = f"{name!r} is not a column of the history; {nearest(name, list(result.history))}"
+            usual = [one for one in result.history if not one.endswith((ERROR_SUFFIX, CORRECTED_SUFFIX))]
+            message = f"{name!r} is not a column of the history; {nearest(name, usual)}"
             raise CaseError(message, (), f"--columns {columns}")
     return names
 
