@@ -65,10 +65,9 @@ LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
 WearField = Literal["wear_depth", "wear_depth_1", "wear_depth_2"]
-FieldName = (
-    Literal["pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound"]
-    | WearField
-)
+FieldName = Literal[
+    "pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap", "friction", "shear_bound", WearField
+]
 DEFAULT_FIELDS: tuple[FieldName, ...] = ("pressure", "shear", "slip", "zone")
 
 

@@ -300,7 +300,7 @@ def _measured(
     alone = len(cycle.moved) == 1 and cycle.moved <= (FORCES if pair is None else set(pair))
     area = energy if alone else abs(float(np.trapezoid(force, motion)))
     sliding = _half_width(force, motion, begin, end)
-    sliding = sliding if sliding > ROUND_OFF * motion_range else 0.0
+    sliding = 0.0 if sliding <= ROUND_OFF * motion_range else sliding  # NaN stays
     stiffness, stiffness_error = _reversal_stiffness(force, motion)
     row = {
         "cycle": cycle.number,
