@@ -22,6 +22,7 @@ import statistics
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,6 +31,7 @@ import numpy as np
 from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
 from corrected_truth import corrected_run, knows_peak
 from in_processes import outcomes
+from kept import kept
 from marked import data_file, parser_of, report, write_csv
 from random_cases import random_cases
 
@@ -200,12 +202,12 @@ def cases_of(names: Sequence[str], unseen: Iterable[CalibrationCase]) -> Iterato
                 yield group, case
 
 
-def runs_of(grouped: tuple[str, CalibrationCase]) -> list[Row]:
-    """Return the runs of a case with each accuracy; none where it has no solution."""
+def runs_of(truths: Path | None, grouped: tuple[str, CalibrationCase]) -> list[Row]:
+    """Return the runs of a case with each accuracy; none where it has no solution. truths: folder that keeps these."""
     group, case = grouped
     rows = []
     try:
-        truth = true_ends(case)
+        truth = kept(truths, case.name, lambda: true_ends(case))
         for level in LEVELS:
             has_reference = level not in FINE_LEVELS or case.exact is not None
             if has_reference or (level == "reference" and case.name in REFERENCE_TOO):
@@ -270,10 +272,11 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1, help="number of cases that run at a time")
     parser.add_argument("--seed", type=int, default=5, help="seed of the unseen cases")
     parser.add_argument("--count", type=int, default=24, help="number of the unseen cases")
+    parser.add_argument("--truths", type=Path, metavar="FOLDER", help="keeps true values, to go on after a stop")
     asked = parser.parse_args()
     with TemporaryDirectory() as maps:
         cases = list(cases_of(asked.names, random_cases(asked.seed, asked.count, Path(maps))))
-        rows = [row for some in outcomes(runs_of, cases, asked.processes) for row in some]
+        rows = [row for some in outcomes(partial(runs_of, asked.truths), cases, asked.processes) for row in some]
     report({"accuracy": lambda: print("\n".join(report_lines(rows)))}, asked.into)
     if asked.into:
         write_runs(data_file(asked.into, "accuracy"), rows)

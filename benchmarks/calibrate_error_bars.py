@@ -20,12 +20,14 @@ import statistics
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from calibration_cases import CASES, HELD_OUT, CalibrationCase
 from corrected_truth import corrected_run, knows_peak
 from in_processes import outcomes
+from kept import kept
 from marked import data_file, parser_of, report, write_csv
 from random_cases import random_cases
 
@@ -106,19 +108,20 @@ class Cost:
     applications: float
 
 
-def compare(case: CalibrationCase) -> tuple[list[Row], Cost]:
-    """Run a case with error bars and without end, and compare where both are known."""
+def compare(case: CalibrationCase, truths: Path | None) -> tuple[list[Row], Cost]:
+    """Run a case with error bars and without end, and compare where both are known; truths: folder that keeps these."""
     setup = set_up(case.case())
     rows = [(state.summary, state.errors) for state in run_with_error_bars(setup) if state.errors is not None]
-    truth, nothing = true_values(case, setup), scales([summary for summary, _ in rows])
-    found: list[Row] = []
+    found = kept(truths, case.name, lambda: list(true_values(case, setup).items()))
+    truth, nothing = dict(found), scales([summary for summary, _ in rows])
+    compared: list[Row] = []
     latest: dict[str, Row] = {}
     for step in sorted(truth):
         for row in step_rows(case.name, step in setup.load_path.last_steps, rows[step], truth[step], nothing):
             if row.quantity not in latest or not same(latest[row.quantity], row):
-                found.append(row)
+                compared.append(row)
             latest[row.quantity] = row
-    return found, cost(rows)
+    return compared, cost(rows)
 
 
 def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping[str, float]]:
@@ -187,10 +190,10 @@ def share(rows: Sequence[bool]) -> str:
     return f"{sum(rows)} of {len(rows)} ({100.0 * sum(rows) / len(rows):.0f} %)"
 
 
-def outcome(case: CalibrationCase) -> tuple[list[Row], Cost] | str:
+def outcome(truths: Path | None, case: CalibrationCase) -> tuple[list[Row], Cost] | str:
     """Return the comparisons of a case and its costs, or why there are none."""
     try:
-        found, spent = compare(case)
+        found, spent = compare(case, truths)
     except NoSolutionError as error:
         return f"{case.name}: {error.message}"
     if any(math.isnan(row.bar) for row in found):
@@ -200,14 +203,14 @@ def outcome(case: CalibrationCase) -> tuple[list[Row], Cost] | str:
 
 
 def measured(
-    groups: Mapping[str, Iterable[CalibrationCase]], processes: int
+    groups: Mapping[str, Iterable[CalibrationCase]], processes: int, truths: Path | None
 ) -> tuple[dict[str, list[Row]], list[Cost], list[str]]:
     """Compare the cases of each group. Return the comparisons, the costs, and the cases without a solution."""
     named = [(group, case) for group, cases in groups.items() for case in cases]
     rows: dict[str, list[Row]] = {group: [] for group in groups}
     costs: list[Cost] = []
     unsolved: list[str] = []
-    all_found = outcomes(outcome, [case for _, case in named], processes)
+    all_found = outcomes(partial(outcome, truths), [case for _, case in named], processes)
     for (group, _), found in zip(named, all_found, strict=True):
         if isinstance(found, str):
             unsolved.append(found)
@@ -291,6 +294,7 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1, help="number of cases that run at a time")
     parser.add_argument("--seed", type=int, default=5, help="seed of the unseen cases")
     parser.add_argument("--count", type=int, default=70, help="number of the unseen cases")
+    parser.add_argument("--truths", type=Path, metavar="FOLDER", help="keeps true values, to go on after a stop")
     asked = parser.parse_args()
     chosen = tuple(asked.names) or ("",)
     with TemporaryDirectory() as maps:
@@ -300,7 +304,7 @@ def main() -> None:
                 case for case in random_cases(asked.seed, asked.count, Path(maps)) if case.name.startswith(chosen)
             ),
         }
-        rows, costs, unsolved = measured(groups, asked.processes)
+        rows, costs, unsolved = measured(groups, asked.processes, asked.truths)
     rows = {group: part for group, part in rows.items() if part}
     report({"calibration": lambda: print("\n".join(report_lines(rows, costs, unsolved)))}, asked.into)
     if asked.into:

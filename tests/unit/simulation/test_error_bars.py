@@ -68,9 +68,16 @@ def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None
 
 def test_half_or_twice_the_increments() -> None:
     assert halved((1, 2, 6, 10), (False, True, True, True)) == (1, 1, 3, 5)
-    assert halved((1, 2, 6, 10), (True, True, True, True)) == (1, 2, 6, 10)
-    assert halved((2, 3, 10), (True, True, True)) == (2, 3, 10)
+    assert halved((1, 2, 7, 10), (True, True, True, True)) == (1, 1, 4, 5)
     assert twice((1, 2, 3, 10)) == (2, 4, 6, 20)
+
+
+@pytest.mark.parametrize(("count", "others"), [(1, (1, 2)), (3, (1, 6)), (4, (1, 2)), (5, (1, 3))])
+def test_half_of_few_increments_show_how_slip_turns(count: int, others: tuple[int, int]) -> None:
+    setup = setup_of(load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": count}])
+    runs = CoarseRuns(setup, 1)
+    assert runs.other_increments is not None
+    assert runs.other_increments.setup.load_path.counts == others
 
 
 @pytest.mark.parametrize(
@@ -249,12 +256,18 @@ def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) 
     assert told and "the coarse run on 8 x 8 cells has no solution" in told[0]
 
 
-@pytest.mark.parametrize("counts", [(1, 8), (3, 8), (4, 8)])
-def test_half_run_stands_for_one_with_all_increments(counts: tuple[int, int]) -> None:
+@pytest.mark.parametrize(
+    ("counts", "other", "half"),
+    [((1, 8), (2, 16), (1, 8)), ((3, 8), (6, 16), (3, 8)), ((4, 8), (8, 16), (2, 4)), ((12, 13), (6, 7), (6, 7))],
+)
+def test_half_run_stands_for_one_with_all_increments(
+    counts: tuple[int, int], other: tuple[int, int], half: tuple[int, int]
+) -> None:
     path = [{"P": 400, "increments": counts[0]}, {"Qx": 30, "increments": counts[1]}]
     setup = setup_of(36, bodies=DISSIMILAR, load_path=path)
     runs, last = CoarseRuns(setup, 1), sum(counts) - 1
-    assert (runs.half.setup.load_path.counts != counts) == (counts == (4, 8))
+    assert runs.other_increments is not None
+    assert (runs.other_increments.setup.load_path.counts, runs.half.setup.load_path.counts) == (other, half)
     whole = CoarseRun(coarser(setup, 2, counts), 1).values(last) - runs.third.values(last)
     values = np.abs(runs.third.values(last))
     for name in ("delta_z", "delta_x", "work_total"):
