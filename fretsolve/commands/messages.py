@@ -28,7 +28,8 @@ from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.warnings import case_warnings, warning_of_result
+from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.warnings.resolution import warning_of_result
 from fretsolve.system.progress import json_line, key_value_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30

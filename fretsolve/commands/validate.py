@@ -24,7 +24,8 @@ from fretsolve.commands.case_summary import (
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.warnings import case_warnings, cells_across, cylinder_contact
+from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.warnings.resolution import cells_across, cylinder_contact
 from fretsolve.system.progress import print_warnings
 
 if TYPE_CHECKING:

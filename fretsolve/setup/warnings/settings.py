@@ -1,0 +1,55 @@
+"""Warn of solver settings that fall short, and of results that are most likely not meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fretsolve.case.dimensions import percent
+from fretsolve.errors import dotted
+from fretsolve.setup.accuracy import points_needed
+from fretsolve.setup.cost_estimate import estimate, rounded_bytes
+from fretsolve.setup.problem_setup import ProblemSetup
+
+LARGE_RESULT = 4e9
+"""Bytes of a result that are most likely not wanted."""
+
+
+def about_size(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a result that is very large because it keeps the fields of many increments."""
+    cost = estimate(setup)
+    size, increments = cost.file, cost.increments
+    if size < LARGE_RESULT:
+        return
+    every = setup.case.output.every * math.ceil(size / (0.1 * LARGE_RESULT))
+    cycles = any(stage.cycle is not None and stage.cycle.until is None for stage in setup.load_path.stages)
+    yield (
+        f"output.every: the result takes about {rounded_bytes(size)}, since it keeps fields of {increments} increments;"
+        f" output: {{every: {every}}} keeps fewer, output: {{fields: []}} none, and the history has all of them"
+        f"{'; until: periodic ends a cycle that changes no more' if cycles else ''}"
+    )
+
+
+def about_solver(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a loose tolerance, and of settings in the case that fall short of those that its accuracy would pick."""
+    accuracy, tolerance, path = setup.case.solver.accuracy, setup.case.solver.tolerance, setup.load_path
+    if tolerance > 1e-3:  # residuals then show in the digits that people read
+        yield (
+            f"solver.tolerance: {tolerance:g} lets the contact conditions be violated by {percent(tolerance)}, so no"
+            " digit is reliable; 1e-6 is usual"
+        )
+    if accuracy is None:
+        return
+    wanted = f"that accuracy {percent(accuracy)} picks"
+    (nx, ny), (more_x, more_y) = (
+        setup.grid.shape,
+        points_needed(setup.closed_forms, path, setup.grid.size, setup.heights),
+    )
+    if nx < more_x or ny < more_y:
+        yield f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}; leave them out to meet it"
+    short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
+    if short:
+        stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], path.needed[short[0]]
+        more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
+        key = f"{dotted(stage.key)}.increments"
+        yield f"{key}: {count} are fewer than the {needed} {wanted}{more}; leave them out to meet it"
