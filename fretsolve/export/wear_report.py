@@ -42,10 +42,16 @@ def wear_totals(result: Result) -> Iterator[str]:
         f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g}{spread} {unit},"
         f" {in_small_unit(depth, 4)} at the deepest place"
     )
-    first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]) if step)
-    if first > 0.0:
+    first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]))
+    if first > 0.0 and _cycles_that_wear(result) == 1:
         change = 100.0 * (last / first - 1.0)
         yield (
             f"stick area at the end of the first solved cycle {first:.4g}, of the last one {last:.4g}"
             f" {result.units('stick_area')} ({change:+.2g} %)"
         )
+
+
+def _cycles_that_wear(result: Result) -> int:
+    """Return how many cycles of the load path stand for others; 0 if the case is not known."""
+    stages = result.case.stages() if result.case is not None else ()
+    return len({stage.wears.key for stage in stages if stage.wears is not None})

@@ -134,10 +134,12 @@ def cycle_stages(case: Case | None, reached: int) -> tuple[int, int] | None:
         count = stage_count((step,))
         if isinstance(step, CycleSpec):
             first = int(isinstance(step.cycle, AmplitudeCycle))  # the way to the first end
-            length = (count - first) // step.cycle.most
-            whole = min(step.cycle.most, (reached - before - first) // length)
+            length, worn = (count - first) // step.cycle.most, 0
+            if step.cycle.jumps is not None:  # the surfaces change in a stage after each repetition
+                length, worn = (2 if isinstance(step.cycle, AmplitudeCycle) else stage_count(step.cycle.stages)) + 1, 1
+            whole = min((count - first) // length, (reached - before - first + worn) // length)
             if whole > 0:
-                found = before + first + (whole - 1) * length, before + first + whole * length
+                found = before + first + (whole - 1) * length, before + first + whole * length - worn
         before += count
     return found
 
@@ -157,8 +159,9 @@ def last_cycle(result: Result) -> tuple[int, ...]:
 def cycle_ends(result: Result) -> tuple[int, ...]:
     """Return the increments at which the stages of the last cycle begin and end. Raises CaseError if there is none."""
     first, last = _cycle_of(result)
-    ends = stage_ends(result.history["stage"])
-    return tuple(int(ends[stage - 1]) for stage in range(max(first, 1), last + 1))
+    stages = result.history["stage"]
+    ends = {int(stages[end]): int(end) for end in stage_ends(stages)}  # cycles that end by themselves leave stages out
+    return tuple(ends[stage] for stage in range(max(first, 1), last + 1) if stage in ends)
 
 
 def _cycle_of(result: Result) -> tuple[int, int]:

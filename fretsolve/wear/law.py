@@ -33,20 +33,21 @@ class WearLaw:
         """
         if self.law == "energy":
             return np.asarray(self.alpha * energy)
-        return np.asarray(self._coefficient(pressure) * pressure * path)
+        return np.asarray(self._per_path(pressure) * path)
 
     def energy_per_depth(self, bound: FloatArray, pressure: FloatArray) -> FloatArray | float:
         """Return the energy dissipated per area and worn depth, in mJ/mm^2 per mm.
 
         bound: friction limit (MPa) under `pressure` > 0 (MPa).
         """
-        return 1.0 / self.alpha if self.law == "energy" else bound / (self._coefficient(pressure) * pressure)
+        return 1.0 / self.alpha if self.law == "energy" else bound / self._per_path(pressure)
 
-    def _coefficient(self, pressure: FloatArray) -> FloatArray | float:
-        """Return k under `pressure` (MPa)."""
+    def _per_path(self, pressure: FloatArray) -> FloatArray:
+        """Return the depth per path of slip under `pressure` (MPa)."""
         if self.exponent == 1.0:
-            return self.k
-        return np.asarray(self.k * (pressure / self.reference_pressure) ** (self.exponent - 1.0))
+            return np.asarray(self.k * pressure)
+        reference = self.reference_pressure
+        return np.asarray(self.k * reference * (np.maximum(pressure, 0.0) / reference) ** self.exponent)
 
     def of_bodies(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the worn depths (mm) of body 1 and body 2 from that of both together."""

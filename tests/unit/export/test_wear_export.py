@@ -12,12 +12,15 @@ import numpy as np
 import pytest
 from command_line import invoke, refused
 from small_cases import CASE, WORN, write_case
+from solving import build
 
 from fretsolve.export.wear_report import rows_of_wear, wear_totals
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
+from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
 ALPHA = 1e-7
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +112,29 @@ def test_stresses_are_those_of_the_worn_contact(worn: Path, tmp_path: Path) -> N
         file.visititems(lambda name, node: found.append(float(np.min(node[()]))) if name.endswith("/zz") else None)
         assert min(found) == pytest.approx(-float(result.field("pressure", last).max()), rel=1e-6)
         assert result.history["max_pressure"][-1] > 1.001 * result.history["max_pressure"][0]
+
+
+def test_fatigue_takes_the_last_solved_cycle(worn: Path, result: Result, tmp_path: Path) -> None:
+    steps = last_cycle(result)
+    changed = int(np.flatnonzero(result.history["jump"] > 0.0)[-1])
+    assert steps == tuple(range(changed, result.increments))
+    assert cycle_ends(result) == steps
+    words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley")
+    done = invoke("fatigue", worn, *words, "-o", tmp_path / "worn.fatigue.h5")
+    assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize("amplitude", [False, True])
+def test_the_last_cycle_of_a_path(amplitude: bool) -> None:
+    """The change of the surfaces after it is none of its stages."""
+    repeated = {"amplitude": {"Qx": 20.0}} if amplitude else {"stages": [{"Qx": -20.0}, {"Qx": 20.0}]}
+    path = [{"P": 400.0}, {"Qx": 20.0}, {"cycle": {"represents": 100, "jump": 50, **repeated}}]
+    case = build(grid={"points": 16}, wear={"law": "energy", "alpha": 1e-7}, load_path=path)
+    before = 3 if amplitude else 2
+    assert cycle_stages(case, before + 1) is None
+    assert cycle_stages(case, before + 2) == (before, before + 2)
+    assert cycle_stages(case, before + 3) == (before, before + 2)
+    assert cycle_stages(case, before + 5) == (before + 3, before + 5)
 
 
 def test_heights_need_wear_and_its_depth(worn: Path, tmp_path: Path) -> None:

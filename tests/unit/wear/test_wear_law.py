@@ -19,6 +19,8 @@ def test_energy_and_archard_agree_where_k_is_alpha_times_the_friction():
 def test_depth_grows_with_a_power_of_the_pressure():
     depth = WearLaw("archard", k=1e-9, exponent=2.0).depth(np.zeros(3), np.full(3, 1e-3), PRESSURE)
     np.testing.assert_allclose(depth, [0.0, 1e-8, 1.6e-7])
+    less = WearLaw("archard", k=1e-9, exponent=0.5, reference_pressure=100.0)
+    np.testing.assert_allclose(less.depth(np.zeros(3), np.full(3, 1e-3), PRESSURE), [0.0, 1e-10, 2e-10])
 
 
 def test_the_bodies_share_the_depth():
