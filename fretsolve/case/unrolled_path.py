@@ -174,7 +174,8 @@ def stage_key(load_path: Any, number: str | int) -> KeyPath:
     """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
     count = stage_count(load_path)
     if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
-        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
+        every = ", and load_path.* stands for all entries" if number == "*" else ""
+        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}{every}")
     return next(islice(_walk(load_path, ("load_path",)), number - 1, None)).key
 
 

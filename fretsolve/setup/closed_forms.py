@@ -228,9 +228,8 @@ class ClosedForms:
         torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
         friction, varies = self.model.friction, self.case.friction_varies
-        if (
-            varies
-        ):  # the coefficient that carries as much, since under a shear limit the case's may be a mere large number
+        if varies:
+            # The coefficient that carries as much: under a shear limit that of the case may be a mere large number.
             carried = self._friction_on(circle).gross_slip_force
             friction = friction if carried is None else carried / circle.load
         found = cyclic_loading(circle, friction, compliances, (P, Qx, Qy, torque), (x, y))

@@ -237,7 +237,11 @@ def _short_name(key: str) -> str:
 
 def _axis_label(column: Column) -> str:
     """Return the meaning of a column and its unit."""
-    return _labelled(_in_words(column.name), column.units.replace("um", "µm"))
+    return _labelled(_in_words(column.name), _printed(column.units))
+
+
+def _printed(units: str) -> str:
+    return units.replace("um", "µm")
 
 
 def _labelled(words: str, unit: str) -> str:
@@ -271,7 +275,7 @@ def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
 
     def text(column: Column, row: int) -> str:
         value = column.values[row]
-        shown = str(value) if column.values.dtype == object else f"{value:.6g} {column.units}".rstrip()
+        shown = str(value) if column.values.dtype == object else f"{value:.6g} {_printed(column.units)}".rstrip()
         return f"{_short_name(column.name)} {shown}"
 
     names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]

@@ -175,6 +175,11 @@ def test_a_stage_that_is_not_there(path: Path, number: str) -> None:
         load_case(path, [f"stage.{number}.increments=7"])
 
 
+def test_every_stage_is_named_by_the_load_path(path: Path) -> None:
+    with pytest.raises(CaseError, match=r"its stages are 1 to 2, and load_path\.\* stands for all entries$"):
+        load_case(path, ["stage.*.increments=7"])
+
+
 @pytest.mark.parametrize("given", [["solver.error_estimate=true"], ["solver.error_bars=true"]])
 def test_the_earlier_name_of_error_bars(path: Path, given: list[str]) -> None:
     wide = CASE.replace("points: 8", "points: 16")

@@ -54,7 +54,7 @@ def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> N
     np.testing.assert_array_equal(line.get_xdata(), [100.0, 200.0, 400.0])
     np.testing.assert_allclose(line.get_ydata(), [0.2, 0.4, 0.8])  # in µJ
     np.testing.assert_allclose([np.ptp(segment[:, 1]) for segment in bars.get_segments()], [0.04, 0.08, 0.16])
-    assert figure_texts(axes.figure) == [r"$\delta_x$ 1 um", r"$\delta_x$ 2 um"]
+    assert figure_texts(axes.figure) == [r"$\delta_x$ 1 µm", r"$\delta_x$ 2 µm"]
     assert axes.get_xscale() == "log"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("normal force $P$ (N)", "dissipated energy (µJ)")
 
