@@ -23,7 +23,7 @@ from fretsolve.sweep.manifest import (
     write_manifest,
 )
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.quantity import NAMES, read_quantity
+from fretsolve.sweep.quantity import ALL_NAMES, read_quantity
 from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect, require_tables, writer_of
 from fretsolve.system.environment import processors
@@ -201,7 +201,7 @@ def plot_sweep(
     file_format = picture_format(target)
     as_quantities = [text for text in over if text not in manifest.keys]
     for text in as_quantities:
-        if text.partition("@")[0] not in NAMES:
+        if text.partition("@")[0] not in ALL_NAMES:
             raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
     wanted = dict.fromkeys((*manifest.quantities, name, *as_quantities, *(["energy_ratio"] if of_condition else [])))
     table = collect(manifest, tuple(wanted))

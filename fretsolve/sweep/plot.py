@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,9 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
     unit = readable(y.units, y.values)
     along = x if any(x is one for one in table.settings) else table.settings[0]
+    if along is not x:
+        text, factor = readable(x.units, x.values)
+        x = replace(x, values=factor * x.values, units=text)
     groups = _groups(table, along)
     with _panel(ax, table, x, _labelled(_in_words(quantity), unit.text)) as (sheet, axes):
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
@@ -256,9 +260,13 @@ def _column(table: Table, name: str) -> Column:
 
 
 def _found(table: Table, quantity: str) -> Column:
-    column = _column(table, quantity)
+    return _with_values(_column(table, quantity))
+
+
+def _with_values(column: Column) -> Column:
+    """Return a column of numbers. Raises PictureError if none is known."""
     if not np.isfinite(column.values).any():
-        raise PictureError(f"no case has a value of {quantity}")
+        raise PictureError(f"no case has a value of {column.name}")
     return column
 
 
@@ -266,7 +274,7 @@ def _numbers(table: Table, name: str) -> Column:
     column = _column(table, name)
     if column.values.dtype == object:
         raise PictureError(f"the values of {name} are not numbers in one unit, so they cannot be an axis")
-    return column
+    return _with_values(column)
 
 
 def _groups(table: Table, along: Column) -> dict[str, IndexArray]:

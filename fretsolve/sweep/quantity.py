@@ -32,7 +32,8 @@ NAMES = (
 CORRECTED_NAMES = (*(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED), *CORRECTED_CYCLE_NAMES)
 """Columns that can be collected too, from runs with error bars."""
 
-_ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
+ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
+"""All columns that can be collected: of the history, of the table of cycles, of stresses and fatigue parameters."""
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *WEAR_HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
@@ -63,7 +64,7 @@ class StageQuantity:
 def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
-    if name not in _ALL_NAMES:
+    if name not in ALL_NAMES:
         known = (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES))
         raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, known)}", text)
     if name in CYCLE_NAMES:
@@ -104,7 +105,7 @@ def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
 
 def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
     """Return each quantity once, in the order of the history and of the stages."""
-    return tuple(sorted(set(quantities), key=lambda quantity: (_ALL_NAMES.index(quantity.name), quantity.stage)))
+    return tuple(sorted(set(quantities), key=lambda quantity: (ALL_NAMES.index(quantity.name), quantity.stage)))
 
 
 def _moved(setup: ProblemSetup) -> list[str]:

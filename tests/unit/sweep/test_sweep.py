@@ -214,6 +214,8 @@ def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
     assert "gross slip" in told
     assert "--array" not in told
 
+    told = refused(2, "sweep", "plot", folder, "--over", "energy_ratio@1")
+    assert "no case has a value of energy_ratio@1" in told  # nor a cycle
     told = refused(2, "sweep", "plot", folder, "--over", "title")
     assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in told
     told = refused(2, "sweep", "plot", folder, "running-condition", "--quantity", "delta_x")

@@ -194,3 +194,12 @@ def test_curve_over_a_quantity_goes_along_the_first_key() -> None:
     axes = curve(tied_table(), "work_total", "energy_ratio").axes[0]
     lines = [container[0] for container in axes.containers]
     assert [line.get_ydata().tolist() for line in lines] == [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]
+
+
+def test_an_axis_of_a_quantity_has_a_unit_of_few_zeros() -> None:
+    table = tied_table()
+    ranges = Column("displacement_range", "mm", 1e-3 * np.arange(1.0, 7.0))
+    axes = curve(replace(table, found=(*table.found, ranges)), "work_total", "displacement_range").axes[0]
+    assert axes.get_xlabel() == "displacement range (µm)"
+    lines = [container[0] for container in axes.containers]
+    np.testing.assert_allclose([line.get_xdata() for line in lines], [[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]])
