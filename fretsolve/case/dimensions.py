@@ -94,6 +94,12 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def cell_counts(shape: tuple[int, int]) -> str:
+    """Write the numbers of cells along the sides of a grid, such as ``64 x 48``; of a row of cells, ``64``."""
+    nx, ny = shape
+    return str(nx) if ny == 1 else f"{nx} x {ny}"
+
+
 def percent(share: float, digits: int = 2) -> str:
     """Write a share in per cent, such as ``2.5 %``."""
     return f"{100.0 * share:.{digits}g} %"

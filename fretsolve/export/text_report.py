@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fretsolve.case.dimensions import counted, in_small_unit, smaller_unit
+from fretsolve.case.dimensions import cell_counts, counted, in_small_unit, smaller_unit
 from fretsolve.case.history import DISPLACEMENTS, FEWEST_SPOT_CELLS, moment_sign
 from fretsolve.errors import printable
 from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
@@ -78,7 +78,7 @@ def _summary(result: Result) -> list[str]:
     status = f"{result.status}, {counted(result.increments, 'increment')}"
     if "failure" in result.attributes:
         status += f": {result.attributes['failure']}"
-    grid = f"grid {len(result.x)} x {len(result.y)} cells{_grid_size(result)}"
+    grid = f"grid {cell_counts((len(result.x), len(result.y)))} cells{_grid_size(result)}"
     version = result.attributes["fretsolve_version"]
     lines = [str(title), status, f"coupling {result.coupling}, {grid}, fretsolve {version}"]
     return [printable(line) for line in lines]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -54,6 +53,8 @@ class Solved:
 class IncrementSolver:
     """Solves the increments of one problem: grid, model, and separation (nx, ny) of the undeformed surfaces."""
 
+    _examiner_type: type[Examiner] = Examiner
+
     def __init__(
         self,
         grid: Grid,
@@ -71,14 +72,12 @@ class IncrementSolver:
         self._precision, self._single = precision, precision is np.float32
         self._team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self._team, precision)
-        checked = separation, model.friction, grid, tolerance, model.may_slip, precision, kernels
-        self._examiner = self._examiner_of(*checked)
+        self._examiner = self._examiner_type(
+            separation, model.friction, grid, tolerance, model.may_slip, precision, kernels
+        )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
         self._large = grid.nx * grid.ny > LARGE_GRID
-
-    def _examiner_of(self, *arguments: Any) -> Examiner:
-        return Examiner(*arguments)
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it.

@@ -8,9 +8,7 @@ How far these sink depends on the tractions, a little on where they act, so the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -59,10 +57,8 @@ class SunkenPoint:
 class LineExaminer(Examiner):
     """Checks solutions of a line contact. material: its compliances; before: P, Qx, Qy at the increment's start."""
 
-    def __init__(self, material: Compliances, *arguments: Any):
-        super().__init__(*arguments)
-        self._material = material
-        self.before: Vector = np.zeros(3)
+    material: Compliances
+    before: Vector
 
     def forces(self, pressure: FloatArray, shear: FloatArray) -> Vector:
         """Return P, Qx, Qy (N/mm)."""
@@ -73,7 +69,7 @@ class LineExaminer(Examiner):
         """Write the gap and return its errors over A P/pi."""
         errors = super().gap_errors(solution, gap)
         load = float(self.forces(solution.pressure, solution.shear)[0])
-        return replace(errors, gap_scale=self._material.A * load / math.pi) if load > 0.0 else errors
+        return replace(errors, gap_scale=self.material.A * load / math.pi) if load > 0.0 else errors
 
     def slip_scales(self, solution: Solution, largest: float) -> tuple[float, float]:
         """Return the lengths (mm) that slips are measured against.
@@ -81,7 +77,7 @@ class LineExaminer(Examiner):
         They are A/pi times the largest change of a force, or the mismatch by bulk stress.
         """
         changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before) / math.pi
-        material = self._material
+        material = self.material
         moved = changed * [material.A, material.A, material.A + material.B]
         elastic = max(map(self._kernels.cg.largest, (solution.uz[None], solution.displacement)))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
@@ -93,13 +89,8 @@ class LineIncrementSolver(IncrementSolver):
     """Solves the increments of a line contact. sunken: the points whose approach delta_z is, if there are any."""
 
     grid: LineGrid
-
-    def __init__(self, sunken: SunkenPoint | None, *arguments: Any):
-        super().__init__(*arguments)
-        self.sunken = sunken
-
-    def _examiner_of(self, *arguments: Any) -> Examiner:
-        return LineExaminer(self.model.compliances, *arguments)
+    sunken: SunkenPoint | None = None
+    _examiner_type = LineExaminer
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; an imposed delta_z is that of the sunken points."""
@@ -142,12 +133,6 @@ class LineIncrementSolver(IncrementSolver):
 
     def _solution(self, start: InitialState, work: WorkingState) -> Solution:
         assert isinstance(self._examiner, LineExaminer)
+        self._examiner.material = self.model.compliances
         self._examiner.before = self._examiner.forces(start.pressure, start.shear)
         return super()._solution(start, work)
-
-
-def line_solver(bodies: Sequence[Body], depth: float | None, grid: LineGrid, *arguments: Any) -> LineIncrementSolver:
-    """Return the solver of a line contact; arguments: those of `IncrementSolver` after the grid."""
-    one, other = bodies
-    sunken = None if depth is None else SunkenPoint(grid, (one, other), depth)
-    return LineIncrementSolver(sunken, grid, *arguments)

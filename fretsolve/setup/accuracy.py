@@ -9,7 +9,7 @@ import contextlib
 import math
 from collections.abc import Callable
 
-from fretsolve.case.dimensions import percent
+from fretsolve.case.dimensions import cell_counts, percent
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
@@ -71,8 +71,8 @@ def points_needed(
     nx, ny = heights().resolving_points(size, without_maps)
     if max(nx, ny) > MOST_POINTS and (nx, ny) != without_maps:
         raise forms.case.source.problem(
-            f"accuracy {percent(accuracy)} would take {nx} x {ny} points to resolve the height map; smooth the map, or"
-            " give grid.points",
+            f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve the height map; smooth"
+            " the map, or give grid.points",
             ("surface",),
         )
     nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS) for count in (nx, ny))
@@ -118,7 +118,7 @@ def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath)
     counts = sorted({count for stage, count in stages if stage.increments is None})
     span = " to ".join(str(count) for count in dict.fromkeys(counts[:1] + counts[-1:]))
     texts = {
-        f"{points[0]} x {points[1]} points": asked.grid.points is None,
+        f"{cell_counts(points)} points": asked.grid.points is None,
         f"{span} increments per stage": counts and load_path.path_dependent,
         f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
         "error bars": "error_bars" not in given and asked.wear is None,

@@ -14,6 +14,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from fretsolve.case.dimensions import cell_counts
 from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
@@ -175,17 +176,17 @@ def memory_problem(setup: ProblemSetup) -> CaseError | None:
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (ValueError, OSError, AttributeError):
         return None
-    nx, ny = setup.grid.shape
+    cells = cell_counts(setup.grid.shape)
     if needed + UNUSED_BYTES > (allowed := address_space()):
         return setup.case.source.problem(
-            f"{nx} x {ny} cells take about {rounded_bytes(needed + UNUSED_BYTES)} of address space, the limit (ulimit"
+            f"{cells} cells take about {rounded_bytes(needed + UNUSED_BYTES)} of address space, the limit (ulimit"
             f" -v or -d) is {rounded_bytes(allowed)}; a higher one or fewer points are needed",
             ("grid", "points"),
         )
     if needed <= there:
         return None
     return setup.case.source.problem(
-        f"{nx} x {ny} cells take about {rounded_bytes(needed)} of memory, this machine has {rounded_bytes(there)};"
+        f"{cells} cells take about {rounded_bytes(needed)} of memory, this machine has {rounded_bytes(there)};"
         " fewer points are needed",
         ("grid", "points"),
     )

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
-from fretsolve.increment.increment import Solved
-from fretsolve.increment.line_increment import LineIncrementSolver, line_solver
+from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.line_increment import LineIncrementSolver, SunkenPoint
 from fretsolve.model.grid import LineGrid
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -23,9 +22,12 @@ class LineContact:
     solver: LineIncrementSolver
 
     @classmethod
-    def of(cls, setup: ProblemSetup, *arguments: Any) -> LineContact:
-        """Return the line contact of a problem; arguments: those of `IncrementSolver`."""
-        return cls(setup, line_solver(setup.case.bodies, setup.case.reference_depth, *arguments))
+    def of(cls, setup: ProblemSetup, solver: IncrementSolver) -> LineContact:
+        """Return the line contact of a problem."""
+        assert isinstance(solver, LineIncrementSolver)
+        (one, other), depth = setup.case.bodies, setup.case.reference_depth
+        solver.sunken = None if depth is None else SunkenPoint(solver.grid, (one, other), depth)
+        return cls(setup, solver)
 
     def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
         """Return the rigid displacements that the next increment counts from; rigid: those of the history."""

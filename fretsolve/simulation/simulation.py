@@ -20,6 +20,7 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
+from fretsolve.model.required_terms import Model
 from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
@@ -77,8 +78,10 @@ def states_of(
     separation, precision = setup.separation(), _precision(setup)
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     kernels = load(setup.compiled)
-    arguments = setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
-    contact = _line_contact(setup, *arguments) if setup.model.line else _area_contact(setup, *arguments)
+    solver = _solver_type(setup.model)(
+        setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
+    )
+    contact = _contact(setup, solver)
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
@@ -187,20 +190,26 @@ def _change(initial: InitialState, solved: Solved) -> Change:
     return change
 
 
-def _area_contact(setup: ProblemSetup, *arguments: Any) -> AreaContact:
-    """Return the contact on an area of a problem; arguments: those of `IncrementSolver`."""
-    if setup.model.orthotropy is None:
-        return AreaContact(setup, IncrementSolver(*arguments))
-    from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver  # other cases need none of it
+def _solver_type(model: Model) -> type[IncrementSolver]:
+    """Return the class that solves a model's increments. Most cases need none of the others."""
+    if model.line:
+        from fretsolve.increment.line_increment import LineIncrementSolver
 
-    return AreaContact(setup, OrthotropicIncrementSolver(*arguments))
+        return LineIncrementSolver
+    if model.orthotropy is not None:
+        from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
+
+        return OrthotropicIncrementSolver
+    return IncrementSolver
 
 
-def _line_contact(setup: ProblemSetup, *arguments: Any) -> LineContact:
-    """Return the line contact of a problem; arguments: those of `IncrementSolver`."""
+def _contact(setup: ProblemSetup, solver: IncrementSolver) -> AreaContact | LineContact:
+    """Return the contact of a problem."""
+    if not setup.model.line:
+        return AreaContact(setup, solver)
     from fretsolve.simulation.line_contact import LineContact  # other cases need none of it
 
-    return LineContact.of(setup, *arguments)
+    return LineContact.of(setup, solver)
 
 
 def _worn_surfaces(

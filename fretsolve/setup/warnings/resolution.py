@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from fretsolve.case.dimensions import cell_counts
 from fretsolve.errors import dotted
 from fretsolve.model.edges import CYLINDER_END, depth_in_rounding, rounding
 from fretsolve.setup.contact_size import AREA_MARGIN
@@ -110,11 +111,11 @@ def about_heights(setup: ProblemSetup) -> Iterator[str]:
             " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
         )
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
-        nx, ny = heights.resolving_points(grid.size, grid.shape)
+        resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
         coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
         yield (
-            f"grid.points: {grid.nx} x {grid.ny} cells miss waves of the height map that take {needed:.3g} MPa to"
-            f" flatten; {nx} x {ny} points would resolve them{coarse}"
+            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the height map that take {needed:.3g} MPa to"
+            f" flatten; {resolving} points would resolve them{coarse}"
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import percent
+from fretsolve.case.dimensions import cell_counts, percent
 from fretsolve.errors import dotted
 from fretsolve.setup.accuracy import points_needed
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes
@@ -46,7 +46,8 @@ def about_solver(setup: ProblemSetup) -> Iterator[str]:
         points_needed(setup.closed_forms, path, setup.grid.size, setup.heights),
     )
     if nx < more_x or ny < more_y:
-        yield f"grid.points: {nx} x {ny} are fewer than the {more_x} x {more_y} {wanted}; leave them out to meet it"
+        given, picked = cell_counts((nx, ny)), cell_counts((more_x, more_y))
+        yield f"grid.points: {given} are fewer than the {picked} {wanted}; leave them out to meet it"
     short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
     if short:
         stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], path.needed[short[0]]
