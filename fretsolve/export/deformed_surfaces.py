@@ -38,7 +38,7 @@ class BodySurface:
 
 
 class DeformedSurfaces:
-    """The deformed surfaces of a result's bodies; body 1 has all of the undeformed separation.
+    """The deformed surfaces of a result's bodies; body 1 has all of the undeformed separation, each its own wear.
 
     Raises FlatError if the result lacks the shape of the surfaces or the tractions.
     """
@@ -55,6 +55,9 @@ class DeformedSurfaces:
         if missing and (self._sheared or "pressure" in missing):
             name = missing[0].removesuffix("_x")
             raise FlatError(f"the result holds no {name}; output.fields in the case chooses it")
+        self._share = None if case.wear is None else case.wear.share
+        if self._share is not None and "wear_depth" not in result.fields:
+            raise FlatError("the result holds no wear_depth; output.fields in the case chooses it")
         try:
             self._separation = separation(case.surface, result.x, result.y)
         except FretsolveError as error:
@@ -78,10 +81,11 @@ class DeformedSurfaces:
         elastic_1, elastic_2 = (_elastic(operator, pressure, shear) for operator in self._operators)
         elastic_1[:2] *= -1.0  # the operator's shear traction acts on body 2
         elastic_2[2] *= -1.0
-        return (
-            _displaced("body 1", result, self._separation, rigid + elastic_1),
-            _displaced("body 2", result, np.zeros(shape), elastic_2),
-        )
+        upper, lower = self._separation, np.zeros(shape)
+        if self._share is not None:
+            depth = np.asarray(result.field("wear_depth", step), np.float64)
+            upper, lower = upper + self._share[0] * depth, -self._share[1] * depth
+        return (_displaced("body 1", result, upper, rigid + elastic_1), _displaced("body 2", result, lower, elastic_2))
 
 
 def _body_operators(case: Case, result: Result) -> list[ElasticOperator | None]:

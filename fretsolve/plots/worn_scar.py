@@ -21,6 +21,9 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 MOST_PROFILES = 6
 """Profiles in a picture."""
 
+ALIKE = 0.99
+"""Volume over the last one from which a profile counts as the last one."""
+
 WIDTH, HEIGHT = 3.7, 2.6
 """Inches of a panel."""
 
@@ -72,7 +75,10 @@ def profile_steps(result: Result, most: int = MOST_PROFILES) -> list[int]:
         return [int(steps[-1])]
     wanted = volume[-1] * np.arange(1, most + 1) / most
     places = np.searchsorted(volume, wanted * (1.0 - 1e-9))
-    return sorted({int(steps[min(place, len(steps) - 1)]) for place in places})
+    chosen = sorted({int(steps[min(place, len(steps) - 1)]) for place in places} - {int(steps[-1])})
+    # of those that hardly differ from the last one, that alone
+    worn = result.history["wear_volume"]
+    return [*(step for step in chosen if worn[step] < ALIKE * volume[-1]), int(steps[-1])]
 
 
 def _draw_profiles(axes: Axes, result: Result, worn: BoolArray) -> None:

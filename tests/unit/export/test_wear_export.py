@@ -14,6 +14,7 @@ from command_line import invoke, refused
 from small_cases import CASE, WORN, write_case
 from solving import build
 
+from fretsolve.export.deformed_surfaces import DeformedSurfaces
 from fretsolve.export.wear_report import rows_of_wear, wear_totals
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -75,6 +76,17 @@ def test_columns_of_wear_in_all_formats(worn: Path, tmp_path: Path) -> None:
         assert archive["wear_volume"][-1] > 0.0
     with open_result(worn) as result:
         assert "wear_depth" in result.to_xarray()
+
+
+def test_deformed_surfaces_are_worn(result: Result) -> None:
+    """In contact both meet, and body 2 has lost its share."""
+    last = result.increments - 1
+    first, second = DeformedSurfaces(result).at(last)
+    touching = np.asarray(result.field("pressure", last)) > 0.0
+    gap = (first.points[2] - second.points[2])[touching]
+    assert np.abs(gap).max() < 1e-4 * result.history["delta_z"][-1]
+    lost = second.displacement[2] - second.points[2]
+    np.testing.assert_allclose(lost, 0.75 * np.asarray(result.field("wear_depth", last)), atol=1e-15)
 
 
 @pytest.mark.parametrize("surface", ["sum", "separation"])
