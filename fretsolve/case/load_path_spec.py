@@ -214,6 +214,8 @@ class Repetition(CaseModel):
         others = [name for name in ("times", "until") if getattr(self, name) is not None]
         others += ["at_most"] if self.at_most is not None and self.until is None else []
         refused_at(((name,), f"{name} and represents exclude each other; keep one of them") for name in others)
+        if not cycles.is_integer():
+            refused_at([(("represents",), f"{cycles:.17g} is not a whole number of cycles")])
         if isinstance(self.jump, float) and self.jump > cycles:
             message = f"{self.jump:g} cycles are more than the {cycles:g} that the cycle represents"
             refused_at([(("jump",), f"{message}; at most as many, or auto, are possible")])

@@ -14,7 +14,7 @@ import numpy as np
 
 from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.unrolled_path import CyclePass
-from fretsolve.errors import NotConvergedError
+from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.friction.running_in import cycles_of_little_change
 from fretsolve.increment.certificate import Solution
@@ -36,6 +36,9 @@ PROFILE_SHARE = 0.2
 ERROR_SHARE = 1.0
 """Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
 next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate), but more where the contact grows."""
+
+LEAST_FORCE = 1e-6
+"""P over that before the first cycle below which the surfaces have worn apart: what is left is near to rounding."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,16 @@ class WornSurfaces:
         """
         cycle, self._jump, progress = increment.stage.cycle, None, Progress(path, history)
         if cycle is not None and increment.step == progress.path.steps_of(cycle.cycle, cycle.turn)[0]:
+            _require_contact(cycle, increment.normal, progress)
             self.state = replace(self.state, mark=self.state.depth, path=np.zeros(self._separation.shape))
         if increment.stage.wears is None:
             return start
+        if not fields.pressure.any():
+            raise ContactLostError(
+                "the surfaces do not touch at the end of the cycle, but there they change by its wear, under its"
+                " pressure; let the cycle begin and end where they are pressed together",
+                "delta_z",
+            )
         self._wear(increment.stage.wears, increment.normal, start, fields, progress)
         return replace(start, normal=None)  # so that the pressure is solved anew
 
@@ -248,4 +258,22 @@ class WornSurfaces:
             wear_depth=whole if "wear_depth" in stored else None,
             wear_depth_1=first if "wear_depth_1" in stored else None,
             wear_depth_2=second if "wear_depth_2" in stored else None,
+        )
+
+
+def _require_contact(cycle: CyclePass, control: LoadControl, progress: Progress) -> None:
+    """Raise ContactLostError where cycles under a held approach have worn the surfaces apart.
+
+    cycle: the repetition that is to begin after the history of `progress`.
+    """
+    first, _ = progress.path.steps_of(cycle.cycle, 1)
+    if cycle.turn == 1 or not first or control.forced[0]:
+        return
+    before, now = progress.history[first - 1].P, progress.history[-1].P
+    if now < LEAST_FORCE * before:
+        raise ContactLostError(
+            f"the contact is worn away: with the approach held P has fallen from {before:.4g} N to {now:.2g} N after"
+            f" {progress.path.cycles_done(progress.history, cycle):g} cycles; let the cycle represent fewer, or impose"
+            " P instead",
+            "delta_z",
         )

@@ -36,6 +36,8 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         if not cycles:
             yield "grid.size: auto does not know how far wear widens this contact; a size that leaves room is needed"
         return
+    if not cycles:
+        return
     reach = worn_radius(setup.closed_forms) + max(map(abs, np.subtract(setup.case.surface[0].center, grid.center)))
     if reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):
         yield (

@@ -89,6 +89,7 @@ def test_mistakes_of_the_law(tmp_path, wear, message):
     [
         ("{represents: 0, stages: [{Qx: 36 N}]}", ".represents: 0 is out of range; a number >= 1 is needed"),
         ("{represents: -5, stages: [{Qx: 36 N}]}", ".represents: -5 is out of range"),
+        ("{represents: 2.5, stages: [{Qx: 36 N}]}", ".represents: 2.5 is not a whole number of cycles"),
         ("{represents: 10, jump: 20, stages: [{Qx: 36 N}]}", ".jump: 20 cycles are more than the 10 that the cycle"),
         ("{represents: 10, jump: 0.5, stages: [{Qx: 36 N}]}", ".jump: 0.5 is out of range; a number >= 1"),
         ("{represents: 10, jump: soon, stages: [{Qx: 36 N}]}", ".jump: 'soon' has no number; a number such as '0.1'"),

@@ -119,6 +119,9 @@ def test_warnings():
     assert text.startswith("wear: half a cycle slips 0.0578 mm, 19 % of the contact radius, but worn profiles keep")
     (text,) = about_wear(worn("delta_x", 10e-3, 1e6, grid={"points": 32, "size": 1.0}))
     assert text.startswith("grid.size: the worn contact may reach 1.17 mm from the grid's middle")
+    ellipsoid = {"ellipsoid": {"radius_x": 10.0, "radius_y": 20.0}}
+    grid = {"points": 32, "size": 2.0, "center": [0.6, 0.0]}
+    assert about_wear(worn("Qx", 36.0, 1e4, grid=grid, surface=ellipsoid)) == []
     unworn = [{"P": LOAD}, {"Qx": 30.0}]
     (text,) = about_wear(set_up(build(grid={"points": 32}, wear=WEAR, load_path=unworn)))
     assert text.startswith("wear: no cycle represents others, so that worn depth is counted and the surfaces keep")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fretsolve.case.loading import load_case
-from fretsolve.errors import CaseError, NotConvergedError
+from fretsolve.errors import CaseError, ContactLostError, NotConvergedError
 from fretsolve.result.state import State
 from fretsolve.simulation.simulation import run
 from fretsolve.wear.jumps import SolvedCycle, require_periodic
@@ -172,3 +172,33 @@ def test_a_cycle_that_keeps_changing_cannot_stand_for_others(tmp_path):
         require_periodic(cycles)
     require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)])
     require_periodic(cycles[1:])
+
+
+PRESSED = "  - {P: 400 N}\n  - {Qx: 30 N, increments: 2}\n"
+SHEARED = "stages: [{Qx: -30 N, increments: 2}, {Qx: 30 N, increments: 2}]"
+
+
+@pytest.mark.parametrize(
+    ("pressed", "sheared", "jump", "problem"),
+    [
+        (
+            "  - {delta_z: 9 um}\n  - {delta_x: 15 um, increments: 1}\n",
+            "stages: [{delta_x: -15 um, increments: 1}, {delta_x: 15 um, increments: 1}]",
+            "100000",
+            r"the contact is worn away: with the approach held P has fallen from 400\.2 N to .* after 200002 cycles",
+        ),
+        (
+            "  - {P: 0 N}\n",
+            "stages: [{P: 400 N}, {Qx: 20 N, increments: 1}, {Qx: 0 N, increments: 1}, {P: 0 N, increments: 1}]",
+            "auto",
+            "the surfaces do not touch at the end of the cycle",
+        ),
+    ],
+)
+def test_lost_contact_is_said(tmp_path, pressed, sheared, jump, problem):
+    text = CASE.format(represents=1e6, jump=jump, wear=ENERGY, friction="0.1")
+    path = tmp_path / "lost.yaml"
+    text = text.replace(PRESSED, pressed).replace(SHEARED, sheared)
+    path.write_text(text.replace("size: 0.9 mm", "size: 1.6 mm"))
+    with pytest.raises(ContactLostError, match=problem):
+        list(run(load_case(path)))
