@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import count, islice
 from typing import Any, Literal, NamedTuple
 
@@ -103,8 +104,12 @@ class _Step(NamedTuple):
     outer: int = 0
 
 
-def unrolled(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[Stage, ...]:
-    """Return the stages in the order in which they are run."""
+@lru_cache(maxsize=2)
+def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
+    """Return the stages in the order in which they are run.
+
+    They are kept, since cycles that stand for others may have many thousands, which are asked for again and again.
+    """
     return tuple(_stage(number, step) for number, step in enumerate(_walk(load_path, ("load_path",)), start=1))
 
 
