@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from fretsolve.kernels.numba_options import kernel, larger, largest_of
+from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 
-@kernel
+@inlined
 def _precondition(image, residual, weight, normal, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
@@ -43,7 +43,7 @@ def _precondition(image, residual, weight, normal, constraints, moments):
     return product
 
 
-@kernel
+@inlined
 def _turn(direction, image, weight, constraints, amplitudes, growth):
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
@@ -57,7 +57,7 @@ def _turn(direction, image, weight, constraints, amplitudes, growth):
                 direction[part, i, j] = factor * direction[part, i, j] + image[part, i, j]
 
 
-@kernel
+@inlined
 def _apply(image, direction, stiffness, normal, zone, weight, constraints, moments):
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
@@ -86,7 +86,7 @@ def _apply(image, direction, stiffness, normal, zone, weight, constraints, momen
     return product
 
 
-@kernel
+@inlined
 def _add_moments(field, i, weight, constraints, moments):
     """Add the moments of row `i`; weight: (ny,)."""
     for m in range(len(moments)):
@@ -97,7 +97,7 @@ def _add_moments(field, i, weight, constraints, moments):
         moments[m] += moment
 
 
-@kernel
+@inlined
 def _advance(solution, residual, direction, image, weight, constraints, amplitudes, length):
     components, nx, ny = image.shape
     step = image.dtype.type(length)
@@ -121,7 +121,7 @@ def _advance(solution, residual, direction, image, weight, constraints, amplitud
     return math.sqrt(largest_of(squares))
 
 
-@kernel
+@inlined
 def _multiply(matrix, vector):
     result = np.zeros(len(vector))
     for m in range(len(vector)):
@@ -189,7 +189,7 @@ def step(solution, residual, direction, image, stiffness, normal, zone, weight, 
     return kappa, _advance(solution, residual, direction, image, weight, constraints, amplitudes, rho / kappa)
 
 
-@kernel
+@inlined
 def largest(field):
     components, nx, ny = field.shape
     found = np.zeros(ny, field.dtype)

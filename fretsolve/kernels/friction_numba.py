@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from fretsolve.kernels.numba_options import kernel, larger, largest_of
+from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 
-@kernel
+@inlined
 def gram(weight, normal, x, y):
     nx, ny = weight.shape
     result = np.zeros((3, 3))
@@ -34,7 +34,7 @@ def gram(weight, normal, x, y):
     return result
 
 
-@kernel
+@inlined
 def sum_motions(field, x, y):
     _, nx, ny = field.shape
     sums = np.zeros(3)

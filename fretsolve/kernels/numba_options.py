@@ -31,9 +31,21 @@ def kernel(function: Any) -> Any:
 
     Sums may be reordered into vector instructions. NaN and inf keep their meaning.
     """
+    return _compiled(function)
+
+
+def inlined(function: Any) -> Any:
+    """Compile a `function` that kernels call, like a kernel, and put its code into each of them.
+
+    Otherwise a process takes the code of the one that it loads first for all of them. They differ in the order of sums,
+    so that a resumed run, which calls other kernels first, would give other bits.
+    """
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: Any, **options: Any) -> Any:
     fast = {"reassoc", "contract", "nsz", "arcp"}
-    options: dict[str, Any] = {"nogil": True, "fastmath": fast, "error_model": "numpy"}
-    compiled = numba.njit(**options)(function)
+    compiled = numba.njit(nogil=True, fastmath=fast, error_model="numpy", **options)(function)
     with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
         try:
             compiled._cache = KernelCache(function)
@@ -42,13 +54,13 @@ def kernel(function: Any) -> Any:
     return compiled
 
 
-@kernel
+@inlined
 def larger(value: Any, other: Any) -> Any:
     """Return the larger of two numbers of one precision, or the one that is NaN."""
     return value if value > other or value != value else other
 
 
-@kernel
+@inlined
 def largest_of(values: Any) -> float:
     """Return the largest number of a row, or NaN if it holds one.
 

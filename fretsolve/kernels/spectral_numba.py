@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fretsolve.kernels.numba_options import inlined
 from fretsolve.kernels.numba_options import kernel as compiled
 
 TILE = 8
@@ -85,7 +86,7 @@ def give_columns(lines, spectrum):
     _transpose(lines, spectrum, rows, columns)
 
 
-@compiled
+@inlined
 def _transpose(source, target, rows, columns):
     """Copy the transpose of `source` to the first `rows` and `columns` of `target`, by tiles."""
     whole_rows, whole_columns = rows // TILE * TILE, columns // TILE * TILE

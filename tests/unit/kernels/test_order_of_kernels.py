@@ -1,0 +1,64 @@
+"""The numbers of a compiled kernel do not depend on which kernels the process has called before."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba")
+options = pytest.importorskip("fretsolve.kernels.numba_options")
+
+FOLDER = Path(options.__file__).parent
+
+CALLS = """
+import sys
+import numpy as np
+from fretsolve.kernels import friction_numba
+
+random = np.random.default_rng(1)
+shear, normal = random.normal(size=(2, 2, 48, 48))
+weight, axis = random.random((48, 48)), random.normal(size=48)
+calls = {
+    "sum_motions": lambda: friction_numba.sum_motions(shear, axis, axis),
+    "gram": lambda: friction_numba.gram(weight, normal, axis, axis),
+    "balance": lambda: np.append(*friction_numba.balance(shear, weight, normal, axis, axis)),
+}
+for name in sys.argv[1:]:
+    print(name, calls[name]().tobytes().hex())
+"""
+
+
+def numbers(*order: str) -> list[str]:
+    """Return what each kernel gives in a new process that calls them in this order."""
+    process = subprocess.run([sys.executable, "-c", CALLS, *order], capture_output=True, text=True, check=True)
+    return sorted(process.stdout.splitlines())
+
+
+def test_numbers_of_a_kernel_do_not_depend_on_the_ones_called_before() -> None:
+    found = numbers("sum_motions", "gram", "balance")
+    assert len(found) == 3
+    assert numbers("balance", "gram", "sum_motions") == found
+
+
+def decorator(function: ast.FunctionDef) -> str:
+    return "".join(one.id for one in function.decorator_list if isinstance(one, ast.Name))
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*_numba.py")), ids=lambda path: path.stem)
+def test_what_kernels_call_is_put_into_them(path: Path) -> None:
+    functions = {one.name: one for one in ast.parse(path.read_text()).body if isinstance(one, ast.FunctionDef)}
+    kernels = [one for one in functions.values() if decorator(one)]
+    called = {
+        node.func.id
+        for one in kernels
+        for node in ast.walk(one)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    assert kernels
+    assert [name for name in called if name in functions and decorator(functions[name]) != "inlined"] == []
+    for name in called & {"larger", "largest_of"}:
+        assert getattr(options, name).targetoptions["forceinline"]
