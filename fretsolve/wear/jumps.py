@@ -24,6 +24,9 @@ FIRST_DEPTH, MOST_DEPTH = 0.005, 0.1
 SETTLED = 0.01
 """Change of the dissipated energy from one cycle to the next, or drift within a cycle, up to which it is periodic."""
 
+SHAKEN_DOWN = 0.5
+"""Change of the dissipated energy over the tolerance of the wear up to which the first cycle may stand for others."""
+
 FIRST_SHARE = 0.1
 """Part of all cycles that the first jump may have."""
 
@@ -85,20 +88,25 @@ def _drift(rows: Sequence[Summary]) -> float:
     return worst
 
 
-def is_settled(cycles: Sequence[SolvedCycle]) -> bool:
-    """Return whether the last cycle, which is not the first, ends where it begins or dissipates what the last one did.
+def is_settled(cycles: Sequence[SolvedCycle], tolerance: float) -> bool:
+    """Return whether the last cycle, which is not the first, may stand for others.
 
-    Wear changes the energy from one jump to the next, even where each cycle is periodic.
+    As long as the surfaces have their first shape, the energy has to settle within a part of the `tolerance`: slip
+    between unlike bodies shakes down from cycle to cycle, which a jump would multiply. Later, and after many cycles, the
+    cycle has to end where it begins, or dissipate about what the last one did, since wear changes the energy, too.
     """
     if len(cycles) < 2:
         return False
     before, last = cycles[-2].energy, cycles[-1].energy
-    return cycles[-1].drift <= SETTLED or abs(last - before) <= SETTLED * max(before, last)
+    change, largest = abs(last - before), max(before, last)
+    if all(one.jump <= 1.0 for one in cycles) and len(cycles) <= CYCLES_TO_SETTLE:
+        return change <= SHAKEN_DOWN * tolerance * largest
+    return cycles[-1].drift <= SETTLED or change <= SETTLED * largest
 
 
-def require_periodic(cycles: Sequence[SolvedCycle]) -> None:
-    """Raise NotConvergedError where the cycles do not become periodic."""
-    waited = [not is_settled(cycles[: count + 1]) for count in range(1, len(cycles))]
+def require_periodic(cycles: Sequence[SolvedCycle], tolerance: float) -> None:
+    """Raise NotConvergedError where the cycles do not become periodic; tolerance: as for `is_settled`."""
+    waited = [not is_settled(cycles[: count + 1], tolerance) for count in range(1, len(cycles))]
     if len(waited) >= CYCLES_TO_SETTLE and all(waited):
         before, last = cycles[-2].energy, cycles[-1].energy
         raise NotConvergedError(
@@ -116,7 +124,7 @@ def next_jump(
     depth: largest depth that it wears; scale: largest elastic displacement (mm); left: the cycles that are left,
     without it; most: those over which friction stays nearly the same.
     """
-    if left <= 1.0 or not is_settled(cycles):
+    if left <= 1.0 or not is_settled(cycles, jumps.tolerance):
         return 1.0
     if jumps.jump is not None:
         return min(jumps.jump, left)

@@ -164,7 +164,7 @@ class WornSurfaces:
                 " and there may be no more of them; take a larger tolerance or jump, or fewer cycles"
             )
         if jumps.jump != 1.0 and not self._solver.model.friction_evolves:
-            require_periodic(cycles)
+            require_periodic(cycles, jumps.tolerance)
         deepest = float((self.state.depth - self.state.mark).max())
         return next_jump(cycles, jumps, deepest, self._scale(pressure), left, steady)
 

@@ -169,9 +169,9 @@ def test_a_table_of_friction_goes_by_the_cycles_that_solved_ones_stand_for(tmp_p
 def test_a_cycle_that_keeps_changing_cannot_stand_for_others(tmp_path):
     cycles = [SolvedCycle(energy=1.1**turn, drift=0.1, error=0.0, jump=1.0) for turn in range(21)]
     with pytest.raises(NotConvergedError, match="not periodic after 21 repetitions"):
-        require_periodic(cycles)
-    require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)])
-    require_periodic(cycles[1:])
+        require_periodic(cycles, 0.01)
+    require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)], 0.01)
+    require_periodic(cycles[1:], 0.01)
 
 
 PRESSED = "  - {P: 400 N}\n  - {Qx: 30 N, increments: 2}\n"
