@@ -155,7 +155,8 @@ class OutputSpec(CaseModel):
 
 def _known_quantity(name: str) -> str:
     if name not in HISTORY_DIMENSIONS:
-        raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, HISTORY_DIMENSIONS)}")
+        measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
+        raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, measured)}")
     return name
 
 

@@ -163,5 +163,5 @@ class TestLubkin:
         assert np.all(np.abs(contact.shear(np.linspace(0.0, RADIUS, 9))) < 1e-10)
 
     def test_gross_slip_is_refused(self):
-        with pytest.raises(ValueError, match=r"gross slip, 7\.09467 N\.mm"):
+        with pytest.raises(ValueError, match=r"gross slip, 7\.09467 N mm"):
             lubkin(HERTZ, FRICTION, 7.1, STEEL.torsional)
