@@ -92,8 +92,8 @@ def is_settled(cycles: Sequence[SolvedCycle], tolerance: float) -> bool:
     """Return whether the last cycle, which is not the first, may stand for others.
 
     As long as the surfaces have their first shape, the energy has to settle within a part of the `tolerance`: slip
-    between unlike bodies shakes down from cycle to cycle, which a jump would multiply. Later, and after many cycles, the
-    cycle has to end where it begins, or dissipate about what the last one did, since wear changes the energy, too.
+    between unlike bodies shakes down from cycle to cycle, which a jump would multiply. Later, and after many cycles,
+    the cycle has to end where it begins, or dissipate about what the last one did, since wear changes the energy, too.
     """
     if len(cycles) < 2:
         return False
