@@ -26,6 +26,8 @@ from fretsolve.system.signals import Interrupts, end_by
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+MORE_FILES = "a higher limit (ulimit -n) is needed"
+
 
 class CommandLine(click.Group):
     """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
@@ -64,7 +66,7 @@ def _exit_code(command: Callable[[], int | None], interrupts: Interrupts) -> int
             raise
         where, why = error.filename or "a file or the working folder", reason_of(error)
         few = error.errno in (errno.EMFILE, errno.ENFILE)
-        message = f"{why}: a higher limit (ulimit -n) is needed" if few else f"{where}: cannot be used: {why}"
+        message = f"{why}: {MORE_FILES}" if few else f"{where}: cannot be used: {why}"
         message, code = printable(message), FileError.exit_code
     except MemoryError:
         message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
@@ -74,6 +76,9 @@ def _exit_code(command: Callable[[], int | None], interrupts: Interrupts) -> int
         if "can't start new thread" in str(error):
             print("not enough memory, or too many processes, for another thread", file=sys.stderr)
             return CaseError.exit_code
+        if os.strerror(errno.EMFILE) in str(error):  # while a library is loaded, whose error has no number
+            print(f"{os.strerror(errno.EMFILE)}: {MORE_FILES}", file=sys.stderr)
+            return FileError.exit_code
         what = " ".join(f"{type(error).__name__}: {error}".split())
         message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
         code = EXIT_BUG

@@ -13,7 +13,7 @@ from fretsolve.case.loading import load_case
 from fretsolve.errors import CaseError, ContactLostError, NotConvergedError
 from fretsolve.result.state import State
 from fretsolve.simulation.simulation import run
-from fretsolve.wear.jumps import SolvedCycle, require_periodic
+from fretsolve.wear.jumps import SolvedCycle, is_settled, require_periodic
 from tests.fake_states import assert_same_state
 
 CASE = """
@@ -202,3 +202,12 @@ def test_lost_contact_is_said(tmp_path, pressed, sheared, jump, problem):
     path.write_text(text.replace("size: 0.9 mm", "size: 1.6 mm"))
     with pytest.raises(ContactLostError, match=problem):
         list(run(load_case(path)))
+
+
+def test_slip_between_unlike_bodies_shakes_down_before_the_first_jump():
+    energies = 0.0279, 0.009095, 0.008901, 0.00881, 0.008765, 0.00874
+    cycles = [SolvedCycle(energy, drift=0.001, error=0.0, jump=1.0) for energy in energies]
+    settled = [is_settled(cycles[:count], 0.01) for count in range(1, 7)]
+    assert settled == [False, False, False, False, False, True]
+    jumped = [*cycles[:2], replace(cycles[2], jump=100.0), cycles[3]]
+    assert is_settled(jumped, 0.01)
