@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
-from fretsolve.setup.line_forms import LineClosedForms
+from fretsolve.setup.line_forms import LineClosedForms, LineShear
 from fretsolve.system.arrays import DoubleArray
 
 
@@ -32,32 +32,20 @@ def line_pressure(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
 
 def line_shear(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
     """Return the shear of partial slip under a force in one direction. phi_y: tilt (rad)."""
-    assert isinstance(forms, LineClosedForms)
-    shear, middle = forms.partial_slip(step), _middle(forms, phi_y)
-    if shear is None or middle is None or not any(shear.path) or not shear.slips_one_way:
+    found = _partial_slip(forms, step, phi_y)
+    if found is None or not found[0].slips_one_way:
         return None
-
-    def both(x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        along, across = shear.shear(x - middle), np.zeros_like(x)
-        assert along is not None
-        return np.array([along, across] if shear.axis == 0 else [across, along])
-
-    return Curve(forms.shear_source, both)
+    shear, middle = found
+    return _along(forms, shear, lambda x: shear.shear(x - middle))
 
 
 def line_slip(forms: ClosedForms, step: int, phi_y: float) -> Curve | None:
     """Return the slip of a cylinder in partial slip under a force in one direction. phi_y: tilt (rad)."""
-    assert isinstance(forms, LineClosedForms)
-    shear, middle = forms.partial_slip(step), _middle(forms, phi_y)
-    if shear is None or middle is None or not any(shear.path) or shear.slip(np.zeros(1)) is None:
+    found = _partial_slip(forms, step, phi_y)
+    if found is None or found[0].slip(np.zeros(1)) is None:
         return None
-
-    def both(x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        along, across = shear.slip(x - middle), np.zeros_like(x)
-        assert along is not None
-        return np.array([along, across] if shear.axis == 0 else [across, along])
-
-    return Curve(forms.shear_source, both)
+    shear, middle = found
+    return _along(forms, shear, lambda x: shear.slip(x - middle))
 
 
 def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, DoubleArray] | None:
@@ -76,6 +64,25 @@ def line_stick(forms: ClosedForms, increments: int, force: str) -> tuple[str, Do
         if shear is not None and (force == ("Qx", "Qy")[shear.axis] or force.startswith("bulk_")):
             ratios[step] = shear.stick_half_width / shear.contact.half_width
     return None if np.isnan(ratios).all() else (forms.shear_source, ratios)
+
+
+def _partial_slip(forms: ClosedForms, step: int, phi_y: float) -> tuple[LineShear, float] | None:
+    """Return the partial slip after an increment and the middle of the contact (mm); None where nothing is sheared."""
+    assert isinstance(forms, LineClosedForms)
+    shear, middle = forms.partial_slip(step), _middle(forms, phi_y)
+    return (shear, middle) if shear is not None and middle is not None and any(shear.path) else None
+
+
+def _along(forms: ClosedForms, shear: LineShear, law: Callable[[DoubleArray], DoubleArray | None]) -> Curve:
+    """Return the curve of a vector that has the values of `law` along the force, and 0 across it."""
+    assert isinstance(forms, LineClosedForms)
+
+    def both(x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        along, across = law(x), np.zeros_like(x)
+        assert along is not None
+        return np.array([along, across] if shear.axis == 0 else [across, along])
+
+    return Curve(forms.shear_source, both)
 
 
 def _middle(forms: LineClosedForms, phi_y: float) -> float | None:
