@@ -59,7 +59,7 @@ class WornCycle:
 
     @cached_property
     def slides(self) -> bool:
-        """Whether the contact slips as a whole in each half cycle."""
+        """Return whether the contact slips as a whole in each half cycle."""
         return self.amplitude >= (self._limit if self.forced else self._sliding.delta_x)
 
     @cached_property
