@@ -20,13 +20,16 @@ from marked import parser_of, report
 
 from fretsolve import run
 from fretsolve.case.models import Case
-from fretsolve.reference.worn_contact import WornLimit, worn_limit_at_force
+from fretsolve.reference.worn_contact import WornLimit, worn_limit_at_displacement, worn_limit_at_force
 from fretsolve.result.state import State
 
 RADIUS, MODULUS, A0 = 10.0, 1e5, 0.3
 P0, D0, V0 = 4.0 / 3.0 * MODULUS * A0**3 / RADIUS, A0**2 / RADIUS, np.pi * A0**4 / (4.0 * RADIUS)
 ALPHA = 1e-7
 """In mm^3/mJ."""
+
+FRICTION = 0.2
+"""Of partial slip."""
 
 PARTIAL: dict[tuple[str, float], tuple[float, float]] = {
     ("P", 0.1): (0.01182, 1.00321),
@@ -50,6 +53,12 @@ GROSS: dict[float, tuple[float, float, float]] = {
 
 LIMIT_WIDTHS = (2.2, 2.26, 2.32, 2.38, 2.44, 2.5)
 """Sides of the grid over the radius of the scar."""
+
+LIMIT_STICK = (0.2, 0.464159, 0.5, 0.8)
+"""c/a0 of the worn limits that are reached by wear."""
+
+LIMIT_TIME, LIMIT_JUMPS = 100.0, 10
+"""T that reaches the limit, and the equal jumps to it, of which the limit does not depend."""
 
 GROSS_SIZES = {1.0: 2.8, 10.0: 4.1, 100.0: 7.0}
 
@@ -101,16 +110,26 @@ def sphere(points: int, size: float, friction: float, stages: list[Any]) -> Case
 
 def partial_slip(held: str, time_: float, points: int, jumps: int = 0, tolerance: float = 0.01) -> Case:
     """Return partial slip with c/a0 = 0.5 and P or d held; jumps: equal ones, 0 for automatic ones."""
-    mu, c = 0.2, 0.5
-    cycles = round(time_ / (4.0 * ALPHA * mu**2 * MODULUS * A0 / RADIUS))
+    return slipping_outside(0.5, held, time_, points, PARTIAL_SIZES[held, time_] * A0, jumps, tolerance)
+
+
+def slipping_outside(
+    c: float, held: str, time_: float, points: int, size: float, jumps: int, tolerance: float = 0.01
+) -> Case:
+    """Return partial slip outside of the radius c (over a0), with P or d held, on a grid of `size` (mm)."""
+    cycles = round(time_ / (4.0 * ALPHA * FRICTION**2 * MODULUS * A0 / RADIUS))
     press = {"P": P0} if held == "P" else {"delta_z": D0}
-    name, most = ("Qx", mu * P0 * (1.0 - c**3)) if held == "P" else ("delta_x", mu * D0 * (1.0 - c**2))
-    return sphere(
-        points,
-        PARTIAL_SIZES[held, time_] * A0,
-        mu,
-        [press, {name: most, "increments": 4}, _cycle(name, most, cycles, jumps, tolerance)],
-    )
+    name, most = ("Qx", _most_force(c)) if held == "P" else ("delta_x", _most_displacement(c))
+    path = [press, {name: most, "increments": 4}, _cycle(name, most, cycles, jumps, tolerance)]
+    return sphere(points, size, FRICTION, path)
+
+
+def _most_force(c: float) -> float:
+    return FRICTION * P0 * (1.0 - c**3)
+
+
+def _most_displacement(c: float) -> float:
+    return FRICTION * D0 * (1.0 - c**2)
 
 
 def gross_slip(time_: float, points: int, jumps: int = 0, tolerance: float = 0.01) -> Case:
@@ -229,7 +248,7 @@ def costs() -> None:
 
 def limit() -> None:
     """Print the errors of the worn limit of partial slip, given as a height map and pressed."""
-    exact = worn_limit_at_force(P0, 0.875 * 0.2 * P0, 0.2, RADIUS, MODULUS)  # c = a0/2
+    exact = worn_limit_at_force(P0, _most_force(0.5), FRICTION, RADIUS, MODULUS)
     print("| cells | force | approach | scar radius |")
     print("| --- | --- | --- | --- |")
     with tempfile.TemporaryDirectory() as folder:
@@ -264,11 +283,43 @@ def _limit_errors(exact: WornLimit, points: int, size: float, folder: Path) -> l
     ]
 
 
+def reached() -> None:
+    """Print the errors of the worn limits of partial slip, reached by wear."""
+    grids = (64, 128)
+    columns = " | ".join(f"V, {points} x {points} | d or P" for points in grids)
+    print(f"| held | c/a0 | limit: V/V0, d/d0 or P/P0 | {columns} |")
+    print(f"| --- | --- | --- |{' --- |' * 2 * len(grids)}")
+    for held in ("P", "d"):
+        for c in LIMIT_STICK:
+            exact = _limit_reached(held, c)
+            other = exact.delta_z / D0 if held == "P" else exact.load / P0
+            texts = []
+            for points in grids:
+                errors = np.array([_errors_reached(exact, c, held, points, width) for width in LIMIT_WIDTHS]).T
+                texts += [f"{one.mean():+.2%} (rms {np.sqrt(np.mean(one**2)):.2%})" for one in errors]
+            print(f"| {held} | {c:.4g} | {exact.volume / V0:.5f}, {other:.5f} | {' | '.join(texts)} |", flush=True)
+
+
+def _limit_reached(held: str, c: float) -> WornLimit:
+    if held == "P":
+        return worn_limit_at_force(P0, _most_force(c), FRICTION, RADIUS, MODULUS)
+    return worn_limit_at_displacement(D0, _most_displacement(c), FRICTION, RADIUS, MODULUS, 4.0 / MODULUS)
+
+
+def _errors_reached(exact: WornLimit, c: float, held: str, points: int, width: float) -> tuple[float, float]:
+    """Return the relative errors of volume and approach or force; width: side of the grid over the scar radius."""
+    case = slipping_outside(c, held, LIMIT_TIME, points, width * exact.scar_radius, LIMIT_JUMPS)
+    row = solved(case).last.summary
+    other = row.delta_z / exact.delta_z if held == "P" else row.P / exact.load
+    return row.wear_volume / exact.volume - 1.0, other - 1.0
+
+
 def main() -> None:
     """Print the tables, or put them into a page."""
     page = parser_of(__doc__).parse_args().into
     parts = {
         "limit": limit,
+        "limit reached": reached,
         "partial slip": partial,
         "base case": base,
         "gross slip": gross,

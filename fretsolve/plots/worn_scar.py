@@ -24,6 +24,9 @@ MOST_PROFILES = 6
 ALIKE = 0.99
 """Volume over the last one from which a profile counts as the last one."""
 
+MOST_TICKS = 5
+"""Intervals between the ticks of the cycles, so that numbers of six digits stay apart."""
+
 WIDTH, HEIGHT = 3.7, 2.6
 """Inches of a panel."""
 
@@ -91,7 +94,7 @@ def _draw_profiles(axes: Axes, result: Result, worn: BoolArray) -> None:
     space = 0.1 * (high - low)
     for step, mark in zip(steps, marks(len(steps)), strict=True):
         depth = line.cut(Snapshot(result, step).field("wear_depth")) * unit.factor
-        label = f"after {result.history['cycles'][step]:.3g} cycles"
+        label = f"after {result.history['cycles'][step]:g} cycles"
         axes.plot(result.x, depth, label=label, **mark.options(len(depth)))
     axes.set(xlim=(low - space, high + space), xlabel="x (mm)", ylabel=f"worn depth ({unit.text})")
     axes.invert_yaxis()
@@ -128,6 +131,8 @@ def _draw_line(axes: Axes, cycles: DoubleArray, values: DoubleArray) -> None:
     axes.plot(cycles, values, color="0.1", marker=few[0], markerfacecolor="white")
     axes.set_xlim(0.0, float(cycles.max()) or None)
     axes.set_ylim(bottom=0.0)
+    axes.locator_params(axis="x", nbins=MOST_TICKS)
+    axes.ticklabel_format(axis="x", scilimits=(0, 5), useMathText=True)
 
 
 def _changes(result: Result) -> IndexArray:

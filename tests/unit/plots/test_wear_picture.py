@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import invoke
 from line_cases import LINE
+from matplotlib.figure import Figure
 from pictures import figure_texts, heading, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.worn_scar import profile_steps, wear
+from fretsolve.plots.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
 
@@ -35,7 +37,7 @@ def test_scar_volume_and_depth(worn: Path) -> None:
         np.testing.assert_allclose(scar.lines[-1].get_ydata(), 1e3 * middle)
         assert scar.get_ylim()[0] > scar.get_ylim()[1]  # depth points down
         assert scar.get_ylabel().startswith("worn depth (")
-        assert figure_texts(figure)[-1] == "after 1e+04 cycles"
+        assert figure_texts(figure)[-1] == "after 10000 cycles"
         assert plan.images[-1].get_array().max() == pytest.approx(1e3 * result.field("wear_depth", last).max())
         grown = np.flatnonzero(np.diff(history["cycles"]) > 0.0) + 1
         np.testing.assert_allclose(volume.lines[-1].get_xdata()[1:], history["cycles"][grown])
@@ -51,6 +53,18 @@ def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
         volume = panels(wear(result))[2]
         assert "worn limit (closed form)" in legend_texts(volume)
         assert float(np.ptp(volume.lines[0].get_ydata())) == 0.0
+
+
+@pytest.mark.parametrize("cycles", [3, 20000, 75555, 100000, 999999, 2e7])
+def test_the_ticks_of_the_cycles_stay_apart(cycles: float) -> None:
+    figure = Figure(figsize=(2.0 * WIDTH, HEIGHT))
+    for axes in figure.subplots(1, 2):
+        _draw_line(axes, np.linspace(0.0, cycles, 5), np.linspace(0.0, 1.0, 5))
+        figure.draw_without_rendering()
+        boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+        inside = [box for box in boxes if axes.bbox.x0 - 1.0 < 0.5 * (box.x0 + box.x1) < axes.bbox.x1 + 1.0]
+        assert len(inside) >= 3
+        assert all(before.x1 + 4.0 < after.x0 for before, after in pairwise(inside))
 
 
 def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
