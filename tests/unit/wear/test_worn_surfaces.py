@@ -85,7 +85,7 @@ def test_a_run_goes_on_with_the_same_bits(worn, step):
 def test_a_given_jump_is_taken(tmp_path):
     _, states = states_of(tmp_path, 6000, "1500")
     jumps = [state.summary.jump for state in states if state.summary.jump > 1.0]
-    assert jumps == [1500.0, 1500.0, 1500.0, 1495.0] or jumps[:3] == [1500.0] * 3
+    assert jumps == [1500.0, 1500.0, 1500.0, 1498.0]  # the first cycle and the last one stand for themselves
     assert states[-1].summary.cycles == 6000.0
 
 
