@@ -1,0 +1,63 @@
+"""Validate `expect`: the values that `fretsolve check` compares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from fretsolve.case.base import CaseModel, Count, require_either
+from fretsolve.case.dimensions import NUMBER, Dimension
+from fretsolve.case.history import HISTORY_DIMENSIONS
+from fretsolve.case.problems import nearest
+from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
+
+
+def _known_quantity(name: str) -> str:
+    if name not in HISTORY_DIMENSIONS:
+        measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
+        raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, measured)}")
+    return name
+
+
+_ANY_QUANTITY = WithJsonSchema(
+    {"anyOf": [{"type": "number"}, {"type": "string", "pattern": TEXT_PATTERN, "examples": ["0.1398 mm"]}]}
+)
+
+
+class Expectation(CaseModel):
+    """A scalar of the history, the value expected of it, and how far off it may be."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rel"]}, {"required": ["abs"]}]})
+    dimensions: ClassVar[Mapping[str, Dimension]] = HISTORY_DIMENSIONS
+
+    quantity: Annotated[
+        str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
+    ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
+    value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
+    rel: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
+        default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
+    )
+    abs: Annotated[float, _ANY_QUANTITY] | None = Field(
+        default=None, description="largest deviation, such as 0.001 mm", examples=["0.001 mm"]
+    )
+    stage: Count | None = Field(
+        default=None, description="stage at whose end to compare, from 1; the last by default", examples=[2]
+    )
+
+    @field_validator("value", "abs", mode="before")
+    @classmethod
+    def _of_the_quantity(cls, value: Any, info: ValidationInfo) -> Any:
+        dimension = cls.dimensions.get(info.data.get("quantity", ""))
+        if dimension is None:
+            return 0.0  # the quantity itself is refused
+        least = 0.0 if info.field_name == "abs" else None
+        return InUnits(dimension, least=least).read(value)
+
+    @model_validator(mode="after")
+    def _one_tolerance(self) -> Self:
+        require_either(self, "rel", "abs")
+        if self.rel is not None and self.value == 0:
+            raise refused("rel says nothing about a value of 0; abs is needed")
+        return self
