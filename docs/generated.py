@@ -26,7 +26,7 @@ from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
 from fretsolve.reference.materials import LIBRARY
-from fretsolve.result.cycles import CYCLES
+from fretsolve.result.cycles.table import CYCLES
 from fretsolve.result.layout import (
     BULK_HISTORY,
     DERIVED_FIELDS,

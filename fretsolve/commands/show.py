@@ -15,7 +15,7 @@ from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.export.text_report import print_report
 from fretsolve.result import Result, open_result
-from fretsolve.result.cycles import CYCLE_NAMES
+from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 
 

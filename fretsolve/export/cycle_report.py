@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.result.cycles import CycleTable
+from fretsolve.result.cycles.table import CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 
 MOST_ROWS, FIRST_ROWS = 12, 2

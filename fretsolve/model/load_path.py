@@ -258,7 +258,7 @@ def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
 
 def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
     """Return whether `cycle`, with which the history ends, changes nothing any more."""
-    from fretsolve.result.cycles import CHANGE_COLUMNS, change_over_cycle, cycles_in  # few paths need them
+    from fretsolve.result.cycles.steps import CHANGE_COLUMNS, change_over_cycle, cycles_in  # few paths need them
 
     columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
     found = cycles_in(stages, columns["stage"])

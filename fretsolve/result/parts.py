@@ -172,7 +172,8 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
     case = json.loads(header.effective_case)
     if not any("cycle" in step for step in case.get("load_path", ())):
         return
-    from fretsolve.result.cycles import cycle_table, stages_of  # few results need them
+    from fretsolve.result.cycles.steps import stages_of  # few results need them
+    from fretsolve.result.cycles.table import cycle_table
 
     def slip(step: int) -> NDArray[Any] | None:
         if "slip_x" not in file["fields"] or step not in steps:

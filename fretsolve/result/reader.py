@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     import xarray
 
     from fretsolve.case.models import Case
-    from fretsolve.result.cycles import CycleTable
+    from fretsolve.result.cycles.table import CycleTable
 
 CASE_ENDINGS = (".yaml", ".yml")
 
@@ -96,7 +96,8 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def cycles(self) -> CycleTable | None:
         """The table of the cycles that are complete, None if there is none."""
-        from fretsolve.result.cycles import cycle_table, stages_of  # few results need them
+        from fretsolve.result.cycles.steps import stages_of  # few results need them
+        from fretsolve.result.cycles.table import cycle_table
 
         def slip(step: int) -> NDArray[Any] | None:
             return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None

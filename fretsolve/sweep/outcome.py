@@ -15,7 +15,7 @@ from fretsolve.errors import SlidingError
 from fretsolve.export.selection import relevant_columns, total_cost
 from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
 from fretsolve.result import Result, open_result
-from fretsolve.result.cycles import CYCLE_NAMES, CycleTable
+from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import best_column
 from fretsolve.stress.names import PEAK_NAMES, stress_path

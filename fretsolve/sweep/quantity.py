@@ -10,7 +10,7 @@ from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
-from fretsolve.result.cycles import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
+from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup

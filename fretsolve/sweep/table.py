@@ -19,7 +19,7 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import DIMENSIONS
 from fretsolve.case.quantities import QuantityError, split_quantity, to_internal
 from fretsolve.errors import CaseError, FileError
-from fretsolve.result.cycles import CYCLE_NAMES
+from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import Manifest, ManifestRow
 from fretsolve.sweep.outcome import Outcome, read_outcome

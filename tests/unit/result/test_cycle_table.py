@@ -9,14 +9,8 @@ import pytest
 
 from fretsolve.case.models import Case
 from fretsolve.export.cycle_report import cycle_columns
-from fretsolve.result.cycles import (
-    CHANGE_COLUMNS,
-    CORRECTED_CYCLE_NAMES,
-    change_over_cycle,
-    cycle_table,
-    cycles_in,
-    stages_of,
-)
+from fretsolve.result.cycles.steps import CHANGE_COLUMNS, change_over_cycle, cycles_in, stages_of
+from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, cycle_table
 
 BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
 LIMIT, ONSET = 40.0, 1.1e-3

@@ -1,8 +1,8 @@
-"""The cycles of a result: where they are in its history, what each dissipates, and whether they still change.
+"""The table of the cycles of a result: the loop of each, what it dissipates, and whether it is periodic.
 
-A cycle is one repetition of an innermost `cycle` of the load path. Its loop is that of the force over the displacement
-along the direction in which the contact is moved, or of the torque over the rotation where no force is. Where nothing
-tangential acts, it is that of the moment or normal force which moves.
+The loop of a cycle is that of the force over the displacement along the direction in which the contact is moved, or of
+the torque over the rotation where no force is. Where nothing tangential acts, it is that of the moment or normal force
+which moves.
 """
 
 from __future__ import annotations
@@ -17,21 +17,14 @@ from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, PAIRS
+from fretsolve.result.cycles.loop import ends_of_loop, half_width, reversal_stiffness
+from fretsolve.result.cycles.steps import CycleSteps, History, change_over_cycle, change_within, cycles_in
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
-from fretsolve.result.verdict import LEAST_MOTION_SCALE
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
     from fretsolve.case.unrolled_path import Stage
-
-History = Mapping[str, NDArray[Any]]
-
-ROUND_OFF = 1e-12
-"""Part of the displacement range below which the width of a loop is 0."""
-
-CHANGE_COLUMNS = ("stage", "contact_radius", "work_total", *(name for pair in PAIRS for name in pair))
-"""Columns that `change_over_cycle` needs."""
 
 CYCLES = (
     Quantity("cycle", "1", "cycle, counted from 1 along the load path", "int64"),
@@ -59,6 +52,9 @@ NORMAL, TORSION = PAIRS[:3], PAIRS[5]
 FORCES = frozenset(name for pair in PAIRS[3:5] for name in pair)
 """Tangential forces and displacements."""
 
+ROUND_OFF = 1e-12
+"""Part of the displacement range below which the width of a loop is 0."""
+
 LEAST_FORCE = 1e-8
 """Tangential force over P below which it is round-off."""
 
@@ -74,50 +70,14 @@ from the increments itself."""
 CYCLE_NAMES = (*_MEASURED, *CORRECTED_CYCLE_NAMES)
 """Columns that say how a cycle went."""
 
-STRAIGHT = 0.5
-"""Second force step after a reversal over the first one from which both tell the slope at the reversal."""
-
-
-@dataclass(frozen=True)
-class CycleSteps:
-    """A cycle in a history: from the increment `first` (-1: the start) to `last`.
-
-    number: of the cycles in the history, from 1; run: which `cycle` of the load path, from 1; turn: which repetition of
-    it; until: the tolerance of one that runs until it is periodic, and most: its most repetitions. moved: components
-    that its stages name; key: where it stands in the case.
-    """
-
-    number: int
-    first: int
-    last: int
-    run: int
-    turn: int
-    until: float | None
-    moved: frozenset[str]
-    key: str
-    most: int
-
-
-@dataclass(frozen=True)
-class CycleChange:
-    """The change from one cycle to the next: of the dissipated energy, over itself, and of the value at the end that
-    changes most, `name`, over the range of its kind in the cycle."""
-
-    energy: float
-    value: float
-    name: str
-
-    @property
-    def largest(self) -> float:
-        """The larger one of both."""
-        return max(self.energy, self.value)
-
 
 @dataclass(frozen=True, eq=False)
 class CycleTable:
-    """The cycles of a result. columns: by the names of `CYCLES`, and of error bars, each ``(cycles,)``, NaN where a
-    value does not exist; units: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and
-    whether it is."""
+    """The cycles of a result.
+
+    columns: by the names of `CYCLES`, and of error bars, each ``(cycles,)``, NaN where a value does not exist; units,
+    meanings: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and whether it is.
+    """
 
     columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, str]
@@ -126,70 +86,6 @@ class CycleTable:
 
     def __len__(self) -> int:
         return len(self.columns["cycle"])
-
-
-def stages_of(effective_case: Mapping[str, Any]) -> tuple[Stage, ...]:
-    """Return the stages of a case, none if it has no cycle or is not understood."""
-    if not any("cycle" in step for step in effective_case.get("load_path", ())):
-        return ()
-    from pydantic import ValidationError
-
-    from fretsolve.case.loading import case_model
-
-    try:
-        return case_model(effective_case).model_validate(effective_case).stages()
-    except ValidationError:
-        return ()
-
-
-def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: bool = True) -> list[CycleSteps]:
-    """Return the cycles that a history holds whole. ended: whether its last stage has ended."""
-    ends = np.flatnonzero(np.append(np.diff(stage_column) != 0, ended))[: len(stage_column)]
-    last_of = dict(zip(stage_column[ends].tolist(), ends.tolist(), strict=True))
-    first_of = dict(zip(*np.unique(stage_column, return_index=True), strict=True)) if len(stage_column) else {}
-    members: dict[tuple[int, int], list[Stage]] = {}
-    most: dict[int, int] = {}
-    for stage in stages:
-        if stage.cycle is not None:
-            members.setdefault((stage.cycle.cycle, stage.cycle.turn), []).append(stage)
-            most[stage.cycle.cycle] = stage.cycle.turn
-    found: list[CycleSteps] = []
-    for (run, turn), inside in members.items():
-        if all(stage.number in last_of for stage in inside):
-            one = inside[0].cycle
-            assert one is not None  # see above
-            moved = frozenset(name for stage in inside for name, _ in stage.targets if name != "friction")
-            first, last = int(first_of[inside[0].number]) - 1, last_of[inside[-1].number]
-            key = ".".join(map(str, one.key))
-            found.append(CycleSteps(len(found) + 1, first, last, run, turn, one.until, moved, key, most[run]))
-    return found
-
-
-def change_over_cycle(history: History, before: CycleSteps, now: CycleSteps) -> CycleChange:
-    """Return the change from a cycle to the next one; history: has `CHANGE_COLUMNS`."""
-    energies = [_difference(history["work_total"], one) for one in (before, now)]
-    largest = max(map(abs, energies))
-    rows = slice(max(now.first, 0), now.last + 1)
-
-    def span(*names: str) -> float:
-        return max(float(np.nan_to_num(np.ptp(history[name][rows]))) for name in names)
-
-    radius, force, approach = (
-        float(np.nan_to_num(abs(history[n][rows]).max())) for n in ("contact_radius", "P", "delta_z")
-    )
-    shear = max(span("Qx", "Qy"), span("Mz") / radius if radius else 0.0, LEAST_MOTION_SCALE * force)
-    motion = max(span("delta_x", "delta_y"), span("phi_z") * radius, LEAST_MOTION_SCALE * approach)
-    scales = {"P": force, "Mx": force * radius, "My": force * radius, "Qx": shear, "Qy": shear, "Mz": shear * radius}
-    scales |= dict.fromkeys(("delta_z", "delta_x", "delta_y"), motion)
-    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), motion / radius if radius else 0.0)
-    changes = {
-        name: float(np.nan_to_num(abs(history[name][now.last] - history[name][before.last]))) / scale
-        for name, scale in scales.items()
-        if scale > 0.0
-    }
-    worst = max(changes, key=changes.__getitem__, default="P")
-    energy = abs(energies[1] - energies[0]) / largest if largest else 0.0
-    return CycleChange(energy, changes.get(worst, 0.0), worst)
 
 
 def cycle_table(
@@ -293,15 +189,15 @@ def _measured(
 ) -> dict[str, float]:
     """Return a row of the table. pair: see `_pair`."""
     force, motion = _loop(history, cycle, pair)
-    begin, end = _ends(motion if np.isfinite(motion).all() else force)
+    begin, end = ends_of_loop(motion if np.isfinite(motion).all() else force)
     force_range, motion_range = float(np.ptp(force)), float(np.ptp(motion))
-    energy, box = _difference(history["work_total"], cycle), force_range * motion_range
+    energy, box = change_within(history["work_total"], cycle), force_range * motion_range
     # Where one load alone moves, friction dissipates what its loop encloses, and does so more exactly than a polygon.
     alone = len(cycle.moved) == 1 and cycle.moved <= (FORCES if pair is None else set(pair))
     area = energy if alone else abs(float(np.trapezoid(force, motion)))
-    sliding = _half_width(force, motion, begin, end)
+    sliding = half_width(force, motion, begin, end)
     sliding = 0.0 if sliding <= ROUND_OFF * motion_range else sliding  # NaN stays
-    stiffness, stiffness_error = _reversal_stiffness(force, motion)
+    stiffness, stiffness_error = reversal_stiffness(force, motion)
     row = {
         "cycle": cycle.number,
         "first_step": cycle.first,
@@ -368,10 +264,6 @@ def _errors(
     return {name + ERROR_SUFFIX: value for name, value in found.items()}
 
 
-def _difference(column: NDArray[Any], cycle: CycleSteps) -> float:
-    return float(column[cycle.last]) - (float(column[cycle.first]) if cycle.first >= 0 else 0.0)
-
-
 def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> tuple[DoubleArray, DoubleArray]:
     """Return force and displacement along the direction of the loop, or those of a `pair`, from its begin on."""
 
@@ -393,57 +285,6 @@ def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> 
     if unit[np.abs(unit).argmax()] < 0.0:
         unit = -unit
     return unit @ forces, unit @ motions
-
-
-def _ends(motion: DoubleArray) -> tuple[int, int]:
-    """Return the places of the ends of a loop, the first one first."""
-    low, high = int(motion.argmin()), int(motion.argmax())
-    return min(low, high), max(low, high)
-
-
-def _half_width(force: DoubleArray, motion: DoubleArray, begin: int, end: int) -> float:
-    """Return half of the width of a loop at the mean of its largest and smallest force.
-
-    begin, end: the places of its ends, between which one branch lies; the other one is what is left.
-    """
-    middle = 0.5 * float(force.max() + force.min())
-    closed_force, closed_motion = (np.concatenate([one[end:], one[1 : begin + 1]]) for one in (force, motion))
-    going = _crossing(force[begin : end + 1], motion[begin : end + 1], middle)
-    return 0.5 * abs(going - _crossing(closed_force, closed_motion, middle))
-
-
-def _crossing(force: DoubleArray, motion: DoubleArray, middle: float) -> float:
-    """Return where a branch first crosses a force, between increments along straight lines; NaN if it does not."""
-    over = force - middle
-    crossed = np.flatnonzero((over[:-1] * over[1:] <= 0.0) & (over[:-1] != over[1:]))
-    if not len(crossed):
-        return math.nan
-    at = int(crossed[0])
-    share = over[at] / (over[at] - over[at + 1])
-    return float(motion[at] + share * (motion[at + 1] - motion[at]))
-
-
-def _reversal_stiffness(force: DoubleArray, motion: DoubleArray) -> tuple[float, float]:
-    """Return the mean slope of a loop just after its reversals, and its error by the increments.
-
-    The compliance over the first one and two increments after a reversal grows in proportion to the force at first, as
-    slip begins at the edge; so the slope at the reversal follows from both.
-    """
-    turns = [0, *(np.flatnonzero(np.diff(motion)[:-1] * np.diff(motion)[1:] < 0.0) + 1).tolist()]
-    slopes, errors = [], []
-    for turn, following in zip(turns, [*turns[1:], len(motion) - 1], strict=True):
-        steps = np.arange(turn + 1, min(following, turn + 2) + 1)
-        forces, motions = np.abs(force[steps] - force[turn]), np.abs(motion[steps] - motion[turn])
-        if not len(steps) or not forces[0] > 0.0 or not motions[0] > 0.0:
-            continue
-        compliance = near = float(motions[0] / forces[0])
-        if len(steps) == 2 and forces[1] - forces[0] > STRAIGHT * forces[0]:
-            far = float(motions[1] / forces[1])
-            compliance = near - (far - near) * float(forces[0] / (forces[1] - forces[0]))
-        if compliance > 0.0:
-            slopes.append(1.0 / compliance)
-            errors.append(abs(1.0 / compliance - 1.0 / near))
-    return (float(np.mean(slopes)), float(np.max(errors))) if slopes else (math.nan, math.nan)
 
 
 def _slip_amplitude(slip: Callable[[int], NDArray[Any] | None], first: int, second: int) -> float:

@@ -1,0 +1,131 @@
+"""Where the cycles of a load path are in a history, and what changes from one to the next.
+
+A cycle is one repetition of an innermost `cycle` of the load path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.case.history import PAIRS
+from fretsolve.result.verdict import LEAST_MOTION_SCALE
+
+if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
+    from fretsolve.case.unrolled_path import Stage
+
+History = Mapping[str, NDArray[Any]]
+
+CHANGE_COLUMNS = ("stage", "contact_radius", "work_total", *(name for pair in PAIRS for name in pair))
+"""Columns that `change_over_cycle` needs."""
+
+
+@dataclass(frozen=True)
+class CycleSteps:
+    """A cycle in a history: from the increment `first` (-1: the start) to `last`.
+
+    number: of the cycles in the history, from 1; run: which `cycle` of the load path, from 1; turn: which repetition of
+    it; until: the tolerance of one that runs until it is periodic, and most: its most repetitions. moved: components
+    that its stages name; key: where it stands in the case.
+    """
+
+    number: int
+    first: int
+    last: int
+    run: int
+    turn: int
+    until: float | None
+    moved: frozenset[str]
+    key: str
+    most: int
+
+
+@dataclass(frozen=True)
+class CycleChange:
+    """The change from one cycle to the next.
+
+    energy: of the dissipated energy, over itself; value: of the value at the end that changes most, `name`, over the
+    range of its kind in the cycle.
+    """
+
+    energy: float
+    value: float
+    name: str
+
+    @property
+    def largest(self) -> float:
+        """The larger one of both."""
+        return max(self.energy, self.value)
+
+
+def stages_of(effective_case: Mapping[str, Any]) -> tuple[Stage, ...]:
+    """Return the stages of a case, none if it has no cycle or is not understood."""
+    if not any("cycle" in step for step in effective_case.get("load_path", ())):
+        return ()
+    from pydantic import ValidationError
+
+    from fretsolve.case.loading import case_model
+
+    try:
+        return case_model(effective_case).model_validate(effective_case).stages()
+    except ValidationError:
+        return ()
+
+
+def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: bool = True) -> list[CycleSteps]:
+    """Return the cycles that a history holds whole. ended: whether its last stage has ended."""
+    ends = np.flatnonzero(np.append(np.diff(stage_column) != 0, ended))[: len(stage_column)]
+    last_of = dict(zip(stage_column[ends].tolist(), ends.tolist(), strict=True))
+    first_of = dict(zip(*np.unique(stage_column, return_index=True), strict=True)) if len(stage_column) else {}
+    members: dict[tuple[int, int], list[Stage]] = {}
+    most: dict[int, int] = {}
+    for stage in stages:
+        if stage.cycle is not None:
+            members.setdefault((stage.cycle.cycle, stage.cycle.turn), []).append(stage)
+            most[stage.cycle.cycle] = stage.cycle.turn
+    found: list[CycleSteps] = []
+    for (run, turn), inside in members.items():
+        if all(stage.number in last_of for stage in inside):
+            one = inside[0].cycle
+            assert one is not None  # see above
+            moved = frozenset(name for stage in inside for name, _ in stage.targets if name != "friction")
+            first, last = int(first_of[inside[0].number]) - 1, last_of[inside[-1].number]
+            key = ".".join(map(str, one.key))
+            found.append(CycleSteps(len(found) + 1, first, last, run, turn, one.until, moved, key, most[run]))
+    return found
+
+
+def change_over_cycle(history: History, before: CycleSteps, now: CycleSteps) -> CycleChange:
+    """Return the change from a cycle to the next one; history: has `CHANGE_COLUMNS`."""
+    energies = [change_within(history["work_total"], one) for one in (before, now)]
+    largest = max(map(abs, energies))
+    rows = slice(max(now.first, 0), now.last + 1)
+
+    def span(*names: str) -> float:
+        return max(float(np.nan_to_num(np.ptp(history[name][rows]))) for name in names)
+
+    radius, force, approach = (
+        float(np.nan_to_num(abs(history[n][rows]).max())) for n in ("contact_radius", "P", "delta_z")
+    )
+    shear = max(span("Qx", "Qy"), span("Mz") / radius if radius else 0.0, LEAST_MOTION_SCALE * force)
+    motion = max(span("delta_x", "delta_y"), span("phi_z") * radius, LEAST_MOTION_SCALE * approach)
+    scales = {"P": force, "Mx": force * radius, "My": force * radius, "Qx": shear, "Qy": shear, "Mz": shear * radius}
+    scales |= dict.fromkeys(("delta_z", "delta_x", "delta_y"), motion)
+    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), motion / radius if radius else 0.0)
+    changes = {
+        name: float(np.nan_to_num(abs(history[name][now.last] - history[name][before.last]))) / scale
+        for name, scale in scales.items()
+        if scale > 0.0
+    }
+    worst = max(changes, key=changes.__getitem__, default="P")
+    energy = abs(energies[1] - energies[0]) / largest if largest else 0.0
+    return CycleChange(energy, changes.get(worst, 0.0), worst)
+
+
+def change_within(column: NDArray[Any], cycle: CycleSteps) -> float:
+    """Return the value of a column at the end of a cycle less that at its beginning."""
+    return float(column[cycle.last]) - (float(column[cycle.first]) if cycle.first >= 0 else 0.0)
