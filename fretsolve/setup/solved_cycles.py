@@ -16,8 +16,8 @@ DEEPEST = 1.5
 USUAL_CYCLES = 40
 """Solved cycles where no closed form tells of the depth."""
 
-TO_SETTLE = 2
-"""Solved cycles before the first jump."""
+TO_SETTLE = 3
+"""Solved cycles before the first jump, and one more after it."""
 
 
 def stage_weights(setup: ProblemSetup) -> list[float]:
@@ -56,12 +56,11 @@ def _expected(setup: ProblemSetup, most: dict[object, int]) -> dict[object, floa
 
 
 def _automatic(cycle: WornCycle) -> float:
-    """Return about how many cycles are solved where the tolerance sets the jumps, of up to 2 % of the approach each."""
+    """Return about how many cycles are solved where the tolerance sets the jumps."""
     deepest = DEEPEST * cycle.depth_per_cycle * cycle.jumps.represents
     if cycle.limit is not None and cycle.volume_at_first_rate > 0.0:
         deepest *= min(1.0, cycle.limit.volume / cycle.volume_at_first_rate)
     largest = cycle.jumps.max_depth or MOST_DEPTH * cycle.hertz.delta_z
     growing = math.log(MOST_DEPTH / FIRST_DEPTH) / math.log(MOST_GROWTH)
     jumps = min(growing, deepest / (FIRST_DEPTH * cycle.hertz.delta_z)) + deepest / largest
-    # in partial slip a cycle settles after each jump
-    return TO_SETTLE + (1.0 if cycle.slides else 2.0) * jumps
+    return TO_SETTLE + jumps

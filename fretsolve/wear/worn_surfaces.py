@@ -25,10 +25,12 @@ from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.result.state import Fields, Summary, WearState, Zone
 from fretsolve.solvers.rigid_modes import TangentialModes
 from fretsolve.system.arrays import DoubleArray, FloatArray
-from fretsolve.wear.jumps import Progress, SolvedCycle, next_jump, require_periodic
+from fretsolve.wear.jumps import JumpLimits, allowed_error, next_jump
 from fretsolve.wear.law import WearLaw
 from fretsolve.wear.profile import ProfileProblem, wear_over_jump
+from fretsolve.wear.progress import Progress, SolvedCycle
 from fretsolve.wear.rates import owed, rate_over_jump, rates_of
+from fretsolve.wear.settling import excess, require_periodic
 
 PROFILE_SHARE = 0.2
 """Part of the tolerance that the error may have which the change of the pressure over a jump causes."""
@@ -126,7 +128,8 @@ class WornSurfaces:
         profile = state.profile + fixed + worn.depth
         np.add(self._unworn, profile, out=self._separation)
         # 4. energy and slip of the cycles that were not solved
-        error = worn.error * float(worn.depth.sum()) * self._solver.grid.cell_area
+        unsettled = (excess(cycles) or 0.0) if number > 1.0 else 0.0
+        error = (worn.error + unsettled) * float(worn.depth.sum()) * self._solver.grid.cell_area
         self._jump = _Jump(number, (profile - state.depth) * rates.energy, (number - 1.0) * path, error)
         self.state = replace(state, depth=profile, profile=profile)
         if number > 1.0:
@@ -166,7 +169,8 @@ class WornSurfaces:
         if jumps.jump != 1.0 and not self._solver.model.friction_evolves:
             require_periodic(cycles, jumps.tolerance)
         deepest = float((self.state.depth - self.state.mark).max())
-        return next_jump(cycles, jumps, deepest, self._scale(pressure), left, steady)
+        allowed = allowed_error(jumps.tolerance, progress.worn(cycle), cycles[-1].volume, left)
+        return next_jump(cycles, jumps, JumpLimits(deepest, self._scale(pressure), left, steady), allowed)
 
     def _scale(self, pressure: DoubleArray) -> float:
         """Return the largest normal displacement (mm); in a line contact about by what the middle sinks more than the
@@ -242,8 +246,8 @@ class WornSurfaces:
         pressure = solution.pressure
         bound = solution.friction or FrictionBound(self._solver.model.friction)
         rate = rates_of(self._law, bound, pressure, self.state).rate
-        missing = float((owed(rate, last, self.state) * pressure).sum()) * self._solver.grid.cell_area
-        return replace(summary, wear_error=summary.wear_error + ERROR_SHARE * abs(missing))
+        missing = float(np.abs(owed(rate, last, self.state) * pressure).sum()) * self._solver.grid.cell_area
+        return replace(summary, wear_error=summary.wear_error + ERROR_SHARE * missing)
 
     def fields(self, fields: Fields, stored: Sequence[str]) -> Fields:
         """Return the fields of an increment with what the cycles have done that were not solved, and with the worn

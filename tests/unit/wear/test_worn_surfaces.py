@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,10 +9,9 @@ import numpy as np
 import pytest
 
 from fretsolve.case.loading import load_case
-from fretsolve.errors import CaseError, ContactLostError, NotConvergedError
+from fretsolve.errors import CaseError, ContactLostError
 from fretsolve.result.state import State
 from fretsolve.simulation.simulation import run
-from fretsolve.wear.jumps import SolvedCycle, is_settled, require_periodic
 from tests.fake_states import assert_same_state
 
 CASE = """
@@ -85,7 +83,8 @@ def test_a_run_goes_on_with_the_same_bits(worn, step):
 def test_a_given_jump_is_taken(tmp_path):
     _, states = states_of(tmp_path, 6000, "1500")
     jumps = [state.summary.jump for state in states if state.summary.jump > 1.0]
-    assert jumps == [1500.0, 1500.0, 1500.0, 1498.0]  # the first cycle and the last one stand for themselves
+    # those that stand for themselves: the first one, the one after the first jump, and the last one
+    assert jumps == [1500.0, 1500.0, 1500.0, 1497.0]
     assert states[-1].summary.cycles == 6000.0
 
 
@@ -166,14 +165,6 @@ def test_a_table_of_friction_goes_by_the_cycles_that_solved_ones_stand_for(tmp_p
             np.testing.assert_allclose(ratio, expected, rtol=1e-6)
 
 
-def test_a_cycle_that_keeps_changing_cannot_stand_for_others(tmp_path):
-    cycles = [SolvedCycle(energy=1.1**turn, drift=0.1, error=0.0, jump=1.0) for turn in range(21)]
-    with pytest.raises(NotConvergedError, match="not periodic after 21 repetitions"):
-        require_periodic(cycles, 0.01)
-    require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)], 0.01)
-    require_periodic(cycles[1:], 0.01)
-
-
 PRESSED = "  - {P: 400 N}\n  - {Qx: 30 N, increments: 2}\n"
 SHEARED = "stages: [{Qx: -30 N, increments: 2}, {Qx: 30 N, increments: 2}]"
 
@@ -202,12 +193,3 @@ def test_lost_contact_is_said(tmp_path, pressed, sheared, jump, problem):
     path.write_text(text.replace("size: 0.9 mm", "size: 1.6 mm"))
     with pytest.raises(ContactLostError, match=problem):
         list(run(load_case(path)))
-
-
-def test_slip_between_unlike_bodies_shakes_down_before_the_first_jump():
-    energies = 0.0279, 0.009095, 0.008901, 0.00881, 0.008765, 0.00874
-    cycles = [SolvedCycle(energy, drift=0.001, error=0.0, jump=1.0) for energy in energies]
-    settled = [is_settled(cycles[:count], 0.01) for count in range(1, 7)]
-    assert settled == [False, False, False, False, False, True]
-    jumped = [*cycles[:2], replace(cycles[2], jump=100.0), cycles[3]]
-    assert is_settled(jumped, 0.01)

@@ -1,0 +1,112 @@
+"""How far a solved cycle is from those that would follow it between the same surfaces.
+
+Only a cycle that repeats itself may stand for others: what it dissipates more than they would is worn as often as it
+stands for. Such an excess stays behind from the first loading, and comes anew with each jump, since the surfaces then
+change all at once and not from cycle to cycle. Slip lets it die out over the next cycles. It is small where pressure
+and shear do not change each other; between unlike bodies it is about proportional to the jump.
+
+So after a jump one more cycle is solved to look at it, unless a look before has shown that it does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fretsolve.case.unrolled_path import CYCLES_TO_SETTLE
+from fretsolve.errors import NotConvergedError
+from fretsolve.wear.progress import SolvedCycle
+
+SHAKEN_DOWN = 0.5
+"""Change of the dissipated energy over the tolerance of the wear up to which the first cycle may stand for others."""
+
+SETTLED = 0.01
+"""The same change over the energy itself, where wear or friction change it from the first cycles on."""
+
+TAIL = 2.0
+"""Excess of the second cycle after a jump over its fall from the first one to the second. Much of it is left from the
+jumps before, as all but its first part dies out slowly; 1 to 2.3 measured between unlike bodies."""
+
+UNSEEN_TAIL = 4.5
+"""Excess of the first cycle after a jump over the same fall, where each cycle is followed by a jump."""
+
+DYING_OUT = 0.75
+"""Part of the excess that is left one cycle later, from the second one after a jump on; 0.7 to 0.77 measured."""
+
+SHARE = 0.5
+"""Part of the allowed error of a jump that the excess may have."""
+
+UNSEEN_SHARE = 0.1
+"""The same where no more cycle is solved to look at it."""
+
+MOST_LOOKS = 4
+"""Most cycles that are solved after a jump before the next one."""
+
+
+def excess(cycles: Sequence[SolvedCycle]) -> float | None:
+    """Return by what part of its energy the last cycle dissipates more, or less, than cycles would that follow it, as
+    an estimate; None where that is not known yet."""
+    place = _last_jump(cycles)
+    if place is None:
+        return TAIL * _change(cycles) if len(cycles) > 1 else None
+    looks = len(cycles) - 1 - place
+    if looks == 1:
+        per_cycle = excess_per_cycle(cycles)
+        return None if per_cycle is None else UNSEEN_TAIL / TAIL * per_cycle * cycles[place].jump
+    return TAIL * _fall(cycles, place) * DYING_OUT ** (looks - 2)
+
+
+def excess_per_cycle(cycles: Sequence[SolvedCycle]) -> float | None:
+    """Return the excess of the second cycle after a jump over the cycles of the jump, by the last look at one; None
+    before the first look."""
+    jumps = [place for place, one in enumerate(cycles) if one.jump > 1.0]
+    looked = [place for place in jumps if place + 2 < len(cycles) and cycles[place + 1].jump <= 1.0]
+    return TAIL * _fall(cycles, looked[-1]) / cycles[looked[-1]].jump if looked else None
+
+
+def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float) -> bool:
+    """Return whether the last cycle may stand for others.
+
+    tolerance: of the worn volume; allowed: error of the next jump over what it wears.
+    """
+    place, share = _last_jump(cycles), excess(cycles)
+    if share is None:
+        return False
+    if place is None:
+        # wear and friction that runs in change the energy, too: it does not have to settle further for ever
+        return _change(cycles) <= (SHAKEN_DOWN * tolerance if len(cycles) <= CYCLES_TO_SETTLE else SETTLED)
+    looks = len(cycles) - 1 - place
+    return share <= (UNSEEN_SHARE if looks == 1 else SHARE) * allowed or looks >= MOST_LOOKS
+
+
+def require_periodic(cycles: Sequence[SolvedCycle], tolerance: float) -> None:
+    """Raise NotConvergedError where the cycles before the first jump do not become periodic."""
+    if len(cycles) <= CYCLES_TO_SETTLE or _last_jump(cycles) is not None:
+        return
+    if not any(is_settled(cycles[:count], tolerance, tolerance) for count in range(2, len(cycles) + 1)):
+        raise NotConvergedError(
+            f"the cycle is not periodic after {len(cycles)} repetitions: from the last one but one to the last its"
+            f" dissipated energy changes by {100.0 * _change(cycles):.2g} %, so that it cannot stand for others; if its"
+            " own wear changes it as much, set jump: 1, which solves each cycle, or wear less; otherwise run it with"
+            " times and without represents until it is"
+        )
+
+
+def _last_jump(cycles: Sequence[SolvedCycle]) -> int | None:
+    """Return the place of the last cycle before this one that stands for others; None before the first one."""
+    return max((place for place, one in enumerate(cycles[:-1]) if one.jump > 1.0), default=None)
+
+
+def _change(cycles: Sequence[SolvedCycle]) -> float:
+    """Return the change of the energy from the last cycle but one to the last, over the larger of the two."""
+    before, last = cycles[-2].energy, cycles[-1].energy
+    return abs(last - before) / max(before, last) if max(before, last) > 0.0 else 0.0
+
+
+def _fall(cycles: Sequence[SolvedCycle], place: int) -> float:
+    """Return by what the energy falls from the first to the second cycle after a jump, over the energy.
+
+    place: of the cycle before the jump. What wear itself changes in a cycle is taken off, as the mean over the jump.
+    """
+    before, first, second = (one.energy for one in cycles[place : place + 3])
+    by_wear = (second - before) / (cycles[place].jump + 1.0)
+    return abs(second - first - by_wear) / second if second > 0.0 else 0.0

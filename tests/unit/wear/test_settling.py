@@ -1,0 +1,96 @@
+"""When a solved cycle may stand for others, and what it has too much or too little."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from fretsolve import run
+from fretsolve.case.models import Case
+from fretsolve.errors import NotConvergedError
+from fretsolve.result.state import Summary
+from fretsolve.wear.progress import SolvedCycle
+from fretsolve.wear.settling import MOST_LOOKS, excess, excess_per_cycle, is_settled, require_periodic
+
+STEEL, ALUMINIUM = ({"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 70e3, "poisson_ratio": 0.2})
+
+
+def cycles_of(*energies: float, jumps: dict[int, float]) -> list[SolvedCycle]:
+    """Return cycles of these energies; jumps: of those that stand for others, by their places."""
+    return [SolvedCycle(energy, jump=jumps.get(place, 1.0)) for place, energy in enumerate(energies)]
+
+
+def test_slip_between_unlike_bodies_shakes_down_before_the_first_jump():
+    cycles = cycles_of(0.0279, 0.009095, 0.008901, 0.00881, 0.008765, 0.00874, jumps={})
+    settled = [is_settled(cycles[:count], 0.01, 0.01) for count in range(1, 7)]
+    assert settled == [False, False, False, False, False, True]
+
+
+def test_one_more_cycle_is_solved_after_a_jump_until_a_look_shows_that_it_does_not_matter():
+    # the energy of like bodies goes on smoothly: the second cycle after the jump shows it
+    cycles = cycles_of(1.0, 1.0, 1.01, 1.01 + 1e-5, 1.02, jumps={1: 1000.0, 3: 1000.0})
+    assert excess(cycles[:3]) is None and not is_settled(cycles[:3], 0.01, 0.01)
+    assert excess(cycles[:4]) == pytest.approx(0.0, abs=1e-6) and is_settled(cycles[:4], 0.01, 0.01)
+    assert is_settled(cycles, 0.01, 0.01)  # at once, after the next jump
+    # that of unlike bodies falls by 0.4 %, of which some goes on
+    cycles = cycles_of(1.0, 1.0, 1.01, 1.006, 1.005, jumps={1: 1000.0})
+    assert excess(cycles[:4]) == pytest.approx(2.0 * 0.004 / 1.006, rel=0.01)
+    assert not is_settled(cycles[:4], 0.01, 0.01) and excess(cycles) < excess(cycles[:4])
+    again = [*cycles[:-1], replace(cycles[-1], jump=500.0), SolvedCycle(1.01)]
+    assert excess(again) == pytest.approx(500.0 * 4.5 / 2.0 * excess_per_cycle(again))
+    assert not is_settled(again, 0.01, 0.01)
+
+
+def test_a_cycle_is_waited_for_only_so_long_after_a_jump():
+    energies = [1.0, 1.0, *(1.0 + 0.1 * 0.9**turn for turn in range(MOST_LOOKS))]
+    cycles = cycles_of(*energies, jumps={1: 1000.0})
+    settled = [is_settled(cycles[:count], 0.01, 0.01) for count in range(3, len(cycles) + 1)]
+    assert settled == [False] * (MOST_LOOKS - 1) + [True]
+    assert excess(cycles) > 0.005  # it counts as an error
+
+
+def test_a_cycle_that_keeps_changing_cannot_stand_for_others():
+    cycles = cycles_of(*(1.1**turn for turn in range(21)), jumps={})
+    with pytest.raises(NotConvergedError, match=r"not periodic after 21 repetitions.*set jump: 1"):
+        require_periodic(cycles, 0.01)
+    require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)], 0.01)
+    require_periodic(cycles[1:], 0.01)
+
+
+def rows_of(lower: dict[str, float], jump: float | str, friction: float = 0.1, force: float = 30.0) -> list[Summary]:
+    """Return the history of a sphere of steel that wears over 20000 cycles."""
+    tolerance = {"tolerance": 0.01} if jump == "auto" else {}
+    stages: list[Any] = [{"Qx": -force, "increments": 2}, {"Qx": force, "increments": 2}]
+    case = Case.model_validate(
+        {
+            "bodies": [STEEL, lower],
+            "surface": {"sphere": {"radius": 10.0}},
+            "grid": {"points": 16, "size": 0.9},
+            "friction": friction,
+            "wear": {"law": "energy", "alpha": 1e-7},
+            "load_path": [
+                {"P": 400.0},
+                {"Qx": force, "increments": 2},
+                {"cycle": {"represents": 20000, "jump": jump, "stages": stages, **tolerance}},
+            ],
+        }
+    )
+    return [state.summary for state in run(case)]
+
+
+@pytest.mark.parametrize(
+    ("friction", "force", "volume"),
+    [(0.1, 30.0, 1.757e-5), (0.3, 60.0, 3.735e-5)],  # of small jumps, to a jump of none
+)
+def test_the_error_of_unlike_bodies_is_within_its_estimate_and_the_tolerance(friction, force, volume):
+    last = rows_of(ALUMINIUM, "auto", friction, force)[-1]
+    assert abs(last.wear_volume - volume) < last.wear_error < 0.0105 * last.wear_volume
+    given = rows_of(ALUMINIUM, 2000.0, friction, force)[-1]
+    assert abs(given.wear_volume - volume) < given.wear_error
+
+
+def test_like_bodies_pay_for_one_look():
+    rows = rows_of(STEEL, "auto")
+    jumps = [row.jump for row in rows if row.jump]
+    assert sum(jump == 1.0 for jump in jumps) == 2  # before the first jump, and after it
+    assert jumps[:3] == [1.0, jumps[1], 1.0] and len(jumps) < 10
