@@ -13,7 +13,6 @@ import click
 from fretsolve import __version__
 from fretsolve.cli.options import (
     CommandLine,
-    StepRange,
     WholeNumber,
     output_option,
     overrides_option,
@@ -21,7 +20,9 @@ from fretsolve.cli.options import (
     picture_options,
     quiet_option,
     repeatable_option,
+    result_argument,
 )
+from fretsolve.cli.stresses import fatigue, stress
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
 from fretsolve.plots import KINDS, Sheet
@@ -33,7 +34,6 @@ _CASE = click.argument("case", type=click.Path(readable=False, path_type=Path))
 _CASES = click.argument(
     "cases", type=click.Path(readable=False, path_type=Path), nargs=-1, required=True, metavar="CASE..."
 )
-_OUT = click.argument("out", type=click.Path(readable=False, path_type=Path))
 
 
 @click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]})
@@ -171,7 +171,7 @@ def study(**options: Any) -> int:
 
 
 @main.command()
-@_OUT
+@result_argument
 @click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
 @click.option(
     "--columns", metavar="NAME,...", help="Columns of the history; by default those that are not 0, for programs all."
@@ -213,7 +213,7 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
     {_KIND_LINES}
     """
 )
-@_OUT
+@result_argument
 @click.argument("kinds", type=click.Choice(KINDS), nargs=-1, metavar="[KIND]...")
 @click.option(
     "-o",
@@ -250,7 +250,7 @@ def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: b
 
 
 @main.command()
-@_OUT
+@result_argument
 @click.option("--to", "file_format", type=click.Choice(FORMATS), required=True, help="The format; see above.")
 @output_option("By default OUT with .pvd, .xdmf, .csv, .npz or .heights.hdf5.", "FILE", "target")
 @repeatable_option("--step", "steps", "N", "Export this increment instead of all that have fields.", type=int)
@@ -274,85 +274,8 @@ def export(**options: Any) -> int:
     return export_result(**options)
 
 
-_WINDOW = click.option(
-    "--window",
-    metavar="auto|all|MARGIN",
-    default="auto",
-    show_default=True,
-    help="The cells: the contact with a margin of a quarter of its width, or of one and a half in a line contact; the"
-    " whole grid; or the contact with a margin such as 1mm. A margin may reach beyond the grid.",
-)
-
-
-@main.command()
-@_OUT
-@repeatable_option(
-    "--body", "bodies", "1|2", "The body, by default 2, or 1 if 2 is rigid.", type=click.Choice(["1", "2"])
-)
-@repeatable_option(
-    "--depth", "depths", "D", "A depth such as 20 um; by default the surface and graded ones to two contact radii."
-)
-@repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
-@repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
-@click.option("--cycle", type=click.Choice(["last"]), help="All increments of the last cycle of the load path.")
-@click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
-@_WINDOW
-@output_option("By default OUT with .stress.h5.", "FILE", "target")
-@overwrite_option("an existing file")
-@click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads to use.")
-@quiet_option
-def stress(threads: int, **options: Any) -> int:
-    """Compute the stresses below the surface of the result OUT.
-
-    FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
-    the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
-    """
-    from fretsolve.commands.stress import stress_of_result
-
-    return stress_of_result(threads=available(threads), **options)
-
-
-@main.command()
-@_OUT
-@click.option(
-    "--material",
-    metavar="FILE|KEYS",
-    required=True,
-    help="The constants: a YAML file, or keys such as 'tension_limit=300 MPa,torsion_limit=190 MPa'.",
-)
-@repeatable_option(
-    "--criterion",
-    "criteria",
-    "NAME,...",
-    "crossland, dang-van, findley, mcdiarmid, fatemi-socie or swt.",
-    required=True,
-)
-@click.option(
-    "--average",
-    metavar="KIND:LENGTH",
-    help="Average stresses first: point:20um (at half the length below the surface), line:20um (over twice the length),"
-    " volume:20um (over a cube).",
-)
-@click.option("--cycle", type=click.Choice(["last"]), default="last", show_default=True, help="The cycle to look at.")
-@repeatable_option(
-    "--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=click.Choice(["1", "2"])
-)
-@_WINDOW
-@output_option("By default OUT with .fatigue.h5.", "FILE", "target")
-@overwrite_option("an existing file")
-@click.option("--threads", type=WholeNumber(1), metavar="N", default=1, show_default=True, help="Threads for stresses.")
-@quiet_option
-def fatigue(threads: int, cycle: str, **options: Any) -> int:
-    """Find where cracks may begin, from the result OUT or from a file of its stresses.
-
-    FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.
-    The worst places are printed. From a result the stresses of its last cycle are computed first, at the depths of
-    `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
-    no cycle.
-    """
-    from fretsolve.commands.fatigue import fatigue_of_result
-
-    return fatigue_of_result(threads=available(threads), **options)
+main.add_command(stress)
+main.add_command(fatigue)
 
 
 @main.command()
