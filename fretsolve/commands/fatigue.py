@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.fatigue_spec import KINDS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.commands.stress import compute_with_messages, window_choice
+from fretsolve.commands.stress import FileOrder, compute_with_messages, window_choice
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import not_closed
@@ -53,56 +54,48 @@ def fatigue_of_result(
     require_ending(target, "a file of fatigue parameters", ".h5", ".hdf5")
     require_other(target, out, "the stresses or the result")
     require_free(target, overwrite=overwrite)
+    order = FileOrder(target, threads, quiet, not overwrite, SMALLER)
     with opened_computed(out) as found:
         if found is not None and found.kind == "stress":
             if request.window != "auto":
                 raise CaseError(
                     "--window has no effect on a file of stresses, which has its cells; leave it out", (), out
                 )
-            _write(cycles_of(found, out, out, request), out, target, quiet=quiet, exclusive=not overwrite)
+            _write(cycles_of(found, out, out, request), out, order)
             return 0
     make_folder(target.parent)
     with open_result(out) as result:
-        tractions = TractionHistory(result)
-        write_fatigue_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=not overwrite)
+        write_fatigue_with_messages(TractionHistory(result), request, order)
     return 0
 
 
-def write_fatigue_with_messages(
-    tractions: TractionHistory,
-    request: FatigueRequest,
-    target: Path,
-    threads: int,
-    *,
-    quiet: bool,
-    exclusive: bool,
-    advice: str = SMALLER,
-) -> None:
+def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequest, order: FileOrder) -> None:
     """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places.
 
-    exclusive: replace no file; advice: what would help where memory or disk is too small. Raises CaseError, FileError.
+    Raises CaseError, FileError.
     """
-    with writing(target), stresses_beside(target) as stresses:
+    with writing(order.target), stresses_beside(order.target) as stresses:
         needed = stresses_of_cycle(tractions, request)
-        compute_with_messages(tractions, needed, stresses, threads, quiet=quiet, exclusive=True, advice=advice)
+        compute_with_messages(tractions, needed, replace(order, target=stresses, exclusive=True))
         with opened_computed(stresses) as file:
             out = tractions.result.path
-            _write(cycles_of(file, stresses, out, request), out, target, quiet=quiet, exclusive=exclusive)
+            _write(cycles_of(file, stresses, out, request), out, order)
 
 
-def _write(cycles: Cycles, out: Path, target: Path, *, quiet: bool, exclusive: bool) -> None:
-    """Write the parameters of cycles to `target`, and print the worst places; out: the file that warnings name."""
-    with counting_bar("layers", cycles.layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-        worst, widest = cycles.write(target, show, exclusive=exclusive)
+def _write(cycles: Cycles, out: Path, order: FileOrder) -> None:
+    """Write the parameters of cycles, and print the worst places; out: the file that warnings name."""
+    shown = not order.quiet and sys.stdout.isatty()
+    with counting_bar("layers", cycles.layers, shown=shown) as show, writing(order.target):
+        worst, widest = cycles.write(order.target, show, exclusive=order.exclusive)
     average = cycles.request.average
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
     )
     print_warnings(out, *dict.fromkeys(one for one in (not_closed(widest), *gaps) if one is not None))
-    if not quiet:
+    if not order.quiet:
         for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
-        print(target, flush=True)
+        print(order.target, flush=True)
 
 
 def worst_lines(

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
+from fretsolve.commands.files_beside import require_own_beside, require_room, write_beside
 from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.kernels import load
-from fretsolve.result import HistoryWriter, Result, RunHeader, open_result
-from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
+from fretsolve.result import HistoryWriter
+from fretsolve.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system import atomic_files
-from fretsolve.system.files import require_ending, require_free, require_other, writing
+from fretsolve.system.files import require_ending, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 PAUSE = 0.1
 """Seconds for which increments may stay unsaved. On 32 x 32 points saving one takes as long as solving it, so all that
 end in this time are saved at once."""
-
-AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
-"""Advice where there is no room for files beside a result."""
 
 RESULT_ENDINGS = (".h5", ".hdf5")
 
@@ -50,23 +46,11 @@ def run_case(
     """
     loaded = read_case(case, pipe=True).case(overrides)
     out = out or case.with_suffix(".h5")
-    require_other(out, case, "the case itself")
-    for height_map in height_maps(loaded):
-        require_other(out, height_map, "a height map of the case")
-    require_ending(out, "a result", *RESULT_ENDINGS)
-    if not out.parent.is_dir():
-        raise FileError(f"there is no folder {out.parent}; mkdir -p {shlex.quote(str(out.parent))} makes it", out)
-    setup = set_up(loaded)
-    require_memory(setup)
-    if height_maps(loaded):
-        setup.separation()  # reads the maps, before anything is written
-    if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
-        raise problem
-    _require_room(setup, out)
+    setup = _checked_setup(loaded, case, out, resume=resume)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
-    _require_own_beside(setup, out, header, resume=resume, overwrite=overwrite)
+    require_own_beside(setup, out, header, resume=resume, overwrite=overwrite)
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=PAUSE) as writer:
         if quiet or log_json:
             messages = (QuietMessages if quiet else JsonMessages)(setup, out, threads, resume=resume)
@@ -74,7 +58,7 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
-            _write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
+            write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -89,95 +73,28 @@ def run_case(
             raise
     if complete:
         messages.end()
-        _write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
+        write_beside(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
 
 
-def _require_room(setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
-    output = setup.case.output
-    if (spec := output.stress) is not None:
-        from fretsolve.stress.of_case import increments_before, room_problem
+def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> ProblemSetup:
+    """Return the setup of the case in the file `case` if this machine can solve it and write it to `out`.
 
-        stages = len(setup.load_path.last_steps)
-        count = increments_before(spec, -(-setup.load_path.increments // output.every), stages)
-        room = setup.grid.shape, free_bytes(out), spec.window, spec.components
-        if (problem := room_problem(spec.bodies, spec.depths, count, *room)) is not None:
-            raise setup.case.source.problem(problem, ("output", "stress"))
-    if output.fatigue is not None:
-        from fretsolve.fatigue.of_case import require_fatigue
-
-        require_fatigue(setup, free_bytes(out))
-
-
-def _require_own_beside(setup: ProblemSetup, out: Path, header: RunHeader, *, resume: bool, overwrite: bool) -> None:
-    """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own."""
-    output = setup.case.output
-    if output.stress is None and output.fatigue is None:
-        return
-    from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.stress.names import stress_path
-
-    for spec, kind, path in (
-        (output.stress, "stress", stress_path(out)),
-        (output.fatigue, "fatigue", fatigue_path(out)),
-    ):
-        if spec is None:
-            continue
-        if path.is_symlink() and not path.exists():
-            raise FileError("is a link to a file that does not exist; remove it, or give another name", path)
-        own = not overwrite and resume and _is_own(path, kind, header.attributes("running"))
-        advice = "the run would replace it by what output asks for: move it away, or give --overwrite"
-        require_free(path, overwrite=overwrite or own, advice=advice)
-
-
-def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
-    """Return whether a file was computed from a run that gives the same numbers. Raises FileError if it is damaged."""
-    from fretsolve.result.header import is_same_run
-    from fretsolve.stress.names import opened_computed
-
-    with opened_computed(path) as found:
-        return found is not None and found.kind == kind and is_same_run(found.attributes, attributes)
-
-
-def _write_beside(case: Case, out: Path, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False) -> None:
-    """Write and print the stresses and fatigue parameters that the case asks for.
-
-    overwrite: replace any file, otherwise only those of the same run; missing: unless they are there.
+    Raises CaseError, FileError.
     """
-    stress, fatigue = case.output.stress, case.output.fatigue
-    if stress is None and fatigue is None:
-        return
-    from fretsolve.commands.fatigue import write_fatigue_with_messages
-    from fretsolve.commands.stress import write_with_messages
-    from fretsolve.fatigue import of_case as fatigue_of_case
-    from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.stress.names import is_made_from, stress_path
-    from fretsolve.stress.of_case import case_request
-    from fretsolve.stress.tractions import TractionHistory
-
-    with open_result(out) as result:
-        tractions, target = TractionHistory(result), stress_path(out)
-        if stress is not None and not (missing and is_made_from(result, target)):
-            request = case_request(tractions, stress)
-            _make_room(target, "stress", result, overwrite=overwrite)
-            advice = AT_END.format("stress")
-            write_with_messages(
-                tractions, request, target, threads, quiet=quiet, exclusive=not overwrite, advice=advice
-            )
-        target = fatigue_path(out)
-        if fatigue is not None and not (missing and is_made_from(result, target)):
-            asked = fatigue_of_case.case_request(case)
-            _make_room(target, "fatigue", result, overwrite=overwrite)
-            write_fatigue_with_messages(
-                tractions, asked, target, threads, quiet=quiet, exclusive=not overwrite, advice=AT_END.format("fatigue")
-            )
-
-
-def _make_room(target: Path, kind: str, result: Result, *, overwrite: bool) -> None:
-    """Remove a file of the same run, so that no other one can be replaced. Raises FileError."""
-    if not overwrite and _is_own(target, kind, result.attributes):
-        with writing(target):
-            atomic_files.remove(target)
+    require_other(out, case, "the case itself")
+    for height_map in height_maps(loaded):
+        require_other(out, height_map, "a height map of the case")
+    require_ending(out, "a result", *RESULT_ENDINGS)
+    if not out.parent.is_dir():
+        raise FileError(f"there is no folder {out.parent}; mkdir -p {shlex.quote(str(out.parent))} makes it", out)
+    setup = set_up(loaded)
+    require_memory(setup)
+    if height_maps(loaded):
+        setup.separation()  # reads the maps, before anything is written
+    if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
+        raise problem
+    require_room(setup, out)
+    return setup

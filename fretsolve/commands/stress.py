@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
@@ -39,6 +40,21 @@ LARGE_FILE = 1e9
 """Bytes from which the size of the file is printed before it is written."""
 
 
+@dataclass(frozen=True)
+class FileOrder:
+    """A file to compute from a result.
+
+    threads: that compute; quiet: print only warnings; exclusive: replace no file; advice: what would help where memory
+    or disk is too small.
+    """
+
+    target: Path
+    threads: int
+    quiet: bool
+    exclusive: bool
+    advice: str = AS_OPTIONS
+
+
 def stress_of_result(
     out: Path,
     bodies: Sequence[str],
@@ -67,56 +83,37 @@ def stress_of_result(
         tractions = TractionHistory(result)
         increments = _increments(result, stages, steps, cycle)
         request = stress_request(tractions, increments, chosen, wanted, plane, window_choice(window))
-        write_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=not overwrite)
+        write_with_messages(tractions, request, FileOrder(target, threads, quiet, not overwrite))
     return 0
 
 
-def write_with_messages(
-    tractions: TractionHistory,
-    request: StressRequest,
-    target: Path,
-    threads: int,
-    *,
-    quiet: bool,
-    exclusive: bool,
-    advice: str = AS_OPTIONS,
-) -> None:
-    """Write the stresses that a request asks for, and print the largest ones; exclusive: replace no file.
-
-    advice: what would help where the machine is too small. Raises CaseError, FileError.
-    """
-    peaks = compute_with_messages(tractions, request, target, threads, quiet=quiet, exclusive=exclusive, advice=advice)
-    if not quiet:
+def write_with_messages(tractions: TractionHistory, request: StressRequest, order: FileOrder) -> None:
+    """Write the stresses that a request asks for, and print the largest ones. Raises CaseError, FileError."""
+    peaks = compute_with_messages(tractions, request, order)
+    if not order.quiet:
         for line in peak_lines(request, peaks):
             print(line)
-        print(target, flush=True)
+        print(order.target, flush=True)
 
 
 def compute_with_messages(
-    tractions: TractionHistory,
-    request: StressRequest,
-    target: Path,
-    threads: int,
-    *,
-    quiet: bool,
-    exclusive: bool,
-    advice: str = AS_OPTIONS,
+    tractions: TractionHistory, request: StressRequest, order: FileOrder
 ) -> dict[Key, list[Peak]]:
     """Write the stresses that a request asks for, with warnings and a bar on a terminal, and return the largest ones.
 
-    exclusive: replace no file; advice: what would help where memory or disk is too small. Raises CaseError, FileError.
+    Raises CaseError, FileError.
     """
-    path = tractions.result.path
-    if (problem := memory_problem(request, threads, advice)) is not None:
+    path, target = tractions.result.path, order.target
+    if (problem := memory_problem(request, order.threads, order.advice)) is not None:
         raise CaseError(problem, (), path)
-    if (problem := disk_problem(request, free_bytes(target), advice)) is not None:
+    if (problem := disk_problem(request, free_bytes(target), order.advice)) is not None:
         raise FileError(problem, path)
     print_warnings(path, *warnings_of(request, tractions))
-    if not quiet and request.file_bytes > LARGE_FILE:
+    if not order.quiet and request.file_bytes > LARGE_FILE:
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
-    with counting_bar("layers", layers, shown=not quiet and sys.stdout.isatty()) as show, writing(target):
-        return write_stress(tractions, request, target, threads, show, exclusive=exclusive)
+    with counting_bar("layers", layers, shown=not order.quiet and sys.stdout.isatty()) as show, writing(target):
+        return write_stress(tractions, request, target, order.threads, show, exclusive=order.exclusive)
 
 
 def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
