@@ -18,8 +18,8 @@ import numpy as np
 from marked import parser_of, report
 
 from fretsolve.case.material_spec import Material
-from fretsolve.fatigue import critical_plane, plane_criteria
-from fretsolve.fatigue.criteria import fatigue_field
+from fretsolve.fatigue.criteria import critical_plane, plane_criteria
+from fretsolve.fatigue.criteria.by_name import fatigue_field
 from fretsolve.fatigue.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 

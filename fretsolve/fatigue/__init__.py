@@ -1,8 +1,7 @@
 """Fatigue parameters of a cycle of stresses, and where they are largest.
 
-In come stresses (steps, 6, points) in MPa, in the order xx, yy, zz, xy, xz, yz, and a `Material`; out come values with
-critical planes. They know nothing of contact or files. For example::
+In comes a result, or its stresses, and the constants of a material; out comes a file of fatigue parameters. One call::
 
-    field = criterion("findley", material).field(stresses)
-    field.value.max(), field.normal[:, field.value.argmax()]
+    require_fatigue(setup, free_disk)  # before a run whose case asks for them
+    path = write_case_fatigue(result, case)
 """

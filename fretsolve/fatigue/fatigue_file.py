@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.material_spec import Material
 from fretsolve.errors import FileError
-from fretsolve.fatigue.criteria import FatigueField, fatigue_field
-from fretsolve.fatigue.critical_plane import SCAN_STEP
+from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
+from fretsolve.fatigue.criteria.critical_plane import SCAN_STEP
 from fretsolve.fatigue.names import WORST_NAMES, dataset_name
 from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
 from fretsolve.result import Result

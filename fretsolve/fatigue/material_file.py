@@ -10,7 +10,7 @@ from fretsolve.case.loading import CaseText, read_case, validated
 from fretsolve.case.material_spec import Material
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.fatigue.criteria import require_constants
+from fretsolve.fatigue.criteria.by_name import require_constants
 
 ON_COMMAND_LINE = Path("--material")
 

@@ -15,8 +15,8 @@ from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average, depth_weights
+from fretsolve.fatigue.criteria.invariants import COMPONENTS
 from fretsolve.fatigue.cycle import opening, require_states
-from fretsolve.fatigue.invariants import COMPONENTS
 from fretsolve.result.header import present_case
 from fretsolve.stress.stress_file import BodyStress
 from fretsolve.stress.tractions import cycle_stages

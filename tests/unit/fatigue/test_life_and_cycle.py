@@ -5,8 +5,8 @@ import pytest
 
 from fretsolve.case.material_spec import Material
 from fretsolve.errors import CaseError
+from fretsolve.fatigue.criteria.life import LONGEST, lives, shear_strain_lives, swt_lives
 from fretsolve.fatigue.cycle import not_closed, opening, require_states
-from fretsolve.fatigue.life import LONGEST, lives, shear_strain_lives, swt_lives
 
 CURVE = {"strength": 1000.0, "strength_exponent": -0.1, "ductility": 0.5, "ductility_exponent": -0.6}
 

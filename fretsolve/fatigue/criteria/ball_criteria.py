@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.case.material_spec import Material
-from fretsolve.fatigue.invariants import deviator_vectors, extreme_deviators, hydrostatic
-from fretsolve.fatigue.smallest_ball import smallest_ball
+from fretsolve.fatigue.criteria.invariants import deviator_vectors, extreme_deviators, hydrostatic
+from fretsolve.fatigue.criteria.smallest_ball import smallest_ball
 from fretsolve.system.arrays import DoubleArray
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from fretsolve.case.material_spec import Material
-from fretsolve.fatigue import ball_criteria, plane_criteria
-from fretsolve.fatigue.critical_plane import search
-from fretsolve.fatigue.life import shear_strain_lives, swt_lives
-from fretsolve.fatigue.plane_criteria import PlaneCriterion
+from fretsolve.fatigue.criteria import ball_criteria, plane_criteria
+from fretsolve.fatigue.criteria.critical_plane import search
+from fretsolve.fatigue.criteria.life import shear_strain_lives, swt_lives
+from fretsolve.fatigue.criteria.plane_criteria import PlaneCriterion
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 POINTS_AT_ONCE = 2**18
@@ -72,8 +72,8 @@ _CRITERIA: dict[str, _Criterion] = {
 def fatigue_field(name: str, material: Material, stress: DoubleArray, **search_options: Any) -> FatigueField:
     """Return the parameter of a criterion; stress: (steps, 6, points) in MPa over one closed cycle.
 
-    search_options: those of `fretsolve.fatigue.critical_plane.search`. Raises CaseError for a constant that is missing
-    or out of range; its key is that of the material.
+    search_options: those of `critical_plane.search`. Raises CaseError for a constant that is missing or out of range;
+    its key is that of the material.
     """
     criterion = _CRITERIA[name]
     limit = criterion.limit(material) if criterion.lives is None else None
