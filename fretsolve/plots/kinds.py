@@ -22,9 +22,9 @@ OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field
 class PictureKind(NamedTuple):
     """A kind of pictures.
 
-    drawn_by: module and function; a function may not have the name of a module, which would hide it. caption: what it
-    shows. options: parameters of the function, of `OPTIONS`. beside: ending of a file beside the result that it draws.
-    column: of the history that it draws, where not all results have it.
+    drawn_by: module of `pictures` and function; a function may not have the name of a module of `plots`, which would
+    hide it. caption: what it shows. options: parameters of the function, of `OPTIONS`. beside: ending of a file beside
+    the result that it draws. column: of the history that it draws, where not all results have it.
     """
 
     name: str
@@ -40,7 +40,7 @@ class PictureKind(NamedTuple):
         """The function, which returns a `Figure`, or a `FuncAnimation` for moving pictures."""
         import pkgutil
 
-        return pkgutil.resolve_name(f"fretsolve.plots.{self.drawn_by}")  # type: ignore[no-any-return]
+        return pkgutil.resolve_name(f"fretsolve.plots.pictures.{self.drawn_by}")  # type: ignore[no-any-return]
 
     def content(
         self,
@@ -59,7 +59,7 @@ class PictureKind(NamedTuple):
         from matplotlib.animation import FFMpegWriter
 
         from fretsolve.plots.canvas import rendered
-        from fretsolve.plots.maps import saved_film
+        from fretsolve.plots.pictures.maps import saved_film
 
         if file_format == "mp4" and not FFMpegWriter.isAvailable():
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")

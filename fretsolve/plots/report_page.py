@@ -12,9 +12,9 @@ from PIL import Image
 from fretsolve.export.text_report import print_report
 from fretsolve.plots.canvas import TWO_COLUMNS, rendered, title_of
 from fretsolve.plots.kinds import KINDS, MOVING, film_dpi
-from fretsolve.plots.line_profiles import profiles
 from fretsolve.plots.load_history import step_text
-from fretsolve.plots.maps import few_steps, film
+from fretsolve.plots.pictures.line_profiles import profiles
+from fretsolve.plots.pictures.maps import few_steps, film
 from fretsolve.plots.sheet import Sheet
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result

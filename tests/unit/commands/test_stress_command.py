@@ -14,7 +14,7 @@ from command_line import invoke, refused
 
 from fretsolve import open_result
 from fretsolve.plots import stress_cycle, stress_map
-from fretsolve.plots.stresses import SIDE_MARGIN
+from fretsolve.plots.pictures.stresses import SIDE_MARGIN
 from fretsolve.stress.halfspace.direct import point_influence
 from fretsolve.stress.halfspace.influence import COMPONENTS
 from fretsolve.stress.invariants import invariant

@@ -6,8 +6,8 @@ import numpy as np
 from pictures import image_of, panels
 
 from fretsolve import plots
-from fretsolve.plots import directions
-from fretsolve.plots.directions import angle_of
+from fretsolve.plots.pictures import directions
+from fretsolve.plots.pictures.directions import angle_of
 from fretsolve.plots.snapshot import Snapshot
 from fretsolve.result import Result
 from fretsolve.result.state import Zone

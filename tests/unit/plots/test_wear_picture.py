@@ -14,7 +14,7 @@ from pictures import figure_texts, heading, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
+from fretsolve.plots.pictures.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
 

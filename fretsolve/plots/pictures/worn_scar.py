@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import CLOSED_FORM, MOST_INCREMENTS, marks, unit_of
-from fretsolve.plots.line_profiles import ProfileLine
-from fretsolve.plots.maps import draw_panel, scale_of
+from fretsolve.plots.pictures.line_profiles import ProfileLine
+from fretsolve.plots.pictures.maps import draw_panel, scale_of
 from fretsolve.plots.reference import worn_limit
 from fretsolve.plots.snapshot import Snapshot, chosen_step, middle, require_field, view_box
 from fretsolve.result import Result

@@ -18,9 +18,9 @@ from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import label_depth
-from fretsolve.plots.maps import set_x_ticks
+from fretsolve.plots.pictures.maps import set_x_ticks
+from fretsolve.plots.pictures.stresses import DEEPEST, SIDE_MARGIN, WIDTH
 from fretsolve.plots.snapshot import outer_edges
-from fretsolve.plots.stresses import DEEPEST, SIDE_MARGIN, WIDTH
 from fretsolve.result import Result
 from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import opened_computed

@@ -16,7 +16,7 @@ from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import increment_ticks, label_depth, marks
 from fretsolve.plots.load_history import step_text
-from fretsolve.plots.maps import set_x_ticks
+from fretsolve.plots.pictures.maps import set_x_ticks
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.result import Result
 from fretsolve.stress.evaluate import layers

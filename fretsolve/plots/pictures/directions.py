@@ -10,9 +10,9 @@ from scipy.ndimage import binary_erosion
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import stored_names
-from fretsolve.plots import maps
 from fretsolve.plots.canvas import Target
 from fretsolve.plots.labels import line_colors
+from fretsolve.plots.pictures import maps
 from fretsolve.plots.snapshot import VECTORS, Snapshot, chosen_fields, chosen_step, require_area, view_box
 from fretsolve.result import Result
 from fretsolve.result.state import Zone
