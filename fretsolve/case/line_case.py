@@ -18,7 +18,6 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
-    GetPydanticSchema,
     Tag,
     field_validator,
     model_validator,
@@ -32,7 +31,7 @@ from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
 from fretsolve.case.load_path_spec import AmplitudeCycle, BulkStress, Cycle, CycleSpec, StageSpec, cycle_tag, step_tag
 from fretsolve.case.models import Case, GridSpec
 from fretsolve.case.quantities import InUnits, refused, shown
-from fretsolve.case.surface_specs import CylinderSurface, HeightsSurface, PunchSurface
+from fretsolve.case.surface_specs import CylinderSurface, HeightsSurface, OneSurface, PunchSurface, read_from
 from fretsolve.case.unrolled_path import check_load_path
 
 
@@ -137,10 +136,9 @@ class LineHeights(_LineModel, HeightsSurface):
 LineSurface = LineCylinder | LinePunch | LineHeights
 
 
-class LineSurfaceEntry(_LineModel):
+class LineSurfaceEntry(_LineModel, OneSurface):
     """One surface as the file has it: its kind, and what belongs to the kind."""
 
-    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
     refused_keys = dict.fromkeys(
         ("sphere", "ellipsoid", "cone"), "it makes no line contact; cylinder, punch or heights is needed"
     )
@@ -148,32 +146,10 @@ class LineSurfaceEntry(_LineModel):
     punch: LinePunch | None = None
     heights: LineHeights | None = None
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        if len(self.model_fields_set) != 1:
-            kinds = ", ".join(sorted(self.model_fields_set)) or "none"
-            raise refused(f"one of cylinder, punch, heights is needed, not {kinds}; several go in a list")
-        return self
 
-    @property
-    def surface(self) -> LineSurface:
-        """The surface that is given."""
-        (kind,) = self.model_fields_set
-        surface: LineSurface = getattr(self, kind)
-        return surface
-
-
-_FROM_LINE_ENTRY = GetPydanticSchema(
-    lambda source, handler: core_schema.no_info_after_validator_function(
-        lambda entry: entry.surface,
-        handler.generate_schema(LineSurfaceEntry),
-        serialization=core_schema.plain_serializer_function_ser_schema(
-            lambda surface: {surface.kind: surface.model_dump(mode="json")}
-        ),
-    )
-)
-
-LineSurfaces = Annotated[tuple[Annotated[LineSurface, _FROM_LINE_ENTRY], ...], Field(min_length=1), Repeated(1)]
+LineSurfaces = Annotated[
+    tuple[Annotated[LineSurface, read_from(LineSurfaceEntry)], ...], Field(min_length=1), Repeated(1)
+]
 
 
 class LineGridSpec(GridSpec):

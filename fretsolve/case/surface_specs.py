@@ -147,16 +147,10 @@ class HeightsSurface(_SurfaceModel):
 Surface = SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface | PunchSurface | HeightsSurface
 
 
-class SurfaceEntry(CaseModel):
-    """One surface as the file has it: its kind, and what belongs to the kind."""
+class OneSurface(CaseModel):
+    """A mapping with one key, the kind of a surface."""
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
-    sphere: SphereSurface | None = None
-    ellipsoid: EllipsoidSurface | None = None
-    cylinder: CylinderSurface | None = None
-    cone: ConeSurface | None = None
-    punch: PunchSurface | None = None
-    heights: HeightsSurface | None = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -166,23 +160,29 @@ class SurfaceEntry(CaseModel):
             raise refused(f"one kind of surface ({allowed}) is needed, not {kinds}; several go in a list")
         return self
 
-    @property
-    def surface(self) -> Surface:
-        """The surface that is given."""
-        (kind,) = self.model_fields_set
-        surface: Surface = getattr(self, kind)
-        return surface
+
+class SurfaceEntry(OneSurface):
+    """One surface as the file has it: its kind, and what belongs to the kind."""
+
+    sphere: SphereSurface | None = None
+    ellipsoid: EllipsoidSurface | None = None
+    cylinder: CylinderSurface | None = None
+    cone: ConeSurface | None = None
+    punch: PunchSurface | None = None
+    heights: HeightsSurface | None = None
 
 
-_FROM_ENTRY = GetPydanticSchema(
-    lambda source, handler: core_schema.no_info_after_validator_function(
-        lambda entry: entry.surface,
-        handler.generate_schema(SurfaceEntry),
-        serialization=core_schema.plain_serializer_function_ser_schema(
-            lambda surface: {surface.kind: surface.model_dump(mode="json")}
-        ),
+def read_from(entry: type[OneSurface]) -> GetPydanticSchema:
+    """Return the annotation of a surface that stands in the file as an `entry`."""
+    return GetPydanticSchema(
+        lambda source, handler: core_schema.no_info_after_validator_function(
+            lambda one: getattr(one, *one.model_fields_set),
+            handler.generate_schema(entry),
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda surface: {surface.kind: surface.model_dump(mode="json")}
+            ),
+        )
     )
-)
-"""A surface stands in the file in a mapping of its kind."""
 
-Surfaces = Annotated[tuple[Annotated[Surface, _FROM_ENTRY], ...], Field(min_length=1), Repeated(1)]
+
+Surfaces = Annotated[tuple[Annotated[Surface, read_from(SurfaceEntry)], ...], Field(min_length=1), Repeated(1)]
