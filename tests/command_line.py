@@ -26,6 +26,13 @@ def invoke(*words: object) -> Result:
     return CliRunner().invoke(main, [str(word) for word in words], prog_name="fretsolve")
 
 
+def result_of(case: Path, *words: object) -> Path:
+    """Return the result of ``fretsolve run CASE -q WORDS...``, which ends well."""
+    done = invoke("run", case, "-q", *words)
+    assert done.exit_code == 0, done.output
+    return case.with_suffix(".h5")
+
+
 def refused(code: int, *words: object) -> str:
     """Return the message of ``fretsolve WORDS...``, which ends with exit code `code` and one line.
 

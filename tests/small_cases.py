@@ -51,6 +51,15 @@ load_path:
   - cycle: {{times: 1, stages: [{{Qx: -36 N, increments: 1}}, {{Qx: 18 N, increments: 1}}]}}
 """
 
+TWO_CYCLES = f"""\
+title: loop
+{SPHERE.replace("friction: 0.1", "friction: 0.4")}load_path:
+  - {{P: 400 N}}
+  - {{Qx: 100 N, increments: 2}}
+  - cycle: {{times: 2, stages: [{{Qx: -100 N, increments: 2}}, {{Qx: 100 N, increments: 2}}]}}
+"""
+"""Two cycles of four states each, for stresses and fatigue parameters."""
+
 WORN = f"""\
 title: worn
 {SPHERE.replace("16", "24")}wear: {{law: energy, alpha: 1e-4 mm^3/J, share: [0.25, 0.75]}}

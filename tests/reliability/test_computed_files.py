@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import finish, invoke, refused
+from command_line import finish, invoke, refused, result_of
 from damage import damaged
 from small_cases import write_case
 
@@ -40,11 +40,7 @@ WORDS = ("--material", "tension_limit=300MPa,torsion_limit=190MPa", "--criterion
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the case ``c.yaml`` and its three files."""
-    folder = tmp_path_factory.mktemp("made")
-    (folder / "c.yaml").write_text(CASE)
-    done = invoke("run", folder / "c.yaml", "-q")
-    assert done.exit_code == 0, done.output
-    return folder
+    return result_of(write_case(tmp_path_factory.mktemp("made"), CASE, "c.yaml")).parent
 
 
 @pytest.fixture()

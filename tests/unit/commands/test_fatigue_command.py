@@ -3,49 +3,35 @@
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, refused, result_of
+from small_cases import TWO_CYCLES, write_case
 
 from fretsolve.fatigue.fatigue_file import read_worst
 
-CASE = """\
-title: loop
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 20}
-friction: 0.4
-load_path:
-  - {P: 400 N}
-  - {Qx: 100 N, increments: 2}
-  - cycle: {times: 2, stages: [{Qx: -100 N, increments: 2}, {Qx: 100 N, increments: 2}]}
-"""
+CASE = TWO_CYCLES.replace("points: 16", "points: 20")
 KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_strength=500 MPa"
 CURVE = "{strength: 900 MPa, strength_exponent: -0.09, ductility: 0.6, ductility_exponent: -0.6}"
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory):
+def loop(tmp_path_factory):
     """A result with two cycles, of four states each."""
-    folder = tmp_path_factory.mktemp("fatigue")
-    (folder / "loop.yaml").write_text(CASE)
-    assert invoke("run", folder / "loop.yaml", "-q").exit_code == 0
-    return folder / "loop.h5"
+    return result_of(write_case(tmp_path_factory.mktemp("fatigue"), CASE, "loop.yaml"))
 
 
 @pytest.fixture(scope="module")
-def stresses(solved):
+def stresses(loop):
     """The stresses of its last cycle."""
-    target = solved.with_name("loop.stress.h5")
+    target = loop.with_name("loop.stress.h5")
     depths = ["--depth", "0", "--depth", "20um", "--depth", "90um"]
-    assert invoke("stress", solved, "--cycle", "last", *depths, "-q", "-o", target).exit_code == 0
+    assert invoke("stress", loop, "--cycle", "last", *depths, "-q", "-o", target).exit_code == 0
     return target
 
 
-def test_all_criteria_from_a_result(solved):
-    target = solved.with_name("all.h5")
+def test_all_criteria_from_a_result(loop):
+    target = loop.with_name("all.h5")
     names = "crossland,dang-van,findley,mcdiarmid,fatemi-socie,swt"
-    result = invoke("fatigue", solved, "--material", KEYS, "--criterion", names, "-o", target)
+    result = invoke("fatigue", loop, "--material", KEYS, "--criterion", names, "-o", target)
     assert result.exit_code == 0, result.stderr
     assert result.stdout.splitlines()[0] == "body 2, 13 depths, 5 states:"
     with h5py.File(target) as file:
@@ -61,7 +47,7 @@ def test_all_criteria_from_a_result(solved):
         axes = (group[axis][index] for axis, index in zip(("depth", "x", "y"), place, strict=True))
         depth, x, y = axes
         np.testing.assert_allclose(group["findley"].attrs["worst_place"], (x, y, depth))
-    assert [path.name for path in solved.parent.glob(".fretsolve*")] == []
+    assert [path.name for path in loop.parent.glob(".fretsolve*")] == []
 
 
 def test_symmetric_loop_is_symmetric(stresses):
@@ -111,10 +97,10 @@ def test_depths_far_apart_give_a_warning(stresses):
     assert (done.exit_code, "taken as linear" in done.stderr) == (0, False)
 
 
-def test_average_of_a_result_has_the_depths_that_it_needs(solved):
-    target = solved.with_name("point.h5")
+def test_average_of_a_result_has_the_depths_that_it_needs(loop):
+    target = loop.with_name("point.h5")
     words = ("--material", KEYS, "--criterion", "crossland", "-o", target)
-    result = invoke("fatigue", solved, *words, "--average", "point:40um")
+    result = invoke("fatigue", loop, *words, "--average", "point:40um")
     assert result.exit_code == 0
     assert "point average over 0.04 mm" in result.stdout
     assert "depth 0.02 mm" in result.stdout
@@ -164,9 +150,9 @@ def test_volumes_for_paraview(stresses, tmp_path):
         (["--material", KEYS, "--criterion", "findley", "--average", "line:9um"], "0.009 mm is below a cell; 0.03"),
     ],
 )
-def test_mistakes(solved, words, message):
-    assert message in refused(2, "fatigue", solved, *words, "-o", solved.with_name("none.h5"))
-    assert not solved.with_name("none.h5").exists()
+def test_mistakes(loop, words, message):
+    assert message in refused(2, "fatigue", loop, *words, "-o", loop.with_name("none.h5"))
+    assert not loop.with_name("none.h5").exists()
 
 
 def test_mistakes_about_the_file_of_stresses(stresses):
@@ -189,11 +175,11 @@ def test_result_without_a_cycle(tmp_path):
     assert "`fretsolve stress --step`" in message
 
 
-def test_open_cycle_gives_a_warning(solved):
-    open_stresses = solved.with_name("open.h5")
+def test_open_cycle_gives_a_warning(loop):
+    open_stresses = loop.with_name("open.h5")
     steps = [word for step in (3, 4, 5) for word in ("--step", step)]
-    assert invoke("stress", solved, *steps, "--depth", "0", "-q", "-o", open_stresses).exit_code == 0
-    words = ("--material", KEYS, "--criterion", "crossland", "-q", "-o", solved.with_name("opened.h5"))
+    assert invoke("stress", loop, *steps, "--depth", "0", "-q", "-o", open_stresses).exit_code == 0
+    words = ("--material", KEYS, "--criterion", "crossland", "-q", "-o", loop.with_name("opened.h5"))
     result = invoke("fatigue", open_stresses, *words)
     assert result.exit_code == 0
     assert "warning: the cycle is not closed" in result.stderr

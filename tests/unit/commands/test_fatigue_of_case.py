@@ -6,21 +6,10 @@ import json
 import h5py
 import pytest
 from command_line import invoke, refused
+from small_cases import TWO_CYCLES
 
 from fretsolve import open_result
 
-CASE = """\
-bodies:
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
-surface: {sphere: {radius: 10 mm}}
-grid: {points: 16}
-friction: 0.4
-load_path:
-  - {P: 400 N}
-  - {Qx: 100 N, increments: 2}
-  - cycle: {times: 2, stages: [{Qx: -100 N, increments: 2}, {Qx: 100 N, increments: 2}]}
-"""
 STEEL = "tension_limit: 300 MPa\ntorsion_limit: 190 MPa\n"
 FATIGUE = "output: {fatigue: {material: steel.yaml, criteria: [findley, crossland], depths: [0 mm, 40 um]}}\n"
 
@@ -29,7 +18,7 @@ FATIGUE = "output: {fatigue: {material: steel.yaml, criteria: [findley, crosslan
 def case(tmp_path):
     """A case with a file of a material, which asks for fatigue parameters."""
     (tmp_path / "steel.yaml").write_text(STEEL)
-    (tmp_path / "c.yaml").write_text(CASE + FATIGUE)
+    (tmp_path / "c.yaml").write_text(TWO_CYCLES + FATIGUE)
     return tmp_path / "c.yaml"
 
 
@@ -127,14 +116,14 @@ def test_a_sweep_collects_the_largest_parameters(case, tmp_path):
     assert float(rows[0]["crossland_max (MPa)"]) > 0.0
     sweep.write_text(sweep.read_text().replace("findley_max", "findley_max@2"))
     assert "findley_max is that of the last cycle; leave @2 out" in refused(2, "sweep", "run", sweep)
-    (tmp_path / "c.yaml").write_text(CASE)
+    (tmp_path / "c.yaml").write_text(TWO_CYCLES)
     sweep.write_text(sweep.read_text().replace("@2", ""))
     assert "output.fatigue in the case is needed" in refused(2, "sweep", "run", sweep, "-o", tmp_path / "other")
 
 
 @pytest.mark.parametrize("lost", ["stress", "fatigue"])
 def test_a_sweep_goes_on_after_a_kill_between_result_and_files_beside_it(case, tmp_path, lost):
-    case.write_text(CASE + FATIGUE.replace("output: {", "output: {stress: {depths: [0 mm]}, "))
+    case.write_text(TWO_CYCLES + FATIGUE.replace("output: {", "output: {stress: {depths: [0 mm]}, "))
     sweep = tmp_path / "s.yaml"
     sweep.write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [findley_max, max_tension]\n")
     assert invoke("sweep", "run", sweep, "-q").exit_code == 0

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, refused, result_of
 from line_cases import LINE, A
 from pictures import figure_texts, panels
 from small_cases import write_case
@@ -20,10 +20,7 @@ CYCLE = LINE + "  - {Qx: -18 N/mm, increments: 6}\n"
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("line")
-    done = invoke("run", write_case(folder, CYCLE), "-q")
-    assert (done.exit_code, done.stderr) == (0, "")
-    return folder / "case.h5"
+    return result_of(write_case(tmp_path_factory.mktemp("line"), CYCLE))
 
 
 def test_validate_prints_units_and_closed_forms(tmp_path: Path) -> None:

@@ -8,10 +8,10 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import invoke, result_of
+from small_cases import write_case
 
 from fretsolve import open_result
-from fretsolve.cli.main import main
 from fretsolve.export import text_report
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0}]
@@ -26,14 +26,11 @@ load_path:
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    case = tmp_path_factory.mktemp("show") / "case.yaml"
-    case.write_text(CASE)
-    assert CliRunner().invoke(main, ["run", str(case), "-q"]).exit_code == 0
-    return case.with_suffix(".h5")
+    return result_of(write_case(tmp_path_factory.mktemp("show"), CASE))
 
 
 def shown(*arguments: object, code: int = 0) -> str:
-    result = CliRunner().invoke(main, ["show", *map(str, arguments)])
+    result = invoke("show", *arguments)
     assert result.exit_code == code, result.output
     return result.stdout if code == 0 else result.stderr
 

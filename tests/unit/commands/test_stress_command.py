@@ -10,7 +10,8 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from command_line import invoke, refused
+from command_line import invoke, refused, result_of
+from small_cases import write_case
 
 from fretsolve import open_result
 from fretsolve.plots import stress_cycle, stress_map
@@ -37,11 +38,7 @@ load_path:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("stress")
-    (place / "case.yaml").write_text(CASE)
-    done = invoke("run", place / "case.yaml", "-q")
-    assert done.exit_code == 0, done.stderr
-    return place
+    return result_of(write_case(tmp_path_factory.mktemp("stress"), CASE)).parent
 
 
 def test_the_file_opens_in_xarray_and_holds_the_direct_sum(folder: Path, tmp_path: Path) -> None:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import invoke, result_of
+from small_cases import write_case
 
 from fretsolve import open_result
 from fretsolve.case.history import FEWEST_SPOT_CELLS
-from fretsolve.cli.main import main
 from fretsolve.export.spots import may_have_spots, spot_warnings, spots_of
 from fretsolve.simulation.area_contact import spot_counts
 
@@ -33,10 +33,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pair = np.minimum((x - 0.3) ** 2, (x + 0.3) ** 2) + y**2
     third = x**2 + (y - 0.45) ** 2
     np.save(folder / "bumps.npy", np.minimum(pair / 10.0, third / 0.5 + 0.0016))
-    (folder / "case.yaml").write_text(CASE)
-    ran = CliRunner().invoke(main, ["run", str(folder / "case.yaml"), "-q"])
-    assert ran.exit_code == 0, ran.output
-    return folder / "case.h5"
+    return result_of(write_case(folder, CASE))
 
 
 def test_each_spot_has_its_loads_and_its_place(out: Path) -> None:
@@ -60,7 +57,7 @@ def test_each_spot_has_its_loads_and_its_place(out: Path) -> None:
 
 
 def test_report_has_a_table_and_says_which_are_small(out: Path) -> None:
-    text = CliRunner().invoke(main, ["show", str(out)]).stdout
+    text = invoke("show", out).stdout
     with open_result(out) as result:
         found = spots_of(result)
     assert "spot  cells" in text
@@ -73,9 +70,7 @@ def test_report_has_a_table_and_says_which_are_small(out: Path) -> None:
 
 def test_a_sphere_is_not_looked_at(tmp_path: Path) -> None:
     case = CASE.replace("heights: {file: bumps.npy, spacing: 0.025 mm}", "sphere: {radius: 10 mm}")
-    (tmp_path / "case.yaml").write_text(case)
-    assert CliRunner().invoke(main, ["run", str(tmp_path / "case.yaml"), "-q"]).exit_code == 0
-    with open_result(tmp_path / "case.h5") as result:
+    with open_result(result_of(write_case(tmp_path, case))) as result:
         assert not may_have_spots(result)
         assert not {"spots", "small_spots"} & set(result.history)
 
@@ -90,7 +85,7 @@ def test_the_history_counts_them(out: Path) -> None:
         assert small[0] == 2
         assert small[-1] == 0
         assert spot_warnings(result.history) == []  # two spots throughout, of enough cells where the contact is largest
-    lines = CliRunner().invoke(main, ["show", str(out)]).stdout.splitlines()
+    lines = invoke("show", out).stdout.splitlines()
     assert any("spots" in line.split() for line in lines if line.startswith("step  stage"))
 
 
@@ -131,6 +126,6 @@ def test_a_run_of_several_surfaces_warns(tmp_path: Path) -> None:
     x, y = np.meshgrid(np.linspace(-0.6, 0.6, 49), np.linspace(-0.6, 0.6, 49), indexing="ij")
     np.save(tmp_path / "waves.npy", 2e-3 * np.cos(2.0 * np.pi * x / 0.2) * np.cos(2.0 * np.pi * y / 0.2))
     loads = "load_path=[{P: 1 N, increments: 1}, {P: 200 N, increments: 3}]"
-    ran = CliRunner().invoke(main, ["run", str(tmp_path / "case.yaml"), "-q", "--set", loads])
+    ran = invoke("run", tmp_path / "case.yaml", "-q", "--set", loads)
     assert ran.exit_code == 0
     assert "case.yaml: warning: the number of spots of contact changes at increment" in ran.stderr

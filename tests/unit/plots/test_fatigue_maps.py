@@ -3,8 +3,8 @@
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
-from small_cases import LOOP
+from command_line import invoke, refused, result_of
+from small_cases import LOOP, write_case
 
 from fretsolve import open_result
 from fretsolve.errors import PictureError
@@ -16,12 +16,10 @@ KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,young_modulus=200 GPa,poisso
 @pytest.fixture(scope="module")
 def solved(tmp_path_factory):
     """A result with Findley's parameter, which is above its limit somewhere, and SWT's, which has none."""
-    folder = tmp_path_factory.mktemp("maps")
-    (folder / "loop.yaml").write_text(LOOP)
-    assert invoke("run", folder / "loop.yaml", "-q", "--set", "friction=0.4").exit_code == 0
+    out = result_of(write_case(tmp_path_factory.mktemp("maps"), LOOP, "loop.yaml"), "--set", "friction=0.4")
     words = ("--material", KEYS, "--criterion", "swt,findley", "-q")
-    assert invoke("fatigue", folder / "loop.h5", *words).exit_code == 0
-    return folder / "loop.h5"
+    assert invoke("fatigue", out, *words).exit_code == 0
+    return out
 
 
 def test_section_and_layer_go_through_the_worst_place(solved):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import result_of
 from small_cases import LOOP, write_case
 
 from fretsolve import open_result
@@ -19,8 +19,7 @@ from fretsolve.stress.tractions import TractionHistory, bounding_window
 
 def test_groups_of_increments_give_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the spectra of all increments do not fit, they are computed in groups."""
-    assert invoke("run", write_case(tmp_path, LOOP, "loop.yaml"), "-q").exit_code == 0
-    with open_result(tmp_path / "loop.h5") as result:
+    with open_result(result_of(write_case(tmp_path, LOOP))) as result:
         tractions = TractionHistory(result)
         request = stress_request(tractions, result.steps, bodies=(1, 2), depths=(0.0, 0.05))
         assert request.group == len(result.steps)
