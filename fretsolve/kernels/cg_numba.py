@@ -14,6 +14,7 @@ from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 @inlined
 def _precondition(image, residual, weight, normal, constraints, moments):
+    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7) and `moments`; return residual times image."""
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
@@ -45,6 +46,7 @@ def _precondition(image, residual, weight, normal, constraints, moments):
 
 @inlined
 def _turn(direction, image, weight, constraints, amplitudes, growth):
+    """Compute ``direction = growth direction + image - W c amplitudes``; the image is overwritten (CG3)."""
     components, nx, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
@@ -59,6 +61,7 @@ def _turn(direction, image, weight, constraints, amplitudes, growth):
 
 @inlined
 def _apply(image, direction, stiffness, normal, zone, weight, constraints, moments):
+    """Compute ``image = T (image + S direction)`` in the zone, and `moments`; return direction times image (CG4)."""
     components, nx, ny = image.shape
     zero = image.dtype.type(0.0)
     product = 0.0
@@ -99,6 +102,7 @@ def _add_moments(field, i, weight, constraints, moments):
 
 @inlined
 def _advance(solution, residual, direction, image, weight, constraints, amplitudes, length):
+    """Step along the direction (CG5), compute ``image = W residual``, and return the largest length of the residual."""
     components, nx, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
@@ -123,6 +127,7 @@ def _advance(solution, residual, direction, image, weight, constraints, amplitud
 
 @inlined
 def _multiply(matrix, vector):
+    """Return a small matrix times a vector."""
     result = np.zeros(len(vector))
     for m in range(len(vector)):
         for n in range(len(vector)):
@@ -132,6 +137,7 @@ def _multiply(matrix, vector):
 
 @kernel
 def constrain(constraints, motions, x, y, normal, zone, weight, gram):
+    """Compute ``c = T N`` in the zone, 0 outside, and ``gram = c' W c`` (T9)."""
     _, components, nx, ny = constraints.shape
     for m in range(len(motions)):
         constraint, a, b, c = constraints[m], motions[m, 0], motions[m, 1], motions[m, 2]
@@ -161,6 +167,7 @@ def constrain(constraints, motions, x, y, normal, zone, weight, gram):
 
 @kernel
 def start(solution, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram):
+    """Begin at 0: compute ``residual = P T residual`` in the zone (T9) and ``image = W residual`` (CG1)."""
     solution[:] = 0.0
     direction[:] = 0.0
     image[:] = 0.0
@@ -172,6 +179,7 @@ def start(solution, direction, residual, image, stiffness, normal, zone, weight,
 
 @kernel
 def search(image, direction, residual, weight, normal, constraints, inverse_gram, rho_before):
+    """Compute ``z = T (W image + (1 - W^2) W residual)`` (T7) and turn the direction to it (CG2, CG3); return rho."""
     moments = np.zeros(len(constraints))
     rho = _precondition(image, residual, weight, normal, constraints, moments)
     if rho > 0.0:
@@ -181,6 +189,7 @@ def search(image, direction, residual, weight, normal, constraints, inverse_gram
 
 @kernel
 def step(solution, residual, direction, image, stiffness, normal, zone, weight, constraints, inverse_gram, rho):
+    """Compute ``w = T (image + S direction)`` in the zone, and step along the direction (CG4, CG5)."""
     moments = np.zeros(len(constraints))
     kappa = _apply(image, direction, stiffness, normal, zone, weight, constraints, moments)
     if not kappa > 0.0:
@@ -191,6 +200,7 @@ def step(solution, residual, direction, image, stiffness, normal, zone, weight, 
 
 @inlined
 def largest(field):
+    """Return the largest absolute value, or NaN if there is one."""
     components, nx, ny = field.shape
     found = np.zeros(ny, field.dtype)
     for part in range(components):
@@ -202,6 +212,7 @@ def largest(field):
 
 @kernel
 def normalise(field, result):
+    """Compute ``result = field / size``, and return the size, the field's largest absolute value."""
     components, nx, ny = field.shape
     size = largest(field)
     if size == 0.0:
@@ -215,6 +226,7 @@ def normalise(field, result):
 
 @kernel
 def add(field, change, factor):
+    """Compute ``field += factor change``."""
     components, nx, ny = field.shape
     for part in range(components):
         for i in range(nx):

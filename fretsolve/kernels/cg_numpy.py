@@ -215,12 +215,14 @@ def largest(field: FloatArray) -> float:
 
 
 def _blocks(plane: NDArray[np.generic]) -> Iterator[slice]:
+    """Yield slices of rows that fit into the cache together."""
     rows = max(1, BLOCK_BYTES // max(1, plane.shape[1] * plane.itemsize))
     for start in range(0, plane.shape[0], rows):
         yield slice(start, start + rows)
 
 
 def _take_tangential(block: FloatArray, normal: FloatArray) -> None:
+    """Take the part along `normal` away from a block."""
     along = block[0] * normal[0]
     along += block[1] * normal[1]
     for part, direction in zip(block, normal, strict=True):
@@ -233,4 +235,5 @@ def _product(first: FloatArray, second: FloatArray) -> float:
 
 
 def _moments(field: FloatArray, constraints: FloatArray) -> list[float]:
+    """Return the product of the field with each of the constraints."""
     return [_product(constraint, field) for constraint in constraints]

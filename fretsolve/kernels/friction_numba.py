@@ -11,6 +11,7 @@ from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 @inlined
 def gram(weight, normal, x, y):
+    """Return the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
     nx, ny = weight.shape
     result = np.zeros((3, 3))
     for i in range(nx):
@@ -36,6 +37,7 @@ def gram(weight, normal, x, y):
 
 @inlined
 def sum_motions(field, x, y):
+    """Return the sums of the field times each of the rigid motions."""
     _, nx, ny = field.shape
     sums = np.zeros(3)
     for i in range(nx):
@@ -52,6 +54,7 @@ def sum_motions(field, x, y):
 
 @kernel
 def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
+    """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2)."""
     nx, ny = weight.shape
     sums = np.zeros(3)
     for i in range(nx):
@@ -76,6 +79,7 @@ def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
 
 @kernel
 def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, stiffest):
+    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3)."""
     nx, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(nx):
@@ -100,11 +104,13 @@ def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, st
 
 @kernel
 def balance(shear, weight, normal, x, y):
+    """Return the sums of the shear times each of the rigid motions, and `gram` (TG7)."""
     return sum_motions(shear, x, y), gram(weight, normal, x, y)
 
 
 @kernel
 def add_motion(shear, rigid, x, y, weight, normal):
+    """Add the weighted tangential part of a rigid motion to the shear (TG7)."""
     nx, ny = weight.shape
     for i in range(nx):
         for j in range(ny):
@@ -117,6 +123,7 @@ def add_motion(shear, rigid, x, y, weight, normal):
 
 @kernel
 def violation(slip, normal, slipping):
+    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside."""
     nx, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -135,6 +142,7 @@ def violation(slip, normal, slipping):
 
 @kernel
 def scale_tangential(slip, normal, factor, result):
+    """Compute ``result = factor T slip``, in the precision of `result` (TG5)."""
     _, nx, ny = slip.shape
     for i in range(nx):
         for j in range(ny):
@@ -146,6 +154,7 @@ def scale_tangential(slip, normal, factor, result):
 
 @kernel
 def return_to_circle(shear, limit, contact, slipping, normal):
+    """Let cells slip whose shear is beyond the limit; scale slipping shear to it, and set n (TG6)."""
     nx, ny = limit.shape
     for i in range(nx):
         for j in range(ny):
@@ -162,6 +171,7 @@ def return_to_circle(shear, limit, contact, slipping, normal):
 
 @kernel
 def excess(shear, limit):
+    """Return the largest length of the shear beyond the limit, negative if it is below everywhere."""
     nx, ny = limit.shape
     largest = np.full(ny, -math.inf)
     for i in range(nx):

@@ -9,6 +9,7 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 @kernel
 def sum_gaps(separation, uz, rigid, x, y, contact):
+    """Return the sums over the contact of the gap times 1, y, x (N2)."""
     nx, ny = uz.shape
     sums = np.zeros(3)
     for i in range(nx):
@@ -25,6 +26,7 @@ def sum_gaps(separation, uz, rigid, x, y, contact):
 
 @kernel
 def take_gap(separation, uz, rigid, x, y, contact, gap):
+    """Compute ``gap = separation + uz - rigid displacement`` (T1, N3)."""
     nx, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
@@ -41,6 +43,7 @@ def take_gap(separation, uz, rigid, x, y, contact, gap):
 
 @kernel
 def largest_change(before, after, contact):
+    """Return the largest absolute difference in the contact (ST7)."""
     nx, ny = before.shape
     sizes = np.zeros(ny)
     for i in range(nx):
@@ -51,6 +54,7 @@ def largest_change(before, after, contact):
 
 @kernel
 def gram(weight, x, y):
+    """Return the weighted sums of products of 1, y, x, (3, 3)."""
     nx, ny = weight.shape
     result = np.zeros((3, 3))
     for i in range(nx):
@@ -72,6 +76,7 @@ def gram(weight, x, y):
 
 @kernel
 def sum_modes(field, x, y):
+    """Return the sums of the field times 1, y, x."""
     nx, ny = field.shape
     sums = np.zeros(3)
     for i in range(nx):
@@ -87,6 +92,7 @@ def sum_modes(field, x, y):
 
 @kernel
 def stretch(pressure, rigid, x, y):
+    """Multiply the pressure by 1 + the rigid displacement; negative values become 0 (N7)."""
     nx, ny = pressure.shape
     for i in range(nx):
         along = 1.0 + rigid[0] + rigid[2] * x[i]

@@ -68,5 +68,6 @@ def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArra
 def _gap(
     separation: FloatArray, uz: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, gap: FloatArray
 ) -> None:
+    """Compute ``gap = separation + uz - rigid displacement`` (T1)."""
     np.add(separation, uz, out=gap)
     gap -= rigid[0] + rigid[1] * y[None, :] + rigid[2] * x[:, None]

@@ -14,6 +14,7 @@ this fixed length become vector instructions."""
 
 @compiled
 def join_rows(upper, lower, lines):
+    """Compute ``lines = upper + i lower``, (r, m), padded with zeros; upper: (r, ny), lower: as many or one less."""
     rows, ny = upper.shape
     for r in range(rows):
         if r < lower.shape[0]:
@@ -27,6 +28,7 @@ def join_rows(upper, lower, lines):
 
 @compiled
 def split_rows(lines, upper, lower):
+    """Copy the real parts of `lines` (r, m) to `upper` (r, ny) and the imaginary parts to `lower`."""
     rows, ny = upper.shape
     for r in range(rows):
         for j in range(ny):
@@ -38,6 +40,7 @@ def split_rows(lines, upper, lower):
 
 @compiled
 def split_spectra(lines, upper, lower):
+    """Compute the spectra (r, m//2 + 1) of two real rows from that of the upper one plus i times the lower, (r, m)."""
     rows, columns = upper.shape
     length = lines.shape[1]
     half = upper.real.dtype.type(0.5)
@@ -56,6 +59,7 @@ def split_spectra(lines, upper, lower):
 
 @compiled
 def join_spectra(upper, lower, lines):
+    """Invert `split_spectra`. Imaginary parts at wave numbers that stand for both signs are left out."""
     rows, columns = upper.shape
     length = lines.shape[1]
     nothing, mirrored = np.zeros(columns, lines.dtype), np.empty(columns, lines.dtype)
@@ -75,6 +79,7 @@ def join_spectra(upper, lower, lines):
 
 @compiled
 def take_columns(spectrum, lines):
+    """Copy the columns of `spectrum` (nx, n) to `lines` (n, mx), padded with zeros."""
     rows, columns = spectrum.shape
     _transpose(spectrum, lines, columns, rows)
     lines[:, rows:] = 0.0
@@ -82,6 +87,7 @@ def take_columns(spectrum, lines):
 
 @compiled
 def give_columns(lines, spectrum):
+    """Copy the first nx numbers of `lines` (n, mx) to the columns of `spectrum` (nx, n)."""
     rows, columns = spectrum.shape
     _transpose(lines, spectrum, rows, columns)
 
@@ -105,6 +111,7 @@ def _transpose(source, target, rows, columns):
 
 @compiled
 def multiply(kernel, odd, field, result):
+    """Compute ``result = kernel field``; `result` may be the field."""
     lines, length = field.shape
     half = kernel.shape[1]
     one = kernel.dtype.type(1.0)
@@ -117,6 +124,7 @@ def multiply(kernel, odd, field, result):
 
 
 def multiply_symmetric(kernels, odd, fields):
+    """Multiply two or three fields, in place, by a symmetric matrix of kernels; `odd` is even on the diagonal."""
     if len(fields) == 2:
         _multiply_pair(kernels[0] + kernels[1], odd[0][1], fields)
     else:
@@ -125,6 +133,7 @@ def multiply_symmetric(kernels, odd, fields):
 
 @compiled
 def _multiply_pair(kernels, odd, fields):
+    """Multiply two fields by a symmetric 2 x 2 matrix of kernels, (4, n, half)."""
     direct_x, mixed, _, direct_y = kernels
     field_x, field_y = fields
     lines, length = field_x.shape
@@ -144,6 +153,7 @@ def _multiply_pair(kernels, odd, fields):
 
 @compiled
 def _multiply_triple(kernels, odd, fields):
+    """Multiply three fields by a symmetric 3 x 3 matrix of kernels, (9, n, half)."""
     direct_z, mixed_zx, mixed_zy, _, direct_x, mixed_xy, _, _, direct_y = kernels
     field_z, field_x, field_y = fields
     lines, length = field_z.shape
