@@ -129,7 +129,7 @@ def dotted(key: KeyPath) -> str:
 
 
 def located(message: str, key: KeyPath, file: Path | str | None, line: int | None) -> str:
-    """One line ``FILE:LINE: key.path: message`` of whatever of its parts is known."""
+    """Return one line, ``FILE:LINE: key.path: message``, of those of its parts that are known."""
     place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
     return printable(": ".join([*place, *([shortened(dotted(key))] if key else []), message]))
 

@@ -26,7 +26,7 @@ Angle = Annotated[float, InUnits(ANGLE)]
 
 @dataclass(frozen=True)
 class WearJumps:
-    """How a cycle stands for others under wear.
+    """The cycles that one solved cycle stands for under wear, and the jumps between solved cycles.
 
     represents: cycles in all, >= 1; jump: cycles that one solved cycle stands for, None to choose it by the estimated
     error; tolerance: of the worn volume; max_depth: largest depth of one jump (mm), None for a part of the approach.
@@ -171,7 +171,7 @@ class Repetition(CaseModel):
 
     @property
     def jumps(self) -> WearJumps | None:
-        """How the cycle stands for others under wear, None where it stands for itself."""
+        """The cycles that it stands for under wear, None where it stands for itself."""
         if self.represents is None:
             return None
         jump = self.jump if isinstance(self.jump, float) else None

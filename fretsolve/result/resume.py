@@ -44,7 +44,7 @@ class SavedRun:
     """
 
     def __init__(self, out: Path, header: RunHeader, advice: str):
-        """advice: how to go on, for the messages of errors."""
+        """Begin with nothing taken up; advice: how to go on, for the messages of errors."""
         self.out, self.folder, self.header = out, parts_folder(out), header
         self._advice = advice
         self.parts: list[Part] = []

@@ -186,7 +186,7 @@ class Change:
 
 @dataclass(frozen=True)
 class WearState:
-    """What wear has done so far, each ``(nx, ny)`` in double precision.
+    """The wear so far, each ``(nx, ny)`` in double precision.
 
     depth: worn depth (mm); profile: that by which the surfaces have changed, which do so at the end of a cycle; mark:
     the worn depth where the present cycle began; path: way of the surfaces past each other in the present cycle (mm),

@@ -69,7 +69,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
     ):
-        """lock: on the folder of the parts, None if there is nothing to write. The rest as for `open`."""
+        """Go on from `saved`; lock: on the folder of the parts, None if nothing is written; the rest as for `open`."""
         self.out, self.header = saved.out, saved.header
         self.complete, self.notes = saved.complete, saved.notes
         self.last_state, self.summaries = saved.last_state, saved.summaries

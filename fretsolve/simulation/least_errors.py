@@ -69,7 +69,7 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 
 @dataclass(frozen=True)
 class ShearPath:
-    """How the shear has moved so far, as a part of what friction carries: forces, torque over the radius.
+    """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
     at: where it is, (3,); largest: how far from 0 it has been, at most 1; last, length: of the way in the last
     increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`

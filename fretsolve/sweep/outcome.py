@@ -52,7 +52,7 @@ class Outcome:
 
 
 class _Source(Protocol):
-    """Where the values of some quantities are found."""
+    """A part of a result from which values of some quantities are read."""
 
     def value(self, quantity: StageQuantity) -> tuple[float, float]:
         """Return a value and its error bar, NaN where there is none."""
