@@ -45,6 +45,7 @@ STRESS = Dimension("a stress", "MPa", "70 MPa")
 ANGLE = Dimension("an angle", "rad", "0.1 deg")
 TIME = Dimension("a time", "s", "2 s")
 NUMBER = Dimension("a number", "", "0.1")
+CYCLE_COUNT = Dimension("a number", "", "1000")
 
 LINE_FORCE = Dimension("a force per length", "N/mm", "100 N/mm")
 LINE_MOMENT = Dimension("a moment per length", "N mm/mm", "5 N mm/mm")

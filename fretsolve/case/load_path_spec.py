@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, mod
 from pydantic.config import JsonDict
 
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, auto, refused_at
-from fretsolve.case.dimensions import ANGLE, FORCE, MOMENT, NUMBER, STRESS
+from fretsolve.case.dimensions import ANGLE, CYCLE_COUNT, FORCE, MOMENT, NUMBER, STRESS
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused
 
@@ -140,7 +140,7 @@ class Repetition(CaseModel):
     at_most: Annotated[int, Field(strict=True, ge=2, le=10**9)] | None = Field(
         default=None, description=f"with until: the most repetitions, {MOST_CYCLES} if it is left out", examples=[20]
     )
-    represents: Annotated[float, InUnits(NUMBER, least=1)] | None = Field(
+    represents: Annotated[float, InUnits(CYCLE_COUNT, least=1)] | None = Field(
         default=None,
         description="instead of times: number of cycles that a few solved ones stand for, which wear needs; the cycle"
         " has to end at the loads that it begins with",
@@ -148,7 +148,7 @@ class Repetition(CaseModel):
     )
     jump: (
         Annotated[
-            Annotated[float, InUnits(NUMBER, least=1), Tag("(number)")] | Annotated[Literal["auto"], Tag("(auto)")],
+            Annotated[float, InUnits(CYCLE_COUNT, least=1), Tag("(number)")] | Annotated[Literal["auto"], Tag("(auto)")],
             Discriminator(lambda value: "(auto)" if value == "auto" else "(number)"),
         ]
         | None

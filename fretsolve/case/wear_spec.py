@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 
@@ -87,7 +87,7 @@ class WearSpec(CaseModel):
 def check_wear(
     wear: WearSpec | None, stages: Sequence[Stage], friction: float | None, dimensions: Mapping[str, Dimension]
 ) -> None:
-    """Refuse cycles that stand for others without wear, or that do not close, and wear without friction.
+    """Refuse cycles that stand for others without wear, that do not close or end without P, and wear without friction.
 
     friction: the coefficient, None where it varies; dimensions: of the load components.
     """
@@ -98,20 +98,42 @@ def check_wear(
         return
     if friction == 0.0 and not any("friction" in dict(stage.targets) for stage in stages):
         refused_at([(("wear",), "friction is 0, so that nothing is dissipated; friction above 0 is needed")])
-    refused_at(_open_cycles(stages, friction, dimensions))
+    ends = list(_ends_of_cycles(stages))
+    refused_at(_open_cycles(ends, friction, dimensions))
+    message = "at its end the cycle changes the surfaces by their pressure, but P is 0 there; let it begin and end where"
+    message += " they are pressed together"
+    refused_at((end.pressed_at, message) for end in ends if end.after.get("P") == 0.0)
 
 
-def _open_cycles(
-    stages: Sequence[Stage], friction: float | None, dimensions: Mapping[str, Dimension]
-) -> Iterator[tuple[KeyPath, str]]:
-    """Yield where a cycle that stands for others does not end as it begins, and a message."""
-    after = dict(INITIAL)
+class _End(NamedTuple):
+    """The end of a repetition of a cycle that stands for others.
+
+    before, after: what is imposed before it and at its end; pressed_at: where P at its end stands in the file.
+    """
+
+    key: KeyPath
+    before: dict[str, float]
+    after: dict[str, float]
+    pressed_at: KeyPath
+
+
+def _ends_of_cycles(stages: Sequence[Stage]) -> Iterator[_End]:
+    """Yield the ends of the repetitions of cycles that stand for others."""
+    after, pressed_at = dict(INITIAL), stages[0].key
     for cycle, of_cycle in groupby(stages, key=lambda stage: stage.cycle):
         before = after
         for stage in of_cycle:
             after = imposed_after(after, stage)
-        if cycle is None or cycle.jumps is None:
-            continue
+            pressed_at = stage.place("P") if "P" in dict(stage.targets) else pressed_at
+        if cycle is not None and cycle.jumps is not None:
+            yield _End(cycle.key, before, after, pressed_at)
+
+
+def _open_cycles(
+    ends: Iterable[_End], friction: float | None, dimensions: Mapping[str, Dimension]
+) -> Iterator[tuple[KeyPath, str]]:
+    """Yield where a cycle that stands for others does not end as it begins, and a message."""
+    for key, before, after, _ in ends:
         for name, end in after.items():
             free = 0.0 if name.startswith("bulk_") else friction if name == "friction" else None
             begin = before.get(name, free)
@@ -119,7 +141,7 @@ def _open_cycles(
                 unit = f" {dimensions[name].unit}" if name in dimensions else ""
                 stands = "is imposed in it alone" if begin is None else f"is {begin:g}{unit} before it"
                 yield (
-                    cycle.key,
+                    key,
                     f"a cycle that represents others has to close, but {name} {stands} and {end:g}{unit} at its end;"
                     f" a stage {{{name}: {end:g}{unit}}} before it would do",
                 )

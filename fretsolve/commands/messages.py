@@ -27,6 +27,7 @@ from fretsolve.kernels import compile_seconds
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
+from fretsolve.setup.cost_estimate import expected_increments
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.setup.warnings.resolution import warning_of_result
@@ -84,6 +85,11 @@ class QuietMessages:
         for text in (too_few, reached if reached and not reached.met else None):
             if text is not None:
                 self.warn(str(text))
+        if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
+            from fretsolve.export.wear_report import warning_of_wear  # few cases have wear
+
+            if (text := warning_of_wear(result, {one for one in jumps if one is not None})) is not None:
+                self.warn(text)
         if "spots" in result.history:
             from fretsolve.export.spots import spot_warnings  # few results have several
 
@@ -169,7 +175,9 @@ class TextMessages(QuietMessages):
         print(f"{self.out}: already complete, {counted(increments, 'increment')}")
 
     def stopped(self, increments: int) -> None:
-        done = f"stopped with {increments} of {counted(self.increments, 'increment')} saved"
+        expected = expected_increments(self.setup)
+        of = "" if expected == self.increments else "about "
+        done = f"stopped with {increments} of {of}{counted(max(expected, increments), 'increment')} saved"
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:

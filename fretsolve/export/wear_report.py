@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from fretsolve.case.dimensions import counted, in_small_unit
+from fretsolve.case.dimensions import counted, in_small_unit, percent
+from fretsolve.case.load_path_spec import WearJumps
 from fretsolve.result import Result
 from fretsolve.system.arrays import IndexArray
 
@@ -49,6 +50,25 @@ def wear_totals(result: Result) -> Iterator[str]:
             f"stick area at the end of the first solved cycle {first:.4g}, of the last one {last:.4g}"
             f" {result.units('stick_area')} ({change:+.2g} %)"
         )
+
+
+def warning_of_wear(result: Result, jumps: Collection[WearJumps]) -> str | None:
+    """Return a warning if the error by the jumps is larger than the tolerance, None otherwise.
+
+    jumps: of the cycles of the case that stand for others.
+    """
+    if not has_wear(result) or not result.increments or not jumps:
+        return None
+    volume, error = (float(result.history[name][-1]) for name in ("wear_volume", "wear_error"))
+    tolerance = max(one.tolerance for one in jumps)
+    if error <= tolerance * volume:
+        return None
+    given = any(one.jump is not None for one in jumps)
+    advice = "give a smaller jump, or jump: auto" if given else f"set tolerance: {percent(0.5 * tolerance)}, or a jump"
+    return (
+        f"wear: the jumps may have changed wear_volume by {percent(error / volume, 3)} (wear_error), more than the"
+        f" tolerance of {percent(tolerance)}; to come within it, {advice}"
+    )
 
 
 def _cycles_that_wear(result: Result) -> int:

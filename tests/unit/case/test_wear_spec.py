@@ -92,7 +92,7 @@ def test_mistakes_of_the_law(tmp_path, wear, message):
         ("{represents: 2.5, stages: [{Qx: 36 N}]}", ".represents: 2.5 is not a whole number of cycles"),
         ("{represents: 10, jump: 20, stages: [{Qx: 36 N}]}", ".jump: 20 cycles are more than the 10 that the cycle"),
         ("{represents: 10, jump: 0.5, stages: [{Qx: 36 N}]}", ".jump: 0.5 is out of range; a number >= 1"),
-        ("{represents: 10, jump: soon, stages: [{Qx: 36 N}]}", ".jump: 'soon' has no number; a number such as '0.1'"),
+        ("{represents: 10, jump: soon, stages: [{Qx: 36 N}]}", ".jump: 'soon' has no number; a number such as '1000'"),
         ("{represents: 10, times: 3, stages: [{Qx: 36 N}]}", ".times: times and represents exclude each other"),
         ("{represents: 10, until: periodic, stages: [{Qx: 1 N}]}", ".until: until and represents exclude each other"),
         ("{represents: 10, at_most: 3, stages: [{Qx: 1 N}]}", ".at_most: at_most and represents exclude each other"),
@@ -124,6 +124,18 @@ def test_mistakes_of_the_cycle(tmp_path, cycle, message):
     error = case_error(path)
     assert str(error).startswith(f"{path}:{SPHERE.count(chr(10)) + 5}: load_path.2.cycle{message}")
     assert error.exit_code == 2
+
+
+def test_a_cycle_that_ends_without_load_is_refused_where_the_load_stands(tmp_path):
+    cycle = "\n      represents: 10\n      stages: [{P: 400 N}, {Qx: 20 N}, {Qx: 0 N},\n        {P: 0 N}]"
+    path = worn(tmp_path, cycle=cycle, before="{P: 0 N}")
+    error = case_error(path)
+    line = next(number for number, text in enumerate(path.read_text().splitlines(), start=1) if "        {P:" in text)
+    assert str(error).startswith(f"{path}:{line}: load_path.2.cycle.stages.3.P: at its end the cycle changes the")
+    assert error.exit_code == 2
+    # held at 0 from before the cycle
+    path = worn(tmp_path, cycle="{represents: 10, stages: [{Qx: 0.0}]}", before="{P: 0 N}")
+    assert str(case_error(path)).startswith(f"{path}:{SPHERE.count(chr(10)) + 4}: load_path.1.P: at its end")
 
 
 def test_represents_needs_wear(tmp_path):

@@ -164,3 +164,29 @@ def test_heights_need_wear_and_its_depth(worn: Path, tmp_path: Path) -> None:
     assert invoke("run", path, "-q").exit_code == 0
     told = refused(2, "export", path.with_suffix(".h5"), "--to", "heights")
     assert told.endswith("the worn depth is not stored; wear_depth in output.fields of the case file stores it\n")
+
+
+def test_jumps_beyond_the_tolerance_are_warned_of(tmp_path: Path) -> None:
+    path = write_case(tmp_path, WORN)
+    sets = ("--set", "load_path.2.cycle.represents=200000", "--set", "load_path.2.cycle.jump=150000")
+    done = invoke("run", path, "-q", *sets)
+    with open_result(path.with_suffix(".h5")) as worn:
+        share = worn.history["wear_error"][-1] / worn.history["wear_volume"][-1]
+    assert share > 0.01
+    assert f"the jumps may have changed wear_volume by {100 * share:.3g} % (wear_error), more than" in done.stderr
+    assert "give a smaller jump, or jump: auto" in done.stderr
+    # within the tolerance nothing is said
+    assert "wear_error" not in invoke("run", path, "-q", "--overwrite").stderr
+
+
+def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
+    from fretsolve.case.loading import load_case
+    from fretsolve.commands.messages import TextMessages
+    from fretsolve.setup.cost_estimate import expected_increments
+    from fretsolve.setup.problem_setup import set_up
+
+    setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
+    expected = expected_increments(setup)
+    assert expected < 200 < setup.load_path.increments
+    TextMessages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
+    assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in capsys.readouterr().err

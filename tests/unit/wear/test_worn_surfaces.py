@@ -179,8 +179,8 @@ SHEARED = "stages: [{Qx: -30 N, increments: 2}, {Qx: 30 N, increments: 2}]"
             r"the contact is worn away: with the approach held P has fallen from 400\.2 N to .* after 200002 cycles",
         ),
         (
-            "  - {P: 0 N}\n",
-            "stages: [{P: 400 N}, {Qx: 20 N, increments: 1}, {Qx: 0 N, increments: 1}, {P: 0 N, increments: 1}]",
+            "  - {delta_z: -1 um}\n",
+            "stages: [{delta_z: 8 um}, {Qx: 20 N, increments: 1}, {Qx: 0 N, increments: 1}, {delta_z: -1 um}]",
             "auto",
             "the surfaces do not touch at the end of the cycle",
         ),
