@@ -148,7 +148,8 @@ class Repetition(CaseModel):
     )
     jump: (
         Annotated[
-            Annotated[float, InUnits(CYCLE_COUNT, least=1), Tag("(number)")] | Annotated[Literal["auto"], Tag("(auto)")],
+            Annotated[float, InUnits(CYCLE_COUNT, least=1), Tag("(number)")]
+            | Annotated[Literal["auto"], Tag("(auto)")],
             Discriminator(lambda value: "(auto)" if value == "auto" else "(number)"),
         ]
         | None

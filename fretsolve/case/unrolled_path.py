@@ -21,6 +21,10 @@ MOST_SOLVED_CYCLES, CYCLES_TO_SETTLE = 1000, 20
 """Most solved cycles that stand for others where they choose their jumps, and how many more there may be where their
 jump is given, as the first ones must become periodic."""
 
+LEAST_RESERVE, RESERVE = 100, 4_000
+"""Where a path has many such cycles, or repeats them in blocks: the solved cycles that there may be in each at least,
+and in all together."""
+
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 """The components imposed until a stage names one of the same pair."""
 
@@ -166,13 +170,29 @@ def bulk_keys(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[KeyPath, ...]
 
 def stage_count(load_path: Any) -> int:
     """Return the number of stages of a load path, validated or as written in the file."""
-    cycles = map(_repeated, load_path if isinstance(load_path, list | tuple) else ())
-    return sum(1 if cycle is None else _count(cycle) for cycle in cycles)
+    return _count(load_path, _reserve(load_path))
 
 
-def _count(cycle: _Repeated) -> int:
-    of_one = (2 if cycle.legs else stage_count(cycle.stages)) + cycle.wears
-    return (1 if cycle.legs else 0) + of_one * cycle.times
+def _count(steps: Any, reserve: int) -> int:
+    found = 0
+    for step in steps if isinstance(steps, list | tuple) else ():
+        if (cycle := _repeated(step, reserve)) is None:
+            found += 1
+            continue
+        of_one = (2 if cycle.legs else _count(cycle.stages, reserve)) + cycle.wears
+        found += (1 if cycle.legs else 0) + of_one * cycle.times
+    return found
+
+
+def _reserve(load_path: Any) -> int:
+    """Return the most solved cycles of each cycle that stands for others and chooses its jumps."""
+    return min(MOST_SOLVED_CYCLES, max(LEAST_RESERVE, RESERVE // max(1, _wearing(load_path))))
+
+
+def _wearing(steps: Any) -> int:
+    """Return how often a path comes to a cycle that stands for others."""
+    cycles = [_repeated(step) for step in (steps if isinstance(steps, list | tuple) else ())]
+    return sum(1 if one.wears else one.times * _wearing(one.stages) for one in cycles if one is not None)
 
 
 def stage_key(load_path: Any, number: str | int) -> KeyPath:
@@ -191,15 +211,16 @@ def stage_keys(load_path: Any) -> tuple[KeyPath, ...]:
     return tuple(dict.fromkeys(step.key for step in _walk(load_path, ("load_path",))))
 
 
-def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> Iterator[_Step]:
+def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None, reserve: int = 0) -> Iterator[_Step]:
     """Yield each stage in turn with its place, from steps that are validated or as written.
 
-    numbers: of the cycles that hold no other cycle; None for the outermost steps.
+    numbers: of the cycles that hold no other cycle; None for the outermost steps; reserve: by `_reserve`, found for the
+    outermost steps.
     """
     outermost, passes = numbers is None, 0
-    numbers = numbers or count(1)
+    numbers, reserve = numbers or count(1), reserve or _reserve(steps)
     for index, step in enumerate(steps if isinstance(steps, list | tuple) else ()):
-        key, cycle = (*parent, index), _repeated(step)
+        key, cycle = (*parent, index), _repeated(step, reserve)
         if cycle is None:
             yield _Step(key, step, None)
             continue
@@ -215,18 +236,18 @@ def _walk(steps: Any, parent: KeyPath, numbers: Iterator[int] | None = None) -> 
             if cycle.legs is not None:
                 steps_of_it = iter([_Step(inside, leg, run) for leg in cycle.legs[1:]])
             else:
-                steps_of_it = _walk(cycle.stages, (*inside, "stages"), numbers)
+                steps_of_it = _walk(cycle.stages, (*inside, "stages"), numbers, reserve)
             for one in steps_of_it:
                 yield one._replace(cycle=one.cycle if nested else run, outer=passes if outermost else 0)
             if cycle.wears:
                 yield _Step(inside, _Jump(run), None, passes if outermost else 0)
 
 
-def _repeated(step: Any) -> _Repeated | None:
-    """Return what a cycle repeats; None for a stage."""
+def _repeated(step: Any, reserve: int = MOST_SOLVED_CYCLES) -> _Repeated | None:
+    """Return what a cycle repeats; None for a stage. reserve: as for `_walk`."""
     if isinstance(step, CycleSpec):
         jumps, until = step.cycle.jumps, step.cycle.tolerance if step.cycle.until else None
-        times = step.cycle.most if jumps is None else _solved_cycles(jumps.represents, jumps.jump)
+        times = step.cycle.most if jumps is None else _solved_cycles(jumps.represents, jumps.jump, reserve)
         if isinstance(step.cycle, AmplitudeCycle):
             legs = _Leg(step.cycle, 1.0, 4), _Leg(step.cycle, -1.0, 2), _Leg(step.cycle, 1.0, 2)
             return _Repeated((), times, until, legs, jumps is not None, jumps)
@@ -236,7 +257,7 @@ def _repeated(step: Any) -> _Repeated | None:
         return None
     given = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
     if wears := "represents" in cycle:
-        given = _solved_cycles(cycle["represents"], cycle.get("jump", "auto"))
+        given = _solved_cycles(cycle["represents"], cycle.get("jump", "auto"), reserve)
     times = given if isinstance(given, int) else 1
     stages = cycle.get("stages")
     if "amplitude" in cycle:
@@ -244,12 +265,12 @@ def _repeated(step: Any) -> _Repeated | None:
     return _Repeated(stages if isinstance(stages, list | tuple) else (), times, None, None, wears)
 
 
-def _solved_cycles(represents: Any, jump: Any) -> int:
+def _solved_cycles(represents: Any, jump: Any, reserve: int) -> int:
     """Return how many solved cycles there are at most, of a cycle that stands for others, validated or as written."""
     values = [_as_number(represents), _as_number(jump)]
     if values[0] is None:
         return 1
-    needed = MOST_SOLVED_CYCLES if values[1] is None else 3.0 * values[0] / values[1] + CYCLES_TO_SETTLE
+    needed = reserve if values[1] is None else 3.0 * values[0] / values[1] + CYCLES_TO_SETTLE
     return max(1, math.ceil(min(values[0], needed)))
 
 
@@ -265,7 +286,14 @@ def _as_number(value: Any) -> float | None:
 def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[StageSpec | CycleSpec, ...]:
     """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
     if (count := stage_count(load_path)) > LARGEST_STAGE_COUNT:
-        raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible")
+        jumps = [step.cycle.jumps for step in load_path if isinstance(step, CycleSpec)]
+        given = max(
+            (one.represents / one.jump for one in jumps if one is not None and one.jump is not None), default=0.0
+        )
+        advice = (
+            "" if given < MOST_SOLVED_CYCLES else f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
+        )
+        raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible{advice}")
     first = next(_walk(load_path, ()))
     if not {"P", "delta_z"} & dict(_stage(1, first).targets).keys():
         refused_at([(first.key, "the first stage presses nothing together; P or delta_z is needed in it")])

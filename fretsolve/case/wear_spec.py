@@ -100,7 +100,9 @@ def check_wear(
         refused_at([(("wear",), "friction is 0, so that nothing is dissipated; friction above 0 is needed")])
     ends = list(_ends_of_cycles(stages))
     refused_at(_open_cycles(ends, friction, dimensions))
-    message = "at its end the cycle changes the surfaces by their pressure, but P is 0 there; let it begin and end where"
+    message = (
+        "at its end the cycle changes the surfaces by their pressure, but P is 0 there; let it begin and end where"
+    )
     message += " they are pressed together"
     refused_at((end.pressed_at, message) for end in ends if end.after.get("P") == 0.0)
 

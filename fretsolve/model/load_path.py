@@ -113,7 +113,10 @@ class LoadPath:
     def _place(self, planned: Sequence[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""
         firsts = accumulate((stage.increments for stage in planned), initial=0)
-        self._planned = [replace(stage, first=first) for stage, first in zip(planned, firsts, strict=False)]
+        self._planned = [
+            stage if stage.first == first else replace(stage, first=first)
+            for stage, first in zip(planned, firsts, strict=False)
+        ]
         self.increments = sum(stage.increments for stage in planned)
         self.last_steps = tuple(stage.first + stage.increments - 1 for stage in self._planned)
         self.counts = tuple(stage.increments for stage in planned)

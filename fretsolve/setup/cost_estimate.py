@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,11 +94,12 @@ class Estimate:
 
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
-    cells, increments, terms = math.prod(setup.grid.shape), expected_increments(setup), setup.model.terms
+    weights = _weights(setup)
+    cells, increments, terms = math.prod(setup.grid.shape), _expected(setup, weights), setup.model.terms
     compiled, single = setup.compiled, setup.case.solver.precision == "single"
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
-    applications = _applications(setup)
+    applications = _applications(setup, increments, weights)
     slowness = 1.0 if compiled else NUMPY_SLOWNESS
     effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * slowness
     seconds = {part: CELL_COSTS[part][1] * effort * count for part, count in applications.items()}
@@ -134,9 +136,11 @@ def estimate(setup: ProblemSetup) -> Estimate:
 
 def expected_increments(setup: ProblemSetup) -> int:
     """Return how many increments a run is likely to have: with wear fewer than the most that it may have."""
-    return max(
-        1, round(sum(count * weight for count, weight in zip(setup.load_path.counts, _weights(setup), strict=True)))
-    )
+    return _expected(setup, _weights(setup))
+
+
+def _expected(setup: ProblemSetup, weights: Sequence[float]) -> int:
+    return max(1, round(sum(count * weight for count, weight in zip(setup.load_path.counts, weights, strict=True))))
 
 
 def _weights(setup: ProblemSetup) -> list[float]:
@@ -148,11 +152,14 @@ def _weights(setup: ProblemSetup) -> list[float]:
     return stage_weights(setup)
 
 
-def _applications(setup: ProblemSetup) -> dict[ModelPart, int]:
-    """Return the applications of the elastic operator over the whole path, by the part of the model that needs them."""
-    model, increments = setup.model, expected_increments(setup)
+def _applications(setup: ProblemSetup, increments: int, weights: Sequence[float]) -> dict[ModelPart, int]:
+    """Return the applications of the elastic operator over the whole path, by the part of the model that needs them.
+
+    increments: that are likely to be solved; weights: of each stage the share of its increments that are.
+    """
+    model = setup.model
     coupling = model.terms.normal_tangential_coupling
-    stages = zip(setup.case.stages(), setup.load_path.counts, _weights(setup), strict=True)
+    stages = zip(setup.case.stages(), setup.load_path.counts, weights, strict=True)
     unpressed = {*SHEARING, "friction"}
     pressed = round(
         sum(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from fretsolve.case.load_path_spec import WearJumps
 from fretsolve.wear.progress import SolvedCycle, Worn
-from fretsolve.wear.settling import SHARE, excess_per_cycle, is_settled
+from fretsolve.wear.settling import LOOKS_AT_GIVEN, MOST_LOOKS, SHARE, excess_per_cycle, is_settled
 
 FIRST_DEPTH, MOST_DEPTH = 0.005, 0.3
 """Depth of the first jump, and the largest of any, over the largest elastic displacement."""
@@ -64,7 +64,8 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
     allowed: the error that it may have over what it wears.
     """
     depth, left = limits.depth, limits.left
-    if left <= 1.0 or not is_settled(cycles, jumps.tolerance, allowed):
+    most_looks = MOST_LOOKS if jumps.jump is None else LOOKS_AT_GIVEN
+    if left <= 1.0 or not is_settled(cycles, jumps.tolerance, allowed, most_looks):
         return 1.0
     if jumps.jump is not None:
         return min(jumps.jump, left)

@@ -38,8 +38,8 @@ SHARE = 0.5
 UNSEEN_SHARE = 0.1
 """The same where no more cycle is solved to look at it."""
 
-MOST_LOOKS = 4
-"""Most cycles that are solved after a jump before the next one."""
+MOST_LOOKS, LOOKS_AT_GIVEN = 4, 2
+"""Most cycles that are solved after a jump before the next one; where the jump is given, so that all have room."""
 
 
 def excess(cycles: Sequence[SolvedCycle]) -> float | None:
@@ -63,10 +63,10 @@ def excess_per_cycle(cycles: Sequence[SolvedCycle]) -> float | None:
     return TAIL * _fall(cycles, looked[-1]) / cycles[looked[-1]].jump if looked else None
 
 
-def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float) -> bool:
+def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float, most_looks: int = MOST_LOOKS) -> bool:
     """Return whether the last cycle may stand for others.
 
-    tolerance: of the worn volume; allowed: error of the next jump over what it wears.
+    tolerance: of the worn volume; allowed: error of the next jump over what it wears; most_looks: cycles after a jump.
     """
     place, share = _last_jump(cycles), excess(cycles)
     if share is None:
@@ -75,7 +75,7 @@ def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float) 
         # wear and friction that runs in change the energy, too: it does not have to settle further for ever
         return _change(cycles) <= (SHAKEN_DOWN * tolerance if len(cycles) <= CYCLES_TO_SETTLE else SETTLED)
     looks = len(cycles) - 1 - place
-    return share <= (UNSEEN_SHARE if looks == 1 else SHARE) * allowed or looks >= MOST_LOOKS
+    return share <= (UNSEEN_SHARE if looks == 1 else SHARE) * allowed or looks >= most_looks
 
 
 def require_periodic(cycles: Sequence[SolvedCycle], tolerance: float) -> None:

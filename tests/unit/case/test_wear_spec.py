@@ -56,6 +56,22 @@ def test_cycles_of_one_block(tmp_path):
     assert list(dict.fromkeys(jumps)) == [WearJumps(1e6, None, 0.01, None), WearJumps(10.0, None, 0.01, None)]
 
 
+def test_many_cycles_that_choose_their_jumps_fit_in_a_path(tmp_path):
+    alone = load_case(worn(tmp_path)).stages()
+    assert max(stage.cycle.turn for stage in alone if stage.cycle) == 1000
+    blocks = f"{{times: 50, stages: [{{P: 300 N}}, {{P: 400 N}}, {{cycle: {CYCLE}}}]}}"
+    stages = load_case(worn(tmp_path, cycle=blocks)).stages()
+    assert max(stage.cycle.turn for stage in stages if stage.cycle) == 100
+    assert len({stage.cycle.cycle for stage in stages if stage.cycle}) == 50
+    assert len(stages) == 2 + 50 * (2 + 3 * 100)
+
+
+def test_too_many_given_jumps_are_refused_by_their_number(tmp_path):
+    error = case_error(worn(tmp_path, cycle="{represents: 1e9, jump: 1000, stages: [{Qx: -36 N}, {Qx: 36 N}]}"))
+    assert error.message.endswith("; 1e+06 jumps are too many, give a larger jump, or jump: auto")
+    assert error.exit_code == 2
+
+
 @pytest.mark.parametrize(
     ("wear", "message"),
     [
