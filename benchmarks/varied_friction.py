@@ -8,6 +8,7 @@ A sphere of 10 mm, P = 400 N, friction 0.1, nu = 0.3, one increment under Qx fro
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,16 @@ from fretsolve import run
 from fretsolve.case.body_spec import ElasticBody
 from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
-from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import set_up
 
-LOAD, RADIUS = 400.0, 10.0
+LOAD, RADIUS, SIZE = 400.0, 10.0, 0.9
+
+UNITS = {"delta_x": "um", "delta_y": "um", "stick area": "mm^2", "dissipated energy": "uJ", "gross slip": "N"}
+
+SHEAR_MODULUS = 100e3
+"""G* of two bodies of 200 GPa without Poisson's ratio, by 1/G* = sum (2 - nu)/4G (MPa)."""
 
 
 def body(nu: float) -> dict[str, float]:
@@ -29,23 +35,60 @@ def body(nu: float) -> dict[str, float]:
     return {"young_modulus": 200e3, "poisson_ratio": nu}
 
 
-STEEL = ElasticBody.model_validate(body(0.3))
-HERTZ = hertz_sphere(LOAD, RADIUS, compliances(STEEL, STEEL).contact_modulus)
+def hertz(nu: float) -> HertzContact:
+    """Return Hertz's contact of two such bodies under the load."""
+    one = ElasticBody.model_validate(body(nu))
+    return hertz_sphere(LOAD, RADIUS, compliances(one, one).contact_modulus)
 
-CERTIFIED: tuple[tuple[str, Any, dict[str, float], int, str], ...] = (
-    ("limit 100 MPa", {"coefficient": 0.1, "shear_limit": 100.0}, {"Qx": 21.07392}, 128, "0.43881, 0.13866, 0.4844"),
-    ("0.02 in r < 0.1 mm", {"expression": "0.1 - 0.08*(r < 0.1)"}, {"Qx": 27.908}, 128, "0.60848, -, 1.159"),
-    (
+
+HERTZ = hertz(0.0)
+
+
+@dataclass(frozen=True)
+class Certified:
+    """An increment from rest that independent solvers have solved.
+
+    points: cells per side; values: by quantity, in the units of `UNITS`; the stick area counts cells, and gross slip is
+    the force of it.
+    """
+
+    name: str
+    friction: Any
+    loads: dict[str, float]
+    points: int
+    values: dict[str, float]
+
+
+CERTIFIED = (
+    Certified(
+        "limit 100 MPa",
+        {"coefficient": 0.1, "shear_limit": 100.0},
+        {"Qx": 21.07392},
+        128,
+        {"delta_x": 0.43881, "stick area": 0.1394, "dissipated energy": 0.4844, "gross slip": 26.3437},
+    ),
+    Certified(
+        "0.02 in r < 0.1 mm",
+        {"expression": "0.1 - 0.08*(r < 0.1)"},
+        {"Qx": 27.908},
+        128,
+        {"delta_x": 0.60848, "stick area": 0.0952, "dissipated energy": 1.159, "gross slip": 34.8546},
+    ),
+    Certified(
         "0.3 in abs(y) < 0.0984 mm",
         {"expression": "0.1 + 0.2*(abs(y) < 0.0984375)"},
         {"Qx": 62.2672},
         128,
-        "1.67769, 0.0590, 14.394",
+        {"delta_x": 1.67769, "stick area": 0.0590, "dissipated energy": 14.394, "gross slip": 77.834},
     ),
-    ("0.2 along x, 0.1 along y", {"coefficient": [0.2, 0.1]}, {"Qx": 30.0, "Qy": 30.0}, 96, "0.63611, 0.0808, 3.377"),
+    Certified(
+        "0.2 along x, 0.1 along y",
+        {"coefficient": [0.2, 0.1]},
+        {"Qx": 30.0, "Qy": 30.0},
+        96,
+        {"delta_x": 0.63611, "delta_y": 0.71357, "stick area": 0.0808, "dissipated energy": 3.377},
+    ),
 )
-"""Name, friction, loads, points, and delta_x (um), stick area (mm^2) and dissipated energy (uJ) of independent solves.
-The stick area under the shear limit is that of the closed form, the others count cells."""
 
 LAWS: dict[str, Any] = {
     "limit 0.5 mu p0": {"coefficient": 0.1, "shear_limit": 0.05 * HERTZ.max_pressure},
@@ -54,6 +97,20 @@ LAWS: dict[str, Any] = {
     "mu p0^(1/3) p^(2/3)": {"coefficient": 0.1, "exponent": 2 / 3, "reference_pressure": HERTZ.max_pressure},
 }
 
+TRANSFORMED: dict[tuple[str, float], tuple[float, float, float]] = {
+    ("mu p", 0.5): (1.0, 0.793701, 0.581257),
+    ("mu p", 0.9): (1.0, 0.464159, 1.232379),
+    ("limit 0.5 mu p0", 0.5): (0.6875, 0.869007, 0.384574),
+    ("limit 0.5 mu p0", 0.9): (0.6875, 0.566742, 0.770077),
+    ("limit 0.25 mu p0", 0.5): (0.367188, 0.904929, 0.199815),
+    ("limit 0.25 mu p0", 0.9): (0.367188, 0.586505, 0.398447),
+    ("3 mu in r < 0.4 a", 0.5): (1.460255, 0.646229, 0.914813),
+    ("3 mu in r < 0.4 a", 0.9): (1.460255, 0.305497, 2.395466),
+    ("mu p0^(1/3) p^(2/3)", 0.5): (1.125, 0.829717, 0.636719),
+    ("mu p0^(1/3) p^(2/3)", 0.9): (1.125, 0.496831, 1.328591),
+}
+"""Gross slip over mu P, c/a and delta_x over mu p0 a/G* at Q over gross slip, certified by Abel's transform."""
+
 
 def case_of(friction: Any, stages: list[dict[str, Any]], points: int, nu: float = 0.3) -> Case:
     """Return the sphere under P and `stages`; without Poisson's ratio as the closed forms have it."""
@@ -61,9 +118,10 @@ def case_of(friction: Any, stages: list[dict[str, Any]], points: int, nu: float 
         {
             "bodies": [body(nu), body(nu)],
             "surface": {"sphere": {"radius": RADIUS}},
-            "grid": {"points": points, "size": 0.9},
+            "grid": {"points": points, "size": SIZE},
             "friction": friction,
             "load_path": [{"P": LOAD}, *stages],
+            "output": {"fields": ["shear_bound"]},
         }
     )
 
@@ -75,12 +133,44 @@ def ends(case: Case) -> list[Summary]:
 
 def certified() -> None:
     """Print the comparison with independent solves."""
-    print("| friction | cells | delta_x (um), stick area (mm^2), dissipated energy (uJ): certified | found |")
+    print("| friction | cells | quantity | certified | found | difference |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for one in CERTIFIED:
+        found = ends(case_of(one.friction, [{**one.loads, "increments": 1}], one.points))[-1]
+        values = {
+            "delta_x": 1e3 * found.delta_x,
+            "delta_y": 1e3 * found.delta_y,
+            "stick area": found.stick_cells * (SIZE / one.points) ** 2,
+            "dissipated energy": 1e3 * found.work_total,
+        }
+        if "gross slip" in one.values:
+            values["gross slip"] = carried(one.friction, one.points)
+        for quantity, known in one.values.items():
+            value = values[quantity]
+            name = f"{quantity} ({UNITS[quantity]})"
+            print(f"| {one.name} | {one.points} | {name} | {known:g} | {value:.6g} | {value / known - 1.0:+.1e} |")
+
+
+def carried(friction: Any, points: int, nu: float = 0.3) -> float:
+    """Return the force that friction carries in gross slip (N): the sum of the friction limit."""
+    bound = list(run(case_of(friction, [], points, nu)))[-1].fields.shear_bound
+    assert bound is not None
+    return float(bound.sum()) * (SIZE / points) ** 2
+
+
+def transformed() -> None:
+    """Print c/a, delta_x and gross slip under 128 x 128 cells against Abel's transform as it is certified."""
+    print("| friction | Q over gross slip | gross slip over mu P, c/a, delta_x G*/(mu p0 a): certified | found |")
     print("| --- | --- | --- | --- |")
-    for name, friction, loads, points, known in CERTIFIED:
-        found = ends(case_of(friction, [{**loads, "increments": 1}], points))[-1]
-        values = f"{1e3 * found.delta_x:.5f}, {found.stick_area:.4f}, {1e3 * found.work_total:.4f}"
-        print(f"| {name} | {points} | {known} | {values} |")
+    unit = 0.1 * HERTZ.max_pressure * HERTZ.contact_radius / SHEAR_MODULUS
+    for (name, share), known in TRANSFORMED.items():
+        friction = LAWS.get(name, {"expression": "0.1"})
+        force = share * known[0] * 0.1 * LOAD
+        found = ends(case_of(friction, [{"Qx": force, "increments": 1}], 128, 0.0))[-1]
+        gross_slip = carried(friction, 128, 0.0) / (0.1 * LOAD)
+        values = gross_slip, found.stick_radius / HERTZ.contact_radius, found.delta_x / unit
+        texts = (f"{value:.6f} ({value / other - 1.0:+.1e})" for value, other in zip(values, known, strict=True))
+        print(f"| {name} | {share} | {', '.join(f'{value:.6f}' for value in known)} | {', '.join(texts)} |")
 
 
 def closed_forms() -> None:
@@ -127,7 +217,13 @@ def main() -> None:
     """Print the tables, or put them into a page."""
     page = parser_of(__doc__).parse_args().into
     report(
-        {"friction certified": certified, "friction closed forms": closed_forms, "friction changed": under_load}, page
+        {
+            "friction certified": certified,
+            "friction transform": transformed,
+            "friction closed forms": closed_forms,
+            "friction changed": under_load,
+        },
+        page,
     )
 
 
