@@ -16,7 +16,7 @@ from fretsolve.elastic.influence import InfluenceSpectra, ScaledSpectra, along_x
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import Kernels
+from fretsolve.kernels import GridKernels
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
@@ -58,10 +58,10 @@ class ElasticOperator:
         """The compliances of the bodies."""
         return self._problem[2]
 
-    @property
-    def kernels(self) -> Kernels:
+    @cached_property
+    def kernels(self) -> GridKernels:
         """The kernels that solvers with this operator use."""
-        return self._team.kernels
+        return self._team.kernels.on(self._problem[0], self._team.share)
 
     @cached_property
     def unit(self) -> float:

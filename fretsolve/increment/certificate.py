@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
-from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, nothing
@@ -82,7 +82,7 @@ class Examiner:
         tolerance: float,
         may_slip: bool = True,
         precision: type[np.floating] = np.float64,
-        kernels: Kernels = NUMPY,
+        kernels: GridKernels = ON_ANY_GRID,
     ):
         self._kernels = kernels
         self.separation, self.friction, self.may_slip = separation, friction, may_slip

@@ -73,7 +73,7 @@ class IncrementSolver:
         self._team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self._team, precision)
         self._examiner = self._examiner_type(
-            separation, model.friction, grid, tolerance, model.may_slip, precision, kernels
+            separation, model.friction, grid, tolerance, model.may_slip, precision, self.level.operator.kernels
         )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0

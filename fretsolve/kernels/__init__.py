@@ -2,7 +2,8 @@
 
 There are two forms of them. `NUMPY` runs everywhere. The other one is compiled by numba (extra `fast`), and reads and
 writes each array once; loading it takes a second. Both give the same results up to the order of sums. A run chooses
-one of them, for example ``kernels = load(compiled=True)``, ``kernels.cg.add(pressure, correction, factor)``.
+one of them and binds it to its grids, for example ``kernels = load(compiled=True).on(grid.shape)``,
+``kernels.cg.add(pressure, correction, factor)``.
 """
 
 from __future__ import annotations
@@ -11,8 +12,23 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, spectral_numpy
+from fretsolve.kernels.on_grid import Share, Steps, in_parts, parts_of, whole
+
+
+@dataclass(frozen=True)
+class GridKernels:
+    """Kernels for fields on one grid: steps of the conjugate gradients, passes of slip law and normal problem."""
+
+    cg: Any
+    friction: Any
+    normal: Any
+
+
+ON_ANY_GRID = GridKernels(Steps(cg_numpy), friction_numpy, normal_numpy)
+"""Kernels in NumPy, which take all rows of any grid at once."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +44,18 @@ class Kernels:
     spectral: ModuleType = spectral_numpy
     compiled: bool = False
     why_not: str = ""
+
+    def on(self, shape: tuple[int, int], share: Share | None = None) -> GridKernels:
+        """Return the kernels for fields (nx, ny); on a large grid they `share` parts of it out among threads."""
+        parts = parts_of(shape)
+        modules = {"cg": self.cg, "friction": self.friction, "normal": self.normal}
+        if share is not None and len(parts) > 1:
+            return GridKernels(
+                **{kind: in_parts(module, kind, self.compiled, parts, share) for kind, module in modules.items()}
+            )
+        if not self.compiled:
+            return ON_ANY_GRID
+        return GridKernels(**{kind: whole(module, kind, shape[0]) for kind, module in modules.items()})
 
 
 NUMPY = Kernels()
@@ -60,4 +88,4 @@ def _clock(name: str) -> float:
     return float(getattr(options, name)()) if options is not None else 0.0
 
 
-__all__ = ["NUMPY", "Kernels", "compile_seconds", "load", "readying_seconds"]
+__all__ = ["NUMPY", "ON_ANY_GRID", "GridKernels", "Kernels", "compile_seconds", "load", "readying_seconds"]

@@ -1,6 +1,8 @@
-"""Kernels of the conjugate gradients, compiled by numba. Each does what its namesake in `cg_numpy` does.
+"""Passes of the conjugate gradients over the rows `first` to `stop`, compiled by numba, as those in `cg_numpy`.
 
-Sums along a row are in the precision of the arrays, sums over rows in double precision.
+`start`, `search`, `step` and `normalise` are whole steps, as in `fretsolve.kernels.on_grid.Steps`, in one call: on
+small grids calls take longer than what they compute. Sums along a row are in the precision of the arrays, sums over
+rows in double precision.
 """
 
 from __future__ import annotations
@@ -13,15 +15,14 @@ from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 
 @inlined
-def _precondition(image, residual, weight, normal, constraints, moments):
-    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7) and `moments`; return residual times image."""
-    components, nx, ny = image.shape
+def precondition(first, stop, image, residual, weight, normal, constraints):
+    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7); return residual times image, and c' image."""
+    components, _, ny = image.shape
     zero = image.dtype.type(0.0)
     one = image.dtype.type(1.0)
     unweighted = np.ones(ny, image.dtype)
-    product = 0.0
-    moments[:] = 0.0
-    for i in range(nx):
+    product, moments = 0.0, np.zeros(len(constraints))
+    for i in range(first, stop):
         in_row = zero
         if components == 1:
             for j in range(ny):
@@ -41,16 +42,16 @@ def _precondition(image, residual, weight, normal, constraints, moments):
                 in_row += r_x * x + r_y * y
         product += in_row
         _add_moments(image, i, unweighted, constraints, moments)
-    return product
+    return product, moments
 
 
 @inlined
-def _turn(direction, image, weight, constraints, amplitudes, growth):
+def turn(first, stop, direction, image, weight, constraints, amplitudes, growth):
     """Compute ``direction = growth direction + image - W c amplitudes``; the image is overwritten (CG3)."""
-    components, nx, ny = image.shape
+    components, _, ny = image.shape
     factor = image.dtype.type(growth)
     for part in range(components):
-        for i in range(nx):
+        for i in range(first, stop):
             for m in range(len(amplitudes)):
                 amplitude = image.dtype.type(amplitudes[m])
                 for j in range(ny):
@@ -60,13 +61,12 @@ def _turn(direction, image, weight, constraints, amplitudes, growth):
 
 
 @inlined
-def _apply(image, direction, stiffness, normal, zone, weight, constraints, moments):
-    """Compute ``image = T (image + S direction)`` in the zone, and `moments`; return direction times image (CG4)."""
-    components, nx, ny = image.shape
+def apply(first, stop, image, direction, stiffness, normal, zone, weight, constraints):
+    """Compute ``image = T (image + S direction)`` in the zone; return direction times it, and ``c' W image`` (CG4)."""
+    components, _, ny = image.shape
     zero = image.dtype.type(0.0)
-    product = 0.0
-    moments[:] = 0.0
-    for i in range(nx):
+    product, moments = 0.0, np.zeros(len(constraints))
+    for i in range(first, stop):
         in_row = zero
         if components == 1:
             for j in range(ny):
@@ -86,7 +86,7 @@ def _apply(image, direction, stiffness, normal, zone, weight, constraints, momen
                 in_row += d_x * x + d_y * y
         product += in_row
         _add_moments(image, i, weight[i], constraints, moments)
-    return product
+    return product, moments
 
 
 @inlined
@@ -101,12 +101,12 @@ def _add_moments(field, i, weight, constraints, moments):
 
 
 @inlined
-def _advance(solution, residual, direction, image, weight, constraints, amplitudes, length):
+def advance(first, stop, solution, residual, direction, image, weight, constraints, amplitudes, length):
     """Step along the direction (CG5), compute ``image = W residual``, and return the largest length of the residual."""
-    components, nx, ny = image.shape
+    components, _, ny = image.shape
     step = image.dtype.type(length)
     squares = np.zeros(ny, image.dtype)
-    for i in range(nx):
+    for i in range(first, stop):
         for part in range(components):
             for j in range(ny):
                 solution[part, i, j] += step * direction[part, i, j]
@@ -135,23 +135,26 @@ def _multiply(matrix, vector):
     return result
 
 
+@inlined
+def clear(first, stop, solution, direction, image):
+    """Compute ``solution = direction = image = 0`` (CG1)."""
+    components, _, ny = image.shape
+    for part in range(components):
+        for i in range(first, stop):
+            for j in range(ny):
+                solution[part, i, j], direction[part, i, j], image[part, i, j] = 0.0, 0.0, 0.0
+
+
 @kernel
-def constrain(constraints, motions, x, y, normal, zone, weight, gram):
-    """Compute ``c = T N`` in the zone, 0 outside, and ``gram = c' W c`` (T9)."""
-    _, components, nx, ny = constraints.shape
+def constrain(first, stop, constraints, motions, x, y, normal, zone, weight):
+    """Compute ``c = T N`` in the zone, 0 outside, and return ``c' W c`` (T9)."""
+    _, components, _, ny = constraints.shape
+    gram = np.zeros((len(motions), len(motions)))
     for m in range(len(motions)):
         constraint, a, b, c = constraints[m], motions[m, 0], motions[m, 1], motions[m, 2]
-        size = 0.0
-        for i in range(nx):
+        for i in range(first, stop):
             for j in range(ny):
-                if components == 1:
-                    size = max(size, abs(a + b * y[j] + c * x[i]))
-                else:
-                    size = max(size, abs(a - c * y[j]), abs(b + c * x[i]))
-        scale = 1.0 / size if size > 0.0 else 1.0
-        for i in range(nx):
-            for j in range(ny):
-                inside = scale if zone[i, j] else 0.0
+                inside = 1.0 if zone[i, j] else 0.0
                 if components == 1:
                     constraint[0, i, j] = inside * (a + b * y[j] + c * x[i])
                 else:
@@ -159,76 +162,81 @@ def constrain(constraints, motions, x, y, normal, zone, weight, gram):
                     c_x, c_y = inside * (a - c * y[j]), inside * (b + c * x[i])
                     along = c_x * n_x + c_y * n_y
                     constraint[0, i, j], constraint[1, i, j] = c_x - along * n_x, c_y - along * n_y
-        gram[m] = 0.0
-        for i in range(nx):
+        for i in range(first, stop):
             _add_moments(constraint, i, weight[i], constraints[: m + 1], gram[m, : m + 1])
         gram[: m + 1, m] = gram[m, : m + 1]
+    return gram
 
 
 @kernel
 def start(solution, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram):
     """Begin at 0: compute ``residual = P T residual`` in the zone (T9) and ``image = W residual`` (CG1)."""
-    solution[:] = 0.0
-    direction[:] = 0.0
-    image[:] = 0.0
-    moments = np.zeros(len(constraints))
-    _apply(residual, direction, stiffness, normal, zone, weight, constraints, moments)
-    amplitudes = _multiply(inverse_gram, moments)
-    return _advance(solution, residual, direction, image, weight, constraints, -amplitudes, 1.0)
+    rows = len(weight)
+    clear(0, rows, solution, direction, image)
+    _, moments = apply(0, rows, residual, direction, stiffness, normal, zone, weight, constraints)
+    amplitudes = -_multiply(inverse_gram, moments)
+    return advance(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, 1.0)
 
 
 @kernel
 def search(image, direction, residual, weight, normal, constraints, inverse_gram, rho_before):
     """Compute ``z = T (W image + (1 - W^2) W residual)`` (T7) and turn the direction to it (CG2, CG3); return rho."""
-    moments = np.zeros(len(constraints))
-    rho = _precondition(image, residual, weight, normal, constraints, moments)
+    rows = len(weight)
+    rho, moments = precondition(0, rows, image, residual, weight, normal, constraints)
     if rho > 0.0:
-        _turn(direction, image, weight, constraints, _multiply(inverse_gram, moments), rho / rho_before)
+        amplitudes = _multiply(inverse_gram, moments)
+        turn(0, rows, direction, image, weight, constraints, amplitudes, rho / rho_before)
     return rho
 
 
 @kernel
 def step(solution, residual, direction, image, stiffness, normal, zone, weight, constraints, inverse_gram, rho):
     """Compute ``w = T (image + S direction)`` in the zone, and step along the direction (CG4, CG5)."""
-    moments = np.zeros(len(constraints))
-    kappa = _apply(image, direction, stiffness, normal, zone, weight, constraints, moments)
+    rows = len(weight)
+    kappa, moments = apply(0, rows, image, direction, stiffness, normal, zone, weight, constraints)
     if not kappa > 0.0:
         return kappa, math.inf
-    amplitudes = _multiply(inverse_gram, moments)
-    return kappa, _advance(solution, residual, direction, image, weight, constraints, amplitudes, rho / kappa)
+    amplitudes, length = _multiply(inverse_gram, moments), rho / kappa
+    return kappa, advance(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, length)
 
 
 @inlined
-def largest(field):
+def largest(first, stop, field):
     """Return the largest absolute value, or NaN if there is one."""
-    components, nx, ny = field.shape
+    components, _, ny = field.shape
     found = np.zeros(ny, field.dtype)
     for part in range(components):
-        for i in range(nx):
+        for i in range(first, stop):
             for j in range(ny):
                 found[j] = larger(abs(field[part, i, j]), found[j])
     return largest_of(found)
 
 
+@inlined
+def divide(first, stop, field, size, result):
+    """Compute ``result = field / size``."""
+    components, _, ny = field.shape
+    for part in range(components):
+        for i in range(first, stop):
+            for j in range(ny):
+                result[part, i, j] = field[part, i, j] / size
+
+
 @kernel
 def normalise(field, result):
     """Compute ``result = field / size``, and return the size, the field's largest absolute value."""
-    components, nx, ny = field.shape
-    size = largest(field)
-    if size == 0.0:
-        return size
-    for part in range(components):
-        for i in range(nx):
-            for j in range(ny):
-                result[part, i, j] = field[part, i, j] / size
+    rows = field.shape[1]
+    size = largest(0, rows, field)
+    if size != 0.0:
+        divide(0, rows, field, size, result)
     return size
 
 
 @kernel
-def add(field, change, factor):
+def add(first, stop, field, change, factor):
     """Compute ``field += factor change``."""
-    components, nx, ny = field.shape
+    components, _, ny = field.shape
     for part in range(components):
-        for i in range(nx):
+        for i in range(first, stop):
             for j in range(ny):
                 field[part, i, j] += factor * change[part, i, j]

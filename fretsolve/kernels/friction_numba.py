@@ -1,4 +1,4 @@
-"""Kernels of the slip law, compiled by numba. Each does what its namesake in `friction_numpy` does."""
+"""Kernels of the slip law over the rows `first` to `stop`, compiled by numba, as those in `friction_numpy`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 
 @inlined
-def gram(weight, normal, x, y):
+def gram(first, stop, weight, normal, x, y):
     """Return the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
-    nx, ny = weight.shape
+    _, ny = weight.shape
     result = np.zeros((3, 3))
-    for i in range(nx):
+    for i in range(first, stop):
         xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(ny):
             w, n_x, n_y = float(weight[i, j]), normal[0, i, j], normal[1, i, j]
@@ -36,11 +36,11 @@ def gram(weight, normal, x, y):
 
 
 @inlined
-def sum_motions(field, x, y):
+def sum_motions(first, stop, field, x, y):
     """Return the sums of the field times each of the rigid motions."""
-    _, nx, ny = field.shape
+    _, _, ny = field.shape
     sums = np.zeros(3)
-    for i in range(nx):
+    for i in range(first, stop):
         sum_x, sum_y, turned = 0.0, 0.0, 0.0
         for j in range(ny):
             sum_x += field[0, i, j]
@@ -53,11 +53,11 @@ def sum_motions(field, x, y):
 
 
 @kernel
-def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
+def take_slip(first, stop, slip, elastic_slip, rigid, x, y, normal, weight):
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2)."""
-    nx, ny = weight.shape
+    _, ny = weight.shape
     sums = np.zeros(3)
-    for i in range(nx):
+    for i in range(first, stop):
         sum_x, sum_y, turned = 0.0, 0.0, 0.0
         for j in range(ny):
             w = weight[i, j]
@@ -74,15 +74,15 @@ def take_slip(slip, elastic_slip, rigid, x, y, normal, weight):
         sums[0] += sum_x
         sums[1] += sum_y
         sums[2] += turned + x[i] * sum_y
-    return sums, gram(weight, normal, x, y)
+    return sums, gram(first, stop, weight, normal, x, y)
 
 
 @kernel
-def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, stiffest):
+def move(first, stop, slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, stiffest):
     """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3)."""
-    nx, ny = weight.shape
+    _, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
-    for i in range(nx):
+    for i in range(first, stop):
         across = along_y + turn * x[i]
         for j in range(ny):  # without branches, so that vector instructions do it
             touches = weight[i, j] > 0.0
@@ -103,16 +103,16 @@ def move(slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, st
 
 
 @kernel
-def balance(shear, weight, normal, x, y):
+def balance(first, stop, shear, weight, normal, x, y):
     """Return the sums of the shear times each of the rigid motions, and `gram` (TG7)."""
-    return sum_motions(shear, x, y), gram(weight, normal, x, y)
+    return sum_motions(first, stop, shear, x, y), gram(first, stop, weight, normal, x, y)
 
 
 @kernel
-def add_motion(shear, rigid, x, y, weight, normal):
+def add_motion(first, stop, shear, rigid, x, y, weight, normal):
     """Add the weighted tangential part of a rigid motion to the shear (TG7)."""
-    nx, ny = weight.shape
-    for i in range(nx):
+    _, ny = weight.shape
+    for i in range(first, stop):
         for j in range(ny):
             w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
             m_x, m_y = rigid[0] - rigid[2] * y[j], rigid[1] + rigid[2] * x[i]
@@ -122,11 +122,11 @@ def add_motion(shear, rigid, x, y, weight, normal):
 
 
 @kernel
-def violation(slip, normal, slipping):
+def violation(first, stop, slip, normal, slipping):
     """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside."""
-    nx, ny = slipping.shape
+    _, ny = slipping.shape
     largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
-    for i in range(nx):
+    for i in range(first, stop):
         for j in range(ny):
             s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
             squared = s_x * s_x + s_y * s_y
@@ -141,10 +141,10 @@ def violation(slip, normal, slipping):
 
 
 @kernel
-def scale_tangential(slip, normal, factor, result):
+def scale_tangential(first, stop, slip, normal, factor, result):
     """Compute ``result = factor T slip``, in the precision of `result` (TG5)."""
-    _, nx, ny = slip.shape
-    for i in range(nx):
+    _, _, ny = slip.shape
+    for i in range(first, stop):
         for j in range(ny):
             s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
             along = s_x * n_x + s_y * n_y
@@ -153,10 +153,10 @@ def scale_tangential(slip, normal, factor, result):
 
 
 @kernel
-def return_to_circle(shear, limit, contact, slipping, normal):
+def return_to_circle(first, stop, shear, limit, contact, slipping, normal):
     """Let cells slip whose shear is beyond the limit; scale slipping shear to it, and set n (TG6)."""
-    nx, ny = limit.shape
-    for i in range(nx):
+    _, ny = limit.shape
+    for i in range(first, stop):
         for j in range(ny):
             q_x, q_y, most = shear[0, i, j], shear[1, i, j], limit[i, j]
             length = math.sqrt(q_x * q_x + q_y * q_y)  # faster than hypot
@@ -170,11 +170,11 @@ def return_to_circle(shear, limit, contact, slipping, normal):
 
 
 @kernel
-def excess(shear, limit):
+def excess(first, stop, shear, limit):
     """Return the largest length of the shear beyond the limit, negative if it is below everywhere."""
-    nx, ny = limit.shape
+    _, ny = limit.shape
     largest = np.full(ny, -math.inf)
-    for i in range(nx):
+    for i in range(first, stop):
         for j in range(ny):
             q_x, q_y = shear[0, i, j], shear[1, i, j]
             largest[j] = larger(math.sqrt(q_x * q_x + q_y * q_y) - limit[i, j], largest[j])

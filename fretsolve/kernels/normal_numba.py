@@ -1,4 +1,4 @@
-"""Kernels of the normal problem, compiled by numba. Each does what its namesake in `normal_numpy` does."""
+"""Kernels of the normal problem over the rows `first` to `stop`, compiled by numba, as those in `normal_numpy`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 
 
 @kernel
-def sum_gaps(separation, uz, rigid, x, y, contact):
+def sum_gaps(first, stop, separation, uz, rigid, x, y, contact):
     """Return the sums over the contact of the gap times 1, y, x (N2)."""
-    nx, ny = uz.shape
+    _, ny = uz.shape
     sums = np.zeros(3)
-    for i in range(nx):
+    for i in range(first, stop):
         along, one, turned = rigid[0] + rigid[2] * x[i], 0.0, 0.0
         for j in range(ny):
             gap = separation[i, j] + uz[i, j] - along - rigid[1] * y[j] if contact[i, j] else 0.0
@@ -25,11 +25,11 @@ def sum_gaps(separation, uz, rigid, x, y, contact):
 
 
 @kernel
-def take_gap(separation, uz, rigid, x, y, contact, gap):
+def take_gap(first, stop, separation, uz, rigid, x, y, contact, gap):
     """Compute ``gap = separation + uz - rigid displacement`` (T1, N3)."""
-    nx, ny = uz.shape
+    _, ny = uz.shape
     sizes, depths, heights = np.zeros(ny), np.zeros(ny), np.zeros(ny)
-    for i in range(nx):
+    for i in range(first, stop):
         along = rigid[0] + rigid[2] * x[i]
         for j in range(ny):
             inside, raised = contact[i, j], uz[i, j]
@@ -42,22 +42,22 @@ def take_gap(separation, uz, rigid, x, y, contact, gap):
 
 
 @kernel
-def largest_change(before, after, contact):
+def largest_change(first, stop, before, after, contact):
     """Return the largest absolute difference in the contact (ST7)."""
-    nx, ny = before.shape
+    _, ny = before.shape
     sizes = np.zeros(ny)
-    for i in range(nx):
+    for i in range(first, stop):
         for j in range(ny):
             sizes[j] = larger(abs(after[i, j] - before[i, j]) if contact[i, j] else 0.0, sizes[j])
     return largest_of(sizes)
 
 
 @kernel
-def gram(weight, x, y):
+def gram(first, stop, weight, x, y):
     """Return the weighted sums of products of 1, y, x, (3, 3)."""
-    nx, ny = weight.shape
+    _, ny = weight.shape
     result = np.zeros((3, 3))
-    for i in range(nx):
+    for i in range(first, stop):
         one, first, second = 0.0, 0.0, 0.0
         for j in range(ny):
             w = 1.0 * weight[i, j]
@@ -75,11 +75,11 @@ def gram(weight, x, y):
 
 
 @kernel
-def sum_modes(field, x, y):
+def sum_modes(first, stop, field, x, y):
     """Return the sums of the field times 1, y, x."""
-    nx, ny = field.shape
+    _, ny = field.shape
     sums = np.zeros(3)
-    for i in range(nx):
+    for i in range(first, stop):
         one, turned = 0.0, 0.0
         for j in range(ny):
             one += field[i, j]
@@ -91,10 +91,10 @@ def sum_modes(field, x, y):
 
 
 @kernel
-def stretch(pressure, rigid, x, y):
+def stretch(first, stop, pressure, rigid, x, y):
     """Multiply the pressure by 1 + the rigid displacement; negative values become 0 (N7)."""
-    nx, ny = pressure.shape
-    for i in range(nx):
+    _, ny = pressure.shape
+    for i in range(first, stop):
         along = 1.0 + rigid[0] + rigid[2] * x[i]
         for j in range(ny):
             stretched = pressure[i, j] * (along + rigid[1] * y[j])

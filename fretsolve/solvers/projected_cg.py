@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fretsolve.elastic.workspace import Workspace
-from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.solvers.rigid_modes import WELL_APART
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
@@ -39,7 +39,7 @@ class ProjectedCG:
     `solution` holds x.
     """
 
-    def __init__(self, workspace: Workspace, components: int = 2, kernels: Kernels = NUMPY):
+    def __init__(self, workspace: Workspace, components: int = 2, kernels: GridKernels = ON_ANY_GRID):
         self._kernels = kernels.cg
         self.solution, self.residual = workspace.solution[:components], workspace.residual[:components]
         self._direction, self._image = workspace.direction[:components], workspace.image[:components]
@@ -56,14 +56,16 @@ class ProjectedCG:
     def constrain(self, motions: DoubleArray, x: FloatArray, y: FloatArray) -> None:
         """Keep the solution orthogonal to rigid motions of the amplitudes `motions` (m, 3).
 
-        With one component they are a + b y + c x, with two (a - c y, b + c x); x (nx,), y (ny,): centres of the cells.
+        With one component they are a + b y + c x, with two (a - c y, b + c x); x (nx,), y (ny,): centres of the cells,
+        in order.
         """
         count = len(motions)
         if len(self._all_constraints) < count:
             self._all_constraints = np.zeros((count, *self.solution.shape), self.solution.dtype)
         self._constraints, gram = self._all_constraints[:count], np.zeros((count, count))
         if count:
-            self._kernels.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight, gram)
+            motions = _scaled(motions, x, y, len(self.solution))
+            gram = self._kernels.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight)
         self._inverse_gram = _pseudo_inverse(gram)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
@@ -105,6 +107,19 @@ class ProjectedCG:
             if largest <= target:
                 break
         return max(iteration, 1)
+
+
+def _scaled(motions: DoubleArray, x: FloatArray, y: FloatArray, components: int) -> DoubleArray:
+    """Return rigid motions over their largest displacement, which they have at a corner of the grid."""
+    scaled = motions.copy()
+    ends_x, ends_y = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
+    for motion, (a, b, c) in zip(scaled, motions.tolist(), strict=True):
+        if components == 1:
+            largest = max(abs(a + b * y_end + c * x_end) for y_end in ends_y for x_end in ends_x)
+        else:
+            largest = max(*(abs(a - c * y_end) for y_end in ends_y), *(abs(b + c * x_end) for x_end in ends_x))
+        motion /= largest or 1.0
+    return scaled
 
 
 def _pseudo_inverse(gram: DoubleArray) -> DoubleArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
-from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
@@ -52,7 +52,7 @@ class _Modes:
     times its arm compares with displacements, a moment over its arm with forces.
     """
 
-    def __init__(self, grid: Grid, kernels: Kernels = NUMPY):
+    def __init__(self, grid: Grid, kernels: GridKernels = ON_ANY_GRID):
         self._kernels = kernels
         self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
         self.arm = half_side = max(grid.size) / 2.0

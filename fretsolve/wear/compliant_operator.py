@@ -11,7 +11,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
-from fretsolve.kernels import Kernels
+from fretsolve.kernels import GridKernels
 from fretsolve.system.arrays import FloatArray
 
 
@@ -25,8 +25,8 @@ class CompliantOperator(ElasticOperator):
         self._elastic, self._compliance = elastic, compliance
         self.terms, self.dtype = elastic.terms, elastic.dtype
 
-    @property
-    def kernels(self) -> Kernels:
+    @cached_property
+    def kernels(self) -> GridKernels:
         return self._elastic.kernels
 
     @property

@@ -11,18 +11,36 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, spectral_numpy
+from fretsolve.kernels import NUMPY, GridKernels, load, on_grid, spectral_numpy
 
 pytest.importorskip("numba")
 
-from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_numba
+from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.kernels import spectral_numba
 from fretsolve.kernels.numba_options import compile_seconds
 
+FORMS = ["numpy", "numpy in parts", "compiled", "compiled in parts"]
 SHAPES = [(1, 1), (7, 5), (40, 33)]
 CG = ["constrain", "start", "search", "step", "add", "largest", "normalise"]
 NORMAL = ["sum_gaps", "take_gap", "largest_change", "gram", "sum_modes", "stretch"]
 FRICTION = ["take_slip", "move", "gram", "balance", "add_motion", "sum_motions", "violation", "scale_tangential"]
 FRICTION += ["return_to_circle", "excess"]
+
+
+@pytest.fixture(autouse=True)
+def many_parts(monkeypatch):
+    monkeypatch.setattr(on_grid, "PART_CELLS", 20)
+
+
+def kernels(form: str, shape, threads: int = 2) -> GridKernels:
+    """Return the kernels for a grid: in one call for all of its rows, or in parts that threads share."""
+    share = ThreadTeam(threads).share if "parts" in form else None
+    return load("compiled" in form).on(shape, share)
+
+
+def parameters(kind, function):
+    """Return the names of the arguments of a kernel."""
+    return list(inspect.signature(getattr(getattr(NUMPY.on((1, 1)), kind), function)).parameters)
 
 
 def arguments(function, shape, components, dtype, seed=0):
@@ -56,7 +74,6 @@ def arguments(function, shape, components, dtype, seed=0):
             "stiffness": shape,
             "constraints": (2, components, *shape),
             "motions": (2, 3),
-            "gram": (2, 2),
             "inverse_gram": (2, 2),
             "rigid": (3,),
         }
@@ -64,8 +81,7 @@ def arguments(function, shape, components, dtype, seed=0):
         array = random.normal(size=size)
         return array.astype(dtype) if name in single else array
 
-    plain = cg_numpy if function in CG else friction_numpy
-    return [value(name) for name in inspect.signature(getattr(plain, function)).parameters]
+    return [value(name) for name in parameters("cg" if function in CG else "friction", function)]
 
 
 def normal_arguments(function, shape, dtype):
@@ -82,14 +98,15 @@ def normal_arguments(function, shape, dtype):
         "y": random.normal(size=shape[1]),
         "rigid": random.normal(size=3),
     }
-    names = inspect.signature(getattr(normal_numpy, function)).parameters
+    names = parameters("normal", function)
     return [values[name] if name in values else random.normal(size=shape) for name in names]
 
 
-def assert_same(plain, compiled, function, arguments, tolerance):
-    """The same return value, and the same in the arrays that are written to."""
+def assert_same(kind, form, shape, function, arguments, tolerance):
+    """The same return value as those in NumPy at once, and the same in the arrays that are written to."""
     given, taken = arguments(), arguments()
-    expected, found = getattr(plain, function)(*given), getattr(compiled, function)(*taken)
+    plain, other = getattr(kernels("numpy", shape), kind), getattr(kernels(form, shape), kind)
+    expected, found = getattr(plain, function)(*given), getattr(other, function)(*taken)
     assert (expected is None) == (found is None)
     if expected is None:
         returned = []
@@ -99,33 +116,52 @@ def assert_same(plain, compiled, function, arguments, tolerance):
         np.testing.assert_allclose(np.asarray(other, float), np.asarray(one, float), rtol=tolerance, atol=tolerance)
 
 
+@pytest.mark.parametrize("form", FORMS[1:])
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("components", [1, 2])
 @pytest.mark.parametrize("function", CG)
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float32, 2e-4), (np.float64, 1e-10)])
-def test_inner_iterations(function, components, shape, dtype, tolerance):
-    assert_same(cg_numpy, cg_numba, function, lambda: arguments(function, shape, components, dtype), tolerance)
+def test_inner_iterations(function, components, shape, dtype, tolerance, form):
+    assert_same("cg", form, shape, function, lambda: arguments(function, shape, components, dtype), tolerance)
 
 
+@pytest.mark.parametrize("form", FORMS[1:])
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("function", FRICTION)
-def test_slip_law(function, shape):
-    assert_same(friction_numpy, friction_numba, function, lambda: arguments(function, shape, 2, np.float64), 1e-10)
+def test_slip_law(function, shape, form):
+    assert_same("friction", form, shape, function, lambda: arguments(function, shape, 2, np.float64), 1e-10)
 
 
+@pytest.mark.parametrize("form", FORMS[1:])
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("function", "dtype"), [*((name, float) for name in NORMAL), ("gram", bool)])
-def test_normal_problem(function, dtype, shape):
-    assert_same(normal_numpy, normal_numba, function, lambda: normal_arguments(function, shape, dtype), 1e-11)
+def test_normal_problem(function, dtype, shape, form):
+    assert_same("normal", form, shape, function, lambda: normal_arguments(function, shape, dtype), 1e-11)
 
 
-@pytest.mark.parametrize("module", [normal_numpy, normal_numba])
+@pytest.mark.parametrize("form", ["numpy in parts", "compiled in parts"])
+@pytest.mark.parametrize(("kind", "function"), [("cg", "step"), ("friction", "take_slip"), ("normal", "sum_gaps")])
+def test_threads_change_no_bit(kind, function, form):
+    shape, found = (40, 33), []
+    for threads in (1, 2, 3):
+        if kind == "normal":
+            given = normal_arguments(function, shape, float)
+        else:
+            given = arguments(function, shape, 2, np.float32)
+        result = getattr(getattr(kernels(form, shape, threads), kind), function)(*given)
+        whole = [*result] if isinstance(result, tuple) else [result]
+        found.append(b"".join(np.asarray(value).tobytes() for value in [*whole, *given]))
+    assert found[0] == found[1] == found[2]
+
+
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("touches", [False, True])
-def test_a_nan_of_the_gap_is_not_lost(module, touches):
-    uz, nothing = np.zeros((4, 4)), np.zeros(4)
+def test_a_nan_of_the_gap_is_not_lost(form, touches):
+    uz, nothing = np.zeros((40, 4)), np.zeros(4)
     uz[1, 1] = np.nan
-    contact = np.full((4, 4), touches)
-    errors = module.take_gap(np.zeros((4, 4)), uz, np.zeros(3), nothing, nothing, contact, np.zeros((4, 4)))
+    contact = np.full((40, 4), touches)
+    module = kernels(form, (40, 4)).normal
+    errors = module.take_gap(np.zeros((40, 4)), uz, np.zeros(3), np.zeros(40), nothing, contact, np.zeros((40, 4)))
     assert np.isnan(errors[0] if touches else errors[1])
 
 
@@ -205,39 +241,42 @@ def test_product_of_all_spectra(module, length):
     np.testing.assert_allclose(fields, expected, rtol=1e-13)
 
 
-@pytest.mark.parametrize("module", [friction_numpy, friction_numba])
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("slips", [False, True])
-def test_a_nan_of_the_slip_is_not_lost(module, slips):
+def test_a_nan_of_the_slip_is_not_lost(form, slips):
     """A residual that is not a number must not look like a small one, whatever comes after it."""
-    slip, normal, slipping = np.zeros((2, 4, 4)), np.zeros((2, 4, 4)), np.full((4, 4), slips)
+    slip, normal, slipping = np.zeros((2, 40, 4)), np.zeros((2, 40, 4)), np.full((40, 4), slips)
+    module = kernels(form, (40, 4)).friction
     normal[1] = slipping
     slip[0, 1, 1] = np.nan
     largest, in_slip, in_stick = module.violation(slip, normal, slipping)
     assert np.isnan(largest)
     assert np.isnan(in_slip if slips else in_stick)
-    assert np.isnan(module.excess(slip, np.ones((4, 4))))
+    assert np.isnan(module.excess(slip, np.ones((40, 4))))
 
 
-@pytest.mark.parametrize("module", [cg_numpy, cg_numba])
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("components", [1, 2])
-def test_a_nan_of_the_residual_is_not_lost(module, components):
-    solution, residual, direction, image = (np.ones((components, 4, 4)) for _ in range(4))
+def test_a_nan_of_the_residual_is_not_lost(form, components):
+    shape = 40, 4
+    solution, residual, direction, image = (np.ones((components, *shape)) for _ in range(4))
     residual[-1, 1, 1] = np.nan
-    planes = np.zeros((4, 4)), np.zeros((2, 4, 4)), np.ones((4, 4), bool), np.ones((4, 4))
-    nothing = np.zeros((0, components, 4, 4)), np.zeros((0, 0))
+    planes = np.zeros(shape), np.zeros((2, *shape)), np.ones(shape, bool), np.ones(shape)
+    nothing = np.zeros((0, components, *shape)), np.zeros((0, 0))
+    module = kernels(form, shape).cg
     assert np.isnan(module.largest(residual))
     assert np.isnan(module.step(solution, residual.copy(), direction, image, *planes, *nothing, 1.0)[1])
     assert np.isnan(module.start(solution, direction, residual, image, *planes, *nothing))
 
 
-@pytest.mark.parametrize("module", [cg_numpy, cg_numba])
-def test_nothing_from_outside_of_the_zone_comes_in(module):
+@pytest.mark.parametrize("form", ["numpy", "compiled"])
+def test_nothing_from_outside_of_the_zone_comes_in(form):
     residual, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
     residual[0, 0, 0] = 1.0
     fields = [np.ones((1, 2, 2)) for _ in range(2)]
     unused, nothing = np.zeros((2, 1, 1)), (np.zeros((0, 1, 2, 2)), np.zeros((0, 0)))
     image = np.full((1, 2, 2), np.nan)
-    module.start(*fields, residual, image, unused[0], unused, zone, np.ones((2, 2)), *nothing)
+    kernels(form, (2, 2)).cg.start(*fields, residual, image, unused[0], unused, zone, np.ones((2, 2)), *nothing)
     assert residual.tolist() == image.tolist() == [[[1.0, 0.0], [0.0, 0.0]]]
 
 
@@ -284,7 +323,7 @@ def test_clock_of_what_is_read_from_disk(tmp_path):
     code = """if True:
         import numpy as np
         from fretsolve.kernels import compile_seconds, load, readying_seconds
-        load(True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
+        load(True).on((2, 2)).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
         print(compile_seconds(), readying_seconds())"""
     own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
     environment = os.environ | own

@@ -23,9 +23,9 @@ random = np.random.default_rng(1)
 shear, normal = random.normal(size=(2, 2, 48, 48))
 weight, axis = random.random((48, 48)), random.normal(size=48)
 calls = {
-    "sum_motions": lambda: friction_numba.sum_motions(shear, axis, axis),
-    "gram": lambda: friction_numba.gram(weight, normal, axis, axis),
-    "balance": lambda: np.append(*friction_numba.balance(shear, weight, normal, axis, axis)),
+    "sum_motions": lambda: friction_numba.sum_motions(0, 48, shear, axis, axis),
+    "gram": lambda: friction_numba.gram(0, 48, weight, normal, axis, axis),
+    "balance": lambda: np.append(*friction_numba.balance(0, 48, shear, weight, normal, axis, axis)),
 }
 for name in sys.argv[1:]:
     print(name, calls[name]().tobytes().hex())
