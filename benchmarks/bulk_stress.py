@@ -13,7 +13,7 @@ from marked import parser_of, report
 from matplotlib.figure import Figure
 
 from fretsolve import run
-from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.case.line_case import LineCase
 from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances

@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 from marked import parser_of, report
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria import critical_plane, plane_criteria
 from fretsolve.fatigue.criteria.by_name import fatigue_field
 from fretsolve.fatigue.names import CRITERIA

@@ -15,7 +15,7 @@ import numpy as np
 from marked import parser_of, report
 
 from fretsolve import run
-from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.hertz import HertzContact, hertz_sphere

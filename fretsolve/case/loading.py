@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
 from fretsolve.case.problems import CaseErrors, nearest_key, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, Place, parse, read_text
-from fretsolve.case.unrolled_path import stage_key, stage_keys
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 
 File = TypeVar("File", bound=BaseModel)
@@ -95,7 +95,7 @@ class CaseText:
         name = fatigue.get(MATERIAL[-1]) if isinstance(fatigue, dict) else None
         if not isinstance(name, str):
             return self.data
-        from fretsolve.case.material_spec import Material  # other cases need not load it
+        from fretsolve.case.keys.material_spec import Material  # other cases need not load it
 
         try:
             found = read_case(self.source.path.parent / name)

@@ -18,18 +18,16 @@ from pydantic import (
 )
 
 from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, auto, refused_at
-from fretsolve.case.body_spec import Body
 from fretsolve.case.dimensions import Dimension
-from fretsolve.case.expectation import Expectation
-from fretsolve.case.friction_spec import FrictionSpec
 from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
-from fretsolve.case.load_path_spec import CycleSpec, LoadStep
-from fretsolve.case.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
-from fretsolve.case.quantities import refused
-from fretsolve.case.solver_spec import SolverSpec
-from fretsolve.case.source import CaseSource, Place
-from fretsolve.case.surface_specs import Surfaces
-from fretsolve.case.unrolled_path import (
+from fretsolve.case.keys.body_spec import Body
+from fretsolve.case.keys.expectation import Expectation
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.load_path_spec import CycleSpec, LoadStep
+from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
+from fretsolve.case.keys.solver_spec import SolverSpec
+from fretsolve.case.keys.surface_specs import Surfaces
+from fretsolve.case.keys.unrolled_path import (
     Stage,
     bulk_keys,
     check_load_path,
@@ -38,7 +36,9 @@ from fretsolve.case.unrolled_path import (
     unrolled,
     with_cycle_friction,
 )
-from fretsolve.case.wear_spec import WearSpec, check_wear
+from fretsolve.case.keys.wear_spec import WearSpec, check_wear
+from fretsolve.case.quantities import refused
+from fretsolve.case.source import CaseSource, Place
 from fretsolve.errors import KeyPath
 
 FEWEST_ERROR_BAR_POINTS = 16

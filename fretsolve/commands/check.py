@@ -9,8 +9,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.case.expectation import Expectation
 from fretsolve.case.history import DISPLACEMENTS
+from fretsolve.case.keys.expectation import Expectation
 from fretsolve.case.loading import read_case
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.model.load_path import LoadPath

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
-from fretsolve.case.fatigue_spec import KINDS
+from fretsolve.case.keys.fatigue_spec import KINDS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.commands.stress import FileOrder, compute_with_messages, window_choice

@@ -10,7 +10,7 @@ from pathlib import Path
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.commands.files_beside import require_own_beside, require_room, write_beside
-from fretsolve.commands.messages import JsonMessages, QuietMessages, TextMessages
+from fretsolve.commands.messages.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.kernels import load
 from fretsolve.result import HistoryWriter

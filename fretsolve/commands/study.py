@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved
+from fretsolve.commands.messages.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.export.text_report import report_console

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.commands.case_messages import CaseMessages, none_solved
+from fretsolve.commands.messages.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.plots.sheet import Sheet

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import yaml
 
 from fretsolve.case.dimensions import in_small_unit
+from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.loading import read_case
-from fretsolve.case.surface_specs import HeightsSurface
-from fretsolve.commands.case_summary import (
+from fretsolve.commands.messages.case_summary import (
     accuracy_lines,
     grid_line,
     material_lines,
@@ -29,7 +29,7 @@ from fretsolve.setup.warnings.resolution import cells_across, cylinder_contact
 from fretsolve.system.progress import print_warnings
 
 if TYPE_CHECKING:
-    from fretsolve.setup.line_forms import LineClosedForms
+    from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
 
 def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
@@ -68,7 +68,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
     if setup.case.wear is not None:
-        from fretsolve.commands.wear_summary import wear_lines  # few cases have wear
+        from fretsolve.commands.messages.wear_summary import wear_lines  # few cases have wear
 
         yield from wear_lines(setup)
     yield "\n# cost"
@@ -129,7 +129,10 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
 
 def _sphere_under_bulk(setup: ProblemSetup) -> str:
     """Return the stick zone of a sphere under a force and bulk stress in words, or why no closed form gives it."""
-    from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
+    from fretsolve.setup.closed_forms.bulk_forms import (  # few cases have bulk stress
+        NoClosedFormError,
+        sphere_under_bulk,
+    )
 
     try:
         forms = setup.closed_forms
@@ -162,7 +165,7 @@ def cylinder_lines(setup: ProblemSetup) -> Iterator[str]:
 
 def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield the line contact at the largest load, the force of gross slip and the smallest stick zone."""
-    from fretsolve.setup.line_forms import LineClosedForms
+    from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
     forms, grid = setup.closed_forms, setup.grid
     if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:

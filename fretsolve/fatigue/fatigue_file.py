@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import FileError
 from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
 from fretsolve.fatigue.criteria.critical_plane import SCAN_STEP

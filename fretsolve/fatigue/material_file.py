@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.loading import CaseText, read_case, validated
-from fretsolve.case.material_spec import Material
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.fatigue.criteria.by_name import require_constants

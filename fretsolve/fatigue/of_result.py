@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError, FileError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import require_reversals, require_states

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fretsolve.case.dimensions import percent
-from fretsolve.case.friction_spec import FrictionSpec
-from fretsolve.case.unrolled_path import Stage
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.errors import dotted
 from fretsolve.friction.weakening import growth_on_sphere
 from fretsolve.model.orthotropy import Orthotropy

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.expression import Expression
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.height_map import HeightMap, load_height_map

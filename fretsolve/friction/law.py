@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.unrolled_path import stage_friction
 from fretsolve.case.models import Case
-from fretsolve.case.unrolled_path import stage_friction
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.friction.field import FrictionField, friction_field
 from fretsolve.model.grid import Grid

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.result.state import Fields
 from fretsolve.system.arrays import FloatArray
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import TINY
 from fretsolve.errors import WeakeningError

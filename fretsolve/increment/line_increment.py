@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.case.body_spec import Body
+from fretsolve.case.keys.body_spec import Body
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.certificate import Examiner, Solution

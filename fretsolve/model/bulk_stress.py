@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.body_spec import Body, ElasticBody
 from fretsolve.case.history import BULK
+from fretsolve.case.keys.body_spec import Body, ElasticBody
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import FloatArray, Vector
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.surface_specs import Surface
+from fretsolve.case.keys.surface_specs import Surface
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 

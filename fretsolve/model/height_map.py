@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.keys.surface_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE, QuantityError, to_internal
-from fretsolve.case.surface_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.foreign_files import (

@@ -16,7 +16,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from fretsolve.case.history import PAIRS, SHEARING
-from fretsolve.case.unrolled_path import INITIAL, CyclePass, Stage, imposed_after
+from fretsolve.case.keys.unrolled_path import INITIAL, CyclePass, Stage, imposed_after
 from fretsolve.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fretsolve.case.body_spec import Body
+from fretsolve.case.keys.body_spec import Body
 
 
 @dataclass(frozen=True)

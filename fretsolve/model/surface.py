@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fretsolve.case.surface_specs import CylinderSurface, PunchSurface, Surface
+from fretsolve.case.keys.surface_specs import CylinderSurface, PunchSurface, Surface
 from fretsolve.model.height_map import HeightMap, height_map_separation, load_height_map
 from fretsolve.system.arrays import BoolArray, DoubleArray
 

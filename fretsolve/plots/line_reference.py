@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
-from fretsolve.setup.line_forms import LineClosedForms, LineShear
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
+from fretsolve.setup.closed_forms.line_forms import LineClosedForms, LineShear
 from fretsolve.system.arrays import DoubleArray
 
 

@@ -14,7 +14,7 @@ from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.result import Result
-from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
 from fretsolve.setup.problem_setup import closed_forms_of
 from fretsolve.system.arrays import DoubleArray
 
@@ -49,7 +49,7 @@ def worn_limit(result: Result) -> WornLimit | None:
     case = result.case
     if case is None or case.wear is None:
         return None
-    from fretsolve.setup.wear_forms import worn_cycles
+    from fretsolve.setup.closed_forms.wear_forms import worn_cycles
 
     model = derive_model(case, 1.0 if case.friction_varies else None)
     found = worn_cycles(closed_forms_of(case, model, LoadPath(case.stages(), model).imposed))

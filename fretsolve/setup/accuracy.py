@@ -14,7 +14,7 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
-from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
 from fretsolve.setup.unresolved_heights import MOST_POINTS, HeightMaps
 

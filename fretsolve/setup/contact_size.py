@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fretsolve.case.keys.surface_specs import Surface
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import Surface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.height_map import load_height_map
@@ -16,7 +16,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.setup.closed_forms import ClosedForms, Load, pressing, round_contact
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, Load, pressing, round_contact
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]
@@ -64,7 +64,7 @@ def _worn_radius(forms: ClosedForms) -> float:
     """Return a radius (mm) that a sphere's worn contact does not exceed, 0 where none is known."""
     if forms.case.wear is None:
         return 0.0
-    from fretsolve.setup.wear_forms import worn_radius  # few cases have wear
+    from fretsolve.setup.closed_forms.wear_forms import worn_radius  # few cases have wear
 
     return worn_radius(forms)
 

@@ -15,14 +15,14 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
-from fretsolve.setup.closed_forms import ClosedForms, Load
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, Load
 from fretsolve.setup.contact_size import Size, automatic_size, surely_in_contact
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.case.wear_spec import WearSpec
+    from fretsolve.case.keys.wear_spec import WearSpec
     from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
     from fretsolve.wear.law import WearLaw
 
@@ -116,7 +116,7 @@ def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> Closed
     """Return the closed forms that hold for a case under `loads` one after another."""
     if not model.line:
         return ClosedForms(case, model, loads)
-    from fretsolve.setup.line_forms import LineClosedForms  # other cases need none of them
+    from fretsolve.setup.closed_forms.line_forms import LineClosedForms  # other cases need none of them
 
     return LineClosedForms(case, model, loads)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from fretsolve.case.unrolled_path import Stage
+from fretsolve.case.keys.unrolled_path import Stage
+from fretsolve.setup.closed_forms.wear_forms import WornCycle, worn_cycles
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.wear.jumps import FIRST_DEPTH, MOST_DEPTH, MOST_GROWTH
 
 DEEPEST = 1.5

@@ -16,8 +16,8 @@ from typing import Protocol
 import h5py
 import numpy as np
 
+from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader

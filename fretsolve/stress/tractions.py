@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.case.load_path_spec import AmplitudeCycle, CycleSpec
+from fretsolve.case.keys.load_path_spec import AmplitudeCycle, CycleSpec
+from fretsolve.case.keys.unrolled_path import stage_count
 from fretsolve.case.models import Case
-from fretsolve.case.unrolled_path import stage_count
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result

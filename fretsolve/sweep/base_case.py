@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.loading import EVERY_STAGE, CaseText
 from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import Override
-from fretsolve.case.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.result import RunHeader
 from fretsolve.result.header import present_case

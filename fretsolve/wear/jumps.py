@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case.load_path_spec import WearJumps
+from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.wear.progress import SolvedCycle, Worn
 from fretsolve.wear.settling import LOOKS_AT_GIVEN, MOST_LOOKS, SHARE, excess_per_cycle, is_settled
 

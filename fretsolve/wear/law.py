@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from fretsolve.case.wear_spec import WearSpec
+from fretsolve.case.keys.wear_spec import WearSpec
 from fretsolve.system.arrays import FloatArray
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case.unrolled_path import CYCLES_TO_SETTLE, CyclePass
+from fretsolve.case.keys.unrolled_path import CYCLES_TO_SETTLE, CyclePass
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import Summary
 

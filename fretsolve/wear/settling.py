@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fretsolve.case.unrolled_path import CYCLES_TO_SETTLE
+from fretsolve.case.keys.unrolled_path import CYCLES_TO_SETTLE
 from fretsolve.errors import NotConvergedError
 from fretsolve.wear.progress import SolvedCycle
 

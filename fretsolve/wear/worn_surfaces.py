@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.case.friction_spec import FrictionSpec
-from fretsolve.case.unrolled_path import CyclePass
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.friction.running_in import cycles_of_little_change

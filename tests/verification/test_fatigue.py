@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import invoke
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria import critical_plane
 from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
 from fretsolve.fatigue.criteria.invariants import COMPONENTS, deviator_vectors, extreme_deviators, hydrostatic

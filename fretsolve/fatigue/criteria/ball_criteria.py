@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria.invariants import deviator_vectors, extreme_deviators, hydrostatic
 from fretsolve.fatigue.criteria.smallest_ball import smallest_ball
 from fretsolve.system.arrays import DoubleArray

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria import ball_criteria, plane_criteria
 from fretsolve.fatigue.criteria.critical_plane import search
 from fretsolve.fatigue.criteria.life import shear_strain_lives, swt_lives

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.system.arrays import DoubleArray
 
 LONGEST = 1e12

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria.planes import in_plane_axes, traction_rows
 from fretsolve.system.arrays import DoubleArray
 

@@ -16,7 +16,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.result.verdict import LEAST_MOTION_SCALE
 
 if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
-    from fretsolve.case.unrolled_path import Stage
+    from fretsolve.case.keys.unrolled_path import Stage
 
 History = Mapping[str, NDArray[Any]]
 

@@ -24,7 +24,7 @@ from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
-    from fretsolve.case.unrolled_path import Stage
+    from fretsolve.case.keys.unrolled_path import Stage
 
 CYCLES = (
     Quantity("cycle", "1", "cycle, counted from 1 along the load path", "int64"),

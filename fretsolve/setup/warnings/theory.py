@@ -81,7 +81,7 @@ def about_yield(setup: ProblemSetup) -> Iterator[str]:
     elif (line := cylinder_contact(setup)) is not None:
         pressure, factor = line.max_pressure, LINE_YIELD
     elif setup.model.line:
-        from fretsolve.setup.line_forms import LineClosedForms
+        from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
         forms = setup.closed_forms
         if isinstance(forms, LineClosedForms) and forms.source == "Hertz" and forms.widest is not None:
@@ -101,7 +101,7 @@ def about_line(setup: ProblemSetup) -> Iterator[str]:
         yield from _about_width(line.half_width / line.radius)
     if not setup.model.line:
         return
-    from fretsolve.setup.line_forms import LineClosedForms
+    from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
     forms, grid, surface = setup.closed_forms, setup.grid, setup.case.surface[0]
     if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:

@@ -15,7 +15,7 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
     if setup.case.wear is None:
         return
-    from fretsolve.setup.wear_forms import SLIP_PER_RADIUS, worn_cycles, worn_radius  # few cases have wear
+    from fretsolve.setup.closed_forms.wear_forms import SLIP_PER_RADIUS, worn_cycles, worn_radius  # few cases have wear
 
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
         yield (

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
-from fretsolve.case.unrolled_path import CyclePass
 from fretsolve.errors import CaseError
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0.3}]

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from small_cases import case_error, write_case
 
-from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.surface_specs import ConeSurface, SphereSurface
 from fretsolve.case.loading import load_case
-from fretsolve.case.surface_specs import ConeSurface, SphereSurface
 from fretsolve.errors import CaseError
 
 CASE = """\

@@ -13,11 +13,9 @@ import pytest
 import yaml
 from small_cases import write_case
 
-from fretsolve.case.body_spec import ElasticBody
 from fretsolve.case.history import BULK, HISTORY_DIMENSIONS, SPOTS
-from fretsolve.case.loading import load_case
-from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import (
+from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.surface_specs import (
     ConeSurface,
     CylinderSurface,
     EllipsoidSurface,
@@ -26,6 +24,8 @@ from fretsolve.case.surface_specs import (
     SphereSurface,
     Surface,
 )
+from fretsolve.case.loading import load_case
+from fretsolve.case.models import Case
 from fretsolve.result.state import Summary
 
 FULL = """\

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from small_cases import SPHERE, case_error, write_case
 
-from fretsolve.case.load_path_spec import WearJumps
+from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.loading import load_case
 
 LAW = "{law: energy, alpha: 1e-4 mm^3/J}"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.criteria.life import LONGEST, lives, shear_strain_lives, swt_lives
 from fretsolve.fatigue.cycle import not_closed, opening, require_states

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.criteria.by_name import fatigue_field, require_constants
 from fretsolve.fatigue.names import CRITERIA

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.friction.running_in import cycles_of_little_change
 from fretsolve.result.state import Fields, nothing
 

@@ -10,7 +10,7 @@ import pytest
 from solving import HERTZ, NO_POISSON, build, solve
 
 from fretsolve import run
-from fretsolve.case.friction_spec import FrictionSpec
+from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
 from fretsolve.friction.weakening import fall_per_slip, largest_growth

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solving import LOAD, build
 
-from fretsolve.case.body_spec import ElasticBody
+from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.model.bulk_stress import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.model.grid import Grid
 from fretsolve.model.required_terms import derive_model

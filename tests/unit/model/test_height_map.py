@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fretsolve.case.surface_specs import HeightsSurface
+from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.model.grid import cell_centers
 from fretsolve.model.height_map import HeightMap, height_map_separation, load_height_map

@@ -21,7 +21,7 @@ from small_cases import LOOP, write_case
 
 import fretsolve.commands.study as command
 from fretsolve import load_case, open_result
-from fretsolve.commands.case_messages import CaseMessages
+from fretsolve.commands.messages.case_messages import CaseMessages
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.assessment import Assessment, assess, front

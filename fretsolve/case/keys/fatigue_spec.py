@@ -8,9 +8,9 @@ from pydantic import Field, GetJsonSchemaHandler, field_validator, model_validat
 from pydantic_core import CoreSchema
 
 from fretsolve.case.base import CaseModel, PositiveLength, each_once, refused_at
-from fretsolve.case.material_spec import Material
+from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.stress_spec import Depth
 from fretsolve.case.quantities import refused
-from fretsolve.case.stress_spec import Depth
 
 CriterionName = Literal["crossland", "dang-van", "findley", "mcdiarmid", "fatemi-socie", "swt"]
 AverageKind = Literal["point", "line", "volume"]

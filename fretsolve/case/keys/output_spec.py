@@ -7,8 +7,8 @@ from typing import Literal
 from pydantic import Field, field_validator
 
 from fretsolve.case.base import CaseModel, Count, each_once
-from fretsolve.case.fatigue_spec import FatigueSpec
-from fretsolve.case.stress_spec import StressSpec
+from fretsolve.case.keys.fatigue_spec import FatigueSpec
+from fretsolve.case.keys.stress_spec import StressSpec
 
 WearField = Literal["wear_depth", "wear_depth_1", "wear_depth_2"]
 FieldName = Literal[

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.case.history import PAIRS
+from fretsolve.case.keys.surface_specs import Surface
 from fretsolve.case.models import Case
-from fretsolve.case.surface_specs import Surface
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import (
@@ -35,7 +35,7 @@ from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, 
 
 if TYPE_CHECKING:
     from fretsolve.reference.line import HertzLine
-    from fretsolve.setup.friction_forms import FrictionForms
+    from fretsolve.setup.closed_forms.friction_forms import FrictionForms
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
@@ -167,7 +167,7 @@ class ClosedForms:
         return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
 
     def _friction_on(self, hertz: HertzContact, coefficient: float | None = None) -> FrictionForms:
-        from fretsolve.setup.friction_forms import FrictionForms, FrictionOnContact  # few cases need them
+        from fretsolve.setup.closed_forms.friction_forms import FrictionForms, FrictionOnContact  # few cases need them
 
         return FrictionForms(FrictionOnContact(self.case, self.case.surface[0].center, coefficient), hertz)
 
@@ -269,7 +269,10 @@ class ClosedForms:
     @cached_property
     def _under_bulk(self) -> tuple[ClosedForm, ...] | None:
         """Values of a sphere under a force and bulk stress where the force is largest, the stick radius first."""
-        from fretsolve.setup.bulk_forms import NoClosedFormError, sphere_under_bulk  # few cases have bulk stress
+        from fretsolve.setup.closed_forms.bulk_forms import (  # few cases have bulk stress
+            NoClosedFormError,
+            sphere_under_bulk,
+        )
 
         if self.case.friction_varies:
             return None

@@ -17,7 +17,7 @@ import numpy as np
 from fretsolve.reference.bulk_stress import LineUnderBulk
 from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, turning_points
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
-from fretsolve.setup.closed_forms import ClosedForm, ClosedForms, Load
+from fretsolve.setup.closed_forms.area_forms import ClosedForm, ClosedForms, Load
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
@@ -147,7 +147,10 @@ class LineClosedForms(ClosedForms):
     def _varied_gross_slip(
         self, hertz: HertzContact | None, coefficient: float | None, P: float
     ) -> tuple[float, float, float | None]:
-        from fretsolve.setup.friction_forms import FrictionOnContact, line_gross_slip_force  # few cases need them
+        from fretsolve.setup.closed_forms.friction_forms import (  # few cases need them
+            FrictionOnContact,
+            line_gross_slip_force,
+        )
 
         contact = next((one for one in self.contacts if one is not None and one.load == P), None)
         friction = FrictionOnContact(self.case, (self.case.surface[0].center[0], 0.0), coefficient)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from fretsolve.case.load_path_spec import WearJumps
-from fretsolve.case.unrolled_path import CyclePass
+from fretsolve.case.keys.load_path_spec import WearJumps
+from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.tangential import CattaneoMindlin, cattaneo_mindlin
@@ -21,7 +21,7 @@ from fretsolve.reference.worn_contact import (
     worn_limit_at_displacement,
     worn_limit_at_force,
 )
-from fretsolve.setup.closed_forms import ClosedForms, Load
+from fretsolve.setup.closed_forms.area_forms import ClosedForms, Load
 
 EXPLICIT_LIMIT = 1.161
 """Depth of a jump over p dx/E* from which an explicit update of the profile is unstable: 2 lam/(dx/E*), lam being the

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case.keys.unrolled_path import stage_friction
 from fretsolve.case.models import Case
-from fretsolve.case.unrolled_path import stage_friction
 from fretsolve.friction.field import friction_field
 from fretsolve.friction.law import FrictionOnGrid
 from fretsolve.reference.hertz import HertzContact

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from fretsolve.case.dimensions import LENGTH, NUMBER, Dimension, counted, in_small_unit, percent
 from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
-from fretsolve.case.unrolled_path import Stage
+from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup

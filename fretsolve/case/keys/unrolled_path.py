@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 
 from fretsolve.case.base import refused_at
 from fretsolve.case.history import PAIRS
-from fretsolve.case.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec, WearJumps
+from fretsolve.case.keys.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec, WearJumps
 from fretsolve.case.quantities import refused, shown
 from fretsolve.errors import KeyPath
 

@@ -14,7 +14,7 @@ from typing import Any
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.case.history import SPOTS
-from fretsolve.commands.case_summary import (
+from fretsolve.commands.messages.case_summary import (
     accuracy_lines,
     grid_line,
     model_lines,

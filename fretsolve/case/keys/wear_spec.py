@@ -11,8 +11,8 @@ from pydantic import ConfigDict, Field, ValidationError, model_validator
 
 from fretsolve.case.base import CaseModel, refused_at
 from fretsolve.case.dimensions import NUMBER, PRESSURE, WEAR_COEFFICIENT, Dimension
+from fretsolve.case.keys.unrolled_path import INITIAL, Stage, imposed_after
 from fretsolve.case.quantities import InUnits, refused, shown
-from fretsolve.case.unrolled_path import INITIAL, Stage, imposed_after
 from fretsolve.errors import KeyPath
 
 COEFFICIENTS = {"energy": "alpha", "archard": "k"}
