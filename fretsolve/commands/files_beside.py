@@ -22,12 +22,12 @@ def require_room(setup: ProblemSetup, out: Path) -> None:
     """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
     output = setup.case.output
     if (spec := output.stress) is not None:
-        from fretsolve.stress.of_case import increments_before, room_problem
+        from fretsolve.stress.of_case import increments_before, request_before, room_problem
 
         stages = len(setup.load_path.last_steps)
         count = increments_before(spec, -(-setup.load_path.increments // output.every), stages)
-        room = setup.grid.shape, free_bytes(out), spec.window, spec.components
-        if (problem := room_problem(spec.bodies, spec.depths, count, *room)) is not None:
+        request = request_before(spec.bodies, spec.depths, count, setup.grid.shape, spec.window, spec.components)
+        if (problem := room_problem(request, free_bytes(out))) is not None:
             raise setup.case.source.problem(problem, ("output", "stress"))
     if output.fatigue is not None:
         from fretsolve.fatigue.of_case import require_fatigue

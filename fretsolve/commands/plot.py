@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind
+from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind, Shown
 from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
 from fretsolve.stress.halfspace.influence import Body
@@ -38,10 +38,10 @@ def plot_result(
     """
     require_matplotlib()
     chosen = [KINDS[name] for name in dict.fromkeys(kinds)]
-    fields = tuple(name for text in fields for name in text.split(",") if name)
+    shown = Shown(steps, at, tuple(name for text in fields for name in text.split(",") if name), body)
     if every_kind:
         chosen = [kind for kind in chosen if not kind.beside or out.with_suffix(kind.beside).exists()]
-    for option, value in {"--step": steps, "--at": at, "--field": fields, "--body": body}.items():
+    for option, value in {"--step": steps, "--at": at, "--field": shown.fields, "--body": body}.items():
         if value and not any(OPTIONS[name] == option for kind in chosen for name in kind.options):
             names = " and ".join(kinds)
             raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
@@ -54,7 +54,7 @@ def plot_result(
         pictures, left_out = {}, {}
         for kind, path in zip(chosen, files, strict=True):
             try:
-                pictures[kind.name] = kind.content(result, _format(path), steps, at, fields, body, sheet)
+                pictures[kind.name] = kind.content(result, _format(path), shown, sheet)
             except PictureError as error:
                 left_out[kind.name] = str(error)
                 if every_kind:

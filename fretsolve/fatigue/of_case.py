@@ -14,7 +14,7 @@ from fretsolve.fatigue.of_result import SMALLER, FatigueRequest, cycles_of, stre
 from fretsolve.result import Result
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import opened_computed
-from fretsolve.stress.of_case import room_problem
+from fretsolve.stress.of_case import request_before, room_problem
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, cycle_stages
 from fretsolve.system.files import writing
@@ -59,7 +59,7 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
     except CaseError as error:
         raise case.source.problem(error.message, ("output", "every")) from None
     depths = request.stress_depths(0.5 * max(grid.dx, grid.dy))
-    problem = room_problem(request.bodies, depths, states, grid.shape, free_disk, advice=SMALLER)
+    problem = room_problem(request_before(request.bodies, depths, states, grid.shape), free_disk, SMALLER)
     if problem is not None:
         raise case.source.problem(problem, KEY)
 

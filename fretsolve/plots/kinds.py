@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fretsolve.errors import PictureError
@@ -17,6 +18,16 @@ STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 
 OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field", "body": "--body"}
 """Parameters of the functions that draw, with the options of the command line that set them."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a picture shows of a result: increments, a point (mm), fields, a body; without one what is usual."""
+
+    steps: tuple[int, ...] = ()
+    at: tuple[float, float] | None = None
+    fields: tuple[str, ...] = ()
+    body: Body | None = None
 
 
 class PictureKind(NamedTuple):
@@ -42,20 +53,8 @@ class PictureKind(NamedTuple):
 
         return pkgutil.resolve_name(f"fretsolve.plots.pictures.{self.drawn_by}")  # type: ignore[no-any-return]
 
-    def content(
-        self,
-        result: Result,
-        file_format: str,
-        steps: tuple[int, ...] = (),
-        at: tuple[float, float] | None = None,
-        fields: tuple[str, ...] = (),
-        body: Body | None = None,
-        sheet: Sheet | None = None,
-    ) -> bytes:
-        """Return the content of a file of the picture. Raises PictureError.
-
-        at: a point in mm. Without `steps`, `at`, `fields` or `body` the picture shows what is usual for its kind.
-        """
+    def content(self, result: Result, file_format: str, shown: Shown, sheet: Sheet) -> bytes:
+        """Return the content of a file of the picture. Raises PictureError."""
         from matplotlib.animation import FFMpegWriter
 
         from fretsolve.plots.canvas import rendered
@@ -63,10 +62,9 @@ class PictureKind(NamedTuple):
 
         if file_format == "mp4" and not FFMpegWriter.isAvailable():
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
-        if "step" in self.options and len(steps) > 1:
-            raise PictureError(f"shows one increment, not {len(steps)}: give --step once")
-        given = {"step": steps[0] if steps else None, "steps": steps, "at": at, "fields": fields, "body": body}
-        sheet = sheet or Sheet()
+        if "step" in self.options and len(shown.steps) > 1:
+            raise PictureError(f"shows one increment, not {len(shown.steps)}: give --step once")
+        given = {**vars(shown), "step": shown.steps[0] if shown.steps else None}
         picture = self.draw(result, sheet, **{name: given[name] for name in self.options})
         if file_format in MOVING:
             return saved_film(picture, file_format, film_dpi(sheet.dpi))

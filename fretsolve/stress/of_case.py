@@ -53,25 +53,23 @@ def write_case_stress(
     return target
 
 
-def room_problem(
+def request_before(
     bodies: Sequence[Body],
     depths: Sequence[float],
     increments: int,
     shape: tuple[int, int],
-    free_disk: int | None,
     window: WindowKind = "auto",
     stored: Sequence[Component] = COMPONENTS,
-    advice: str = AS_KEYS,
-) -> str | None:
-    """Return why the stresses of a case that is not solved yet are too large for this machine, None if they are not.
+) -> StressRequest:
+    """Return what a case asks for that is not solved yet; shape: of its grid.
 
     bodies, depths: none for those by default. Of the window around the contact only that is certain which a contact of
-    a quarter of the grid's width has. advice: what would help.
+    a quarter of the grid's width has.
     """
     side = 1.0 if window == "all" else 0.4
     nx, ny = (max(1, round(side * points)) for points in shape)
     cells = slice(0, nx), slice(0, ny)
-    request = StressRequest(
+    return StressRequest(
         bodies=tuple(bodies) or (2,),
         depths=tuple(depths) or tuple(map(float, range(len(GRADED)))),
         steps=tuple(range(increments)),
@@ -80,6 +78,10 @@ def room_problem(
         tractions=TRACTIONS,
         stored=tuple(stored),
     )
+
+
+def room_problem(request: StressRequest, free_disk: int | None, advice: str = AS_KEYS) -> str | None:
+    """Return why stresses are too large for this machine, None if they are not; advice: what would help."""
     return memory_problem(request, 1, advice) or disk_problem(request, free_disk, advice)
 
 

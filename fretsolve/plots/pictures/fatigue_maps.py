@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import matplotlib
 import numpy as np
@@ -43,6 +44,35 @@ TRACE = 0.08
 """Length of the critical plane's trace on either side of the worst place, over the width of a panel."""
 
 
+@dataclass(frozen=True)
+class _Panel:
+    """A criterion of a body, drawn as a section, a layer or a curve (`kind`)."""
+
+    number: int
+    body: BodyFatigue
+    name: str
+    kind: str
+    title: str
+
+    @property
+    def values(self) -> DoubleArray:
+        """The parameter over depth, x and y."""
+        return self.body.field(self.name)
+
+    @property
+    def worst_place(self) -> tuple[int, int, int]:
+        """Indices of the largest parameter over depth, x and y."""
+        depth, i, j = (int(part) for part in np.unravel_index(int(self.values.argmax()), self.values.shape))
+        return depth, i, j
+
+    def shown(self) -> tuple[DoubleArray, bool, str]:
+        """Return the utilisation, or the parameter if it has no limit; which of them; and their label."""
+        limited = f"{self.name}_utilisation" in self.body.group
+        units = str(self.body.attribute(self.name, "units"))
+        label = "utilisation" if limited else f"parameter ({units})" if units != "1" else "parameter"
+        return self.body.field(f"{self.name}_utilisation") if limited else self.values, limited, label
+
+
 def fatigue_map(
     result: Result, ax: Target = None, *, fields: Sequence[str] | None = None, body: Body | None = None
 ) -> Figure:
@@ -60,20 +90,19 @@ def fatigue_map(
             raise PictureError(f"{path.name} is not of this result; `fretsolve fatigue --overwrite` writes it again")
         bodies = _bodies(fatigue_bodies(computed, path), body)
         panels = [
-            (number, name, kind)
+            _Panel(number, found, name, kind, f"body {number}, {NAMES[name]}" if len(bodies) > 1 else NAMES[name])
             for number, found in reversed(bodies.items())
             for name in _chosen(found, fields)
             for kind in _kinds(found)
         ]
-        boxes = [_box(result, bodies[number], name, kind) for number, name, kind in panels]
+        boxes = [_box(result, panel) for panel in panels]
         heights = [CURVE_HEIGHT if box is None else scaled_height(box.height / box.width, WIDTH) for box in boxes]
         with canvas(ax, len(panels), (WIDTH, max(heights)), columns=2, heights=heights) as drawn:
-            for axes, (number, name, kind), box in zip(drawn.axes, panels, boxes, strict=False):
-                title = f"body {number}, {NAMES[name]}" if len(bodies) > 1 else NAMES[name]
+            for axes, panel, box in zip(drawn.axes, panels, boxes, strict=False):
                 if box is None:
-                    _draw_curve(axes, bodies[number], name, title)
+                    _draw_curve(axes, panel)
                 else:
-                    _draw(drawn, axes, bodies[number], name, kind, title, number, box)
+                    _draw(drawn, axes, panel, box)
             average = str(computed.attributes.get("average", ""))
             of_body = " and ".join(f"body {number}" for number in bodies)
             drawn.heading(title_of(result), of_body + (f", {average}" if average else ""))
@@ -115,14 +144,14 @@ def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
     return names or body.criteria
 
 
-def _box(result: Result, body: BodyFatigue, name: str, kind: str) -> Bbox | None:
+def _box(result: Result, panel: _Panel) -> Bbox | None:
     """Return what a section or a layer shows (mm): where bodies touch at any time, a margin, and the worst place.
 
     None for a curve.
     """
-    if kind == "curve":
+    if panel.kind == "curve":
         return None
-    worst = _worst_place(body, name)
+    body, worst = panel.body, panel.worst_place
     sides = []
     for axis, centres, at in (("x", body.x, worst[1]), ("y", body.y, worst[2])):
         half, middle = (result.history.get(f"contact_{part}_{axis}") for part in ("half_width", "center"))
@@ -133,7 +162,7 @@ def _box(result: Result, body: BodyFatigue, name: str, kind: str) -> Bbox | None
             least, most = float(np.nanmin(middle - half)), float(np.nanmax(middle + half))
             low, high = max(low, min(least, centres[at]) - margin), min(high, max(most, centres[at]) + margin)
         sides.append((low, high))
-    if kind == "section":
+    if panel.kind == "section":
         deep = max(
             0.5 * DEEPEST / (1.0 + SIDE_MARGIN) * (sides[0][1] - sides[0][0]), 1.2 * float(body.depths[worst[0]])
         )
@@ -141,54 +170,37 @@ def _box(result: Result, body: BodyFatigue, name: str, kind: str) -> Bbox | None
     return Bbox(np.transpose(sides))
 
 
-def _worst_place(body: BodyFatigue, name: str) -> tuple[int, int, int]:
-    """Return the indices of the worst place over depth, x and y."""
-    values = body.field(name)
-    depth, i, j = (int(part) for part in np.unravel_index(int(values.argmax()), values.shape))
-    return depth, i, j
-
-
-def _shown(body: BodyFatigue, name: str) -> tuple[DoubleArray, bool, str]:
-    """Return the utilisation of a criterion, or the parameter if it has no limit; which of them; and their label."""
-    limited = f"{name}_utilisation" in body.group
-    units = str(body.attribute(name, "units"))
-    label = "utilisation" if limited else f"parameter ({units})" if units != "1" else "parameter"
-    return body.field(f"{name}_utilisation" if limited else name), limited, label
-
-
-def _draw_curve(axes: Axes, body: BodyFatigue, name: str, title: str) -> None:
+def _draw_curve(axes: Axes, panel: _Panel) -> None:
     """Draw a criterion over x, at the only depth and y."""
-    values, limited, label = _shown(body, name)
+    body, (values, limited, label) = panel.body, panel.shown()
     curve = values[0, :, 0]
     axes.plot(body.x, curve, color="black")
     worst = int(curve.argmax())
     axes.plot(body.x[worst], curve[worst], "k+", markersize=8.0)
     if limited:
         axes.axhline(1.0, color="black", linewidth=0.8, linestyle=":")
-    axes.set(xlabel="x (mm)", ylabel=label, title=f"{title} at depth {body.depths[0]:.3g} mm")
+    axes.set(xlabel="x (mm)", ylabel=label, title=f"{panel.title} at depth {body.depths[0]:.3g} mm")
 
 
-def _draw(
-    drawn: Canvas, axes: Axes, body: BodyFatigue, name: str, kind: str, title: str, number: int, box: Bbox
-) -> None:
-    """Draw one panel; number: of the body. The depth of body 1 is along -z."""
-    values, limited, label = _shown(body, name)
-    place = depth, i, j = _worst_place(body, name)
-    normal = body.field(f"{name}_normal")[place] if f"{name}_normal" in body.group else None
-    if kind == "section":
+def _draw(drawn: Canvas, axes: Axes, panel: _Panel, box: Bbox) -> None:
+    """Draw a section or a layer. The depth of body 1 is along -z."""
+    body, (values, limited, label) = panel.body, panel.shown()
+    place = depth, i, j = panel.worst_place
+    normal = body.field(f"{panel.name}_normal")[place] if f"{panel.name}_normal" in body.group else None
+    if panel.kind == "section":
         shown, across = values[:, :, j], body.depths
         axes.pcolormesh(body.x, across, shown, shading="gouraud", rasterized=True, norm=_norm(values), cmap="cividis")
         axes.set(aspect="equal", xlabel="x (mm)")
-        label_depth(axes, number, box.ymax)
-        axes.set_title(title if len(body.y) == 1 else f"{title} at y = {body.y[j]:.3g} mm")
+        label_depth(axes, panel.number, box.ymax)
+        axes.set_title(panel.title if len(body.y) == 1 else f"{panel.title} at y = {body.y[j]:.3g} mm")
         worst = body.x[i], body.depths[depth]
-        along = None if normal is None else (-normal[2] * (-1.0 if number == 1 else 1.0), normal[0])
+        along = None if normal is None else (-normal[2] * (-1.0 if panel.number == 1 else 1.0), normal[0])
     else:
         shown, across = values[depth].T, body.y
         extent = (*outer_edges(body.x), *outer_edges(body.y))
         axes.imshow(shown, origin="lower", extent=extent, norm=_norm(values), cmap="cividis")
         axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", ylim=box.intervaly)
-        axes.set_title(f"{title} at depth {body.depths[depth]:.3g} mm")
+        axes.set_title(f"{panel.title} at depth {body.depths[depth]:.3g} mm")
         worst = body.x[i], body.y[j]
         along = None if normal is None else (-normal[1], normal[0])
     axes.grid(False)
