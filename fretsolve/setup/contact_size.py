@@ -16,7 +16,8 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 from fretsolve.model.surface import separation
-from fretsolve.setup.closed_forms.area_forms import ClosedForms, Load, pressing, round_contact
+from fretsolve.setup.closed_forms.area_forms import ClosedForms
+from fretsolve.setup.closed_forms.normal_forms import Load, pressing, round_contact
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Size = tuple[float, float]

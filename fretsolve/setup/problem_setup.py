@@ -15,7 +15,8 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
 from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
-from fretsolve.setup.closed_forms.area_forms import ClosedForms, Load
+from fretsolve.setup.closed_forms.area_forms import ClosedForms
+from fretsolve.setup.closed_forms.normal_forms import Load
 from fretsolve.setup.contact_size import Size, automatic_size, surely_in_contact
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.setup.unresolved_heights import HeightMaps

@@ -17,7 +17,8 @@ import numpy as np
 from fretsolve.reference.bulk_stress import LineUnderBulk
 from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, turning_points
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
-from fretsolve.setup.closed_forms.area_forms import ClosedForm, ClosedForms, Load
+from fretsolve.setup.closed_forms.area_forms import ClosedForm, ClosedForms
+from fretsolve.setup.closed_forms.normal_forms import Load
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from fretsolve.case.history import PAIRS
 from fretsolve.errors import dotted
 from fretsolve.model.required_terms import UNCOUPLED_BELOW
-from fretsolve.setup.closed_forms.area_forms import Load
+from fretsolve.setup.closed_forms.normal_forms import Load
 from fretsolve.setup.problem_setup import ProblemSetup
 
 
