@@ -194,63 +194,75 @@ def test_each_mistake_is_told_once_and_not_too_many(tmp_path: Path) -> None:
 # Running
 
 
-def test_sweep_is_run_once_and_collected(tmp_path: Path) -> None:
-    path = write_sweep(tmp_path, SWEEP + "quantities: [delta_x, P@1]\n")
-    folder = tmp_path / "sweep.sweep"
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a sweep of six cases, of which one has no solution."""
+    path = write_sweep(tmp_path_factory.mktemp("swept"), SWEEP + "quantities: [delta_x, P@1]\n")
     first = invoke("sweep", "run", path, "-j", 2)
     assert (first.exit_code, first.stderr) == (0, "")
     assert "6 cases of friction, load_path.0.P" in first.stdout
     assert first.stdout.splitlines()[-1] == "6 cases: 5 complete, 1 no solution"
-    assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
+    return path.with_name("sweep.sweep")
 
-    before = {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()}
-    again = invoke("sweep", "run", path)
+
+def test_sweep_is_run_once(swept: Path) -> None:
+    assert assert_as_serial(swept, swept.with_name("case.yaml")) == 6
+    before = {file: file.stat().st_mtime_ns for file in (swept / "results").iterdir()}
+    again = invoke("sweep", "run", swept.with_name("sweep.yaml"))
     assert again.exit_code == 0
     assert "6 done already" in again.stdout
-    assert {file: file.stat().st_mtime_ns for file in (folder / "results").iterdir()} == before
-
-    told = invoke("sweep", "status", folder).stdout
+    assert {file: file.stat().st_mtime_ns for file in (swept / "results").iterdir()} == before
+    told = invoke("sweep", "status", swept).stdout
     assert told.startswith("friction and load: 6 cases: 5 complete, 1 no solution\n0: friction=0.08, load_path.0.P=4")
     assert "gross slip" in told
     assert "--array" not in told
 
-    told = refused(2, "sweep", "plot", folder, "--over", "energy_ratio@1")
+
+def test_what_a_sweep_cannot_collect_or_draw(swept: Path) -> None:
+    before = set(swept.iterdir())
+    told = refused(2, "sweep", "plot", swept, "--over", "energy_ratio@1")
     assert "no case has a value of energy_ratio@1" in told  # nor a cycle
-    told = refused(2, "sweep", "plot", folder, "--over", "title")
+    told = refused(2, "sweep", "plot", swept, "--over", "title")
     assert "--over title: neither a varied key (friction, load_path.0.P) nor a quantity" in told
-    told = refused(2, "sweep", "plot", folder, "running-condition", "--quantity", "delta_x")
-    assert told == f"{folder}: --quantity has no effect on running-condition; leave it out\n"
-    told = refused(2, "sweep", "collect", folder, "-o", folder / "table.xls")
+    told = refused(2, "sweep", "plot", swept, "running-condition", "--quantity", "delta_x")
+    assert told == f"{swept}: --quantity has no effect on running-condition; leave it out\n"
+    told = refused(2, "sweep", "collect", swept, "-o", swept / "table.xls")
     assert "a name ending in .csv, .h5 or .parquet is needed" in told
-    told = refused(2, "sweep", "collect", folder, "--quantity", "P@x")
+    told = refused(2, "sweep", "collect", swept, "--quantity", "P@x")
     assert "there is no stage 'x'; one from 1 on is needed" in told
     for cases in ("6-7", "3,99", "3-99"):
-        told = refused(2, "sweep", "work", folder, "--cases", cases)
-        assert told == f"{folder}: --cases {cases}: there are the cases 0 to 5\n"
+        told = refused(2, "sweep", "work", swept, "--cases", cases)
+        assert told == f"{swept}: --cases {cases}: there are the cases 0 to 5\n"
     for command in ("collect", "plot"):
-        told = refused(2, "sweep", command, folder, "--quantity", "P@9")
+        told = refused(2, "sweep", command, swept, "--quantity", "P@9")
         assert told == "--quantity P@9: there is no stage 9; the cases have stages 1 to 2\n"
-    assert not (folder / "table.csv").exists()
-    outcome = invoke("sweep", "plot", folder)
-    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'delta_x.png'}\n")
-    outcome = invoke("sweep", "plot", folder, "--quantity", "P@1", "--over", "friction")
-    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'P@1.png'}\n")
-    (folder / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
-    assert invoke("sweep", "collect", folder, "--fields").exit_code == 0
+    assert set(swept.iterdir()) == before
+
+
+def test_pictures_of_a_sweep_are_named_after_their_quantity(swept: Path) -> None:
+    outcome = invoke("sweep", "plot", swept)
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{swept / 'delta_x.png'}\n")
+    outcome = invoke("sweep", "plot", swept, "--quantity", "P@1", "--over", "friction")
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{swept / 'P@1.png'}\n")
+
+
+def test_sweep_is_collected(swept: Path, tmp_path: Path) -> None:
+    (swept / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
+    assert invoke("sweep", "collect", swept, "--fields").exit_code == 0
     mine = tmp_path / "mine.csv"
     mine.write_text("mine")
-    told = refused(2, "sweep", "collect", folder, "-o", mine)
+    told = refused(2, "sweep", "collect", swept, "-o", mine)
     assert told == f"{mine}: exists: --overwrite replaces it, or give another name with -o\n"
     assert mine.read_text() == "mine"
-    assert invoke("sweep", "collect", folder, "-o", mine, "--overwrite").exit_code == 0
-    assert mine.read_text() == (folder / "table.csv").read_text()
-    with (folder / "table.csv").open(newline="") as file:
+    assert invoke("sweep", "collect", swept, "-o", mine, "--overwrite").exit_code == 0
+    assert mine.read_text() == (swept / "table.csv").read_text()
+    with (swept / "table.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["status"] for row in rows] == ["no solution"] + 5 * ["complete"]
     assert [row["running_condition"] for row in rows] == ["gross slip"] + 5 * ["partial slip"]
     assert [row["load_path.0.P (N)"] for row in rows] == 3 * ["400", "500"]
     assert rows[0]["delta_x (mm)"] == "" and float(rows[0]["P@1 (N)"]) == pytest.approx(400.0)
-    with h5py.File(folder / "table.h5") as file:
+    with h5py.File(swept / "table.h5") as file:
         displacement = file["values/delta_x"][:]
         assert file["values/delta_x"].attrs["units"] == "mm"
         np.testing.assert_array_equal(file["settings/friction"][:], np.repeat([0.08, 0.1, 0.12], 2))
