@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from fretsolve.case.dimensions import counted, in_small_unit, percent
-from fretsolve.case.load_path_spec import WearJumps
+from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.result import Result
 from fretsolve.system.arrays import IndexArray
 
