@@ -28,6 +28,9 @@ MOST_GROWTH, LEAST_GROWTH = 2.0, 0.3
 SAFETY = 0.5
 """Part of the allowed error that a jump is chosen for, since its error is known only after it."""
 
+AIM = 0.9
+"""Part of the tolerance that all jumps together aim at, as the last ones may have a little more than is allowed."""
+
 LEAST_ALLOWED = 0.1
 """Least error that a jump may have, over the tolerance, where those before it had too much."""
 
@@ -47,15 +50,15 @@ class JumpLimits:
 
 
 def allowed_error(tolerance: float, worn: Worn, per_cycle: float, left: float) -> float:
-    """Return the error that the next jump may have over what it wears, so that `tolerance` holds for all in the end.
+    """Return the error that the next jump may have over what it wears, for `tolerance` to hold for all in the end.
 
     per_cycle: volume that the last cycle wears (mm^3); left: the cycles that are left.
     """
-    to_come = per_cycle * left
+    to_come, aim = per_cycle * left, AIM * tolerance
     if to_come <= 0.0:
-        return tolerance
-    unused = tolerance * worn.volume - worn.error
-    return max(tolerance + unused / to_come, LEAST_ALLOWED * tolerance)
+        return aim
+    unused = aim * worn.volume - worn.error
+    return max(aim + unused / to_come, LEAST_ALLOWED * tolerance)
 
 
 def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimits, allowed: float) -> float:
