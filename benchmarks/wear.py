@@ -1,6 +1,6 @@
 """Compare wear with certified values, and show its error against the jumps and its costs.
 
-    python benchmarks/wear.py                             # about 5 minutes
+    python benchmarks/wear.py                             # about 10 minutes
     python benchmarks/wear.py --into docs/verification.md
 
 A rigid sphere of 10 mm on a half-space, nu = 0: contact radius a0 = 0.3 mm, approach d0, V0 = pi a0^4/4R. T counts
@@ -59,6 +59,9 @@ LIMIT_STICK = (0.2, 0.464159, 0.5, 0.8)
 
 LIMIT_TIME, LIMIT_JUMPS = 100.0, 10
 """T that reaches the limit, and the equal jumps to it, of which the limit does not depend."""
+
+EDGE_SIZES = (3.3, 3.35, 3.4, 3.45, 3.5)
+"""Sides of the grid over a0, on which the edge of the stick zone cuts the cells each time elsewhere."""
 
 GROSS_SIZES = {1.0: 2.8, 10.0: 4.1, 100.0: 7.0}
 
@@ -300,6 +303,19 @@ def reached() -> None:
             print(f"| {held} | {c:.4g} | {exact.volume / V0:.5f}, {other:.5f} | {' | '.join(texts)} |", flush=True)
 
 
+def stick_edge() -> None:
+    """Print how the worn volume depends on where the edge of the stick zone cuts the cells, P held."""
+    known = PARTIAL["P", 10.0][0]
+    sizes = " | ".join(f"{size:g} a0" for size in EDGE_SIZES)
+    print(f"| cells | {sizes} | mean | rms |")
+    print(f"| --- |{' --- |' * (len(EDGE_SIZES) + 2)}")
+    for points in (32, 64, 128):
+        cases = (slipping_outside(0.5, "P", 10.0, points, size * A0, 40) for size in EDGE_SIZES)
+        errors = np.array([solved(case).volume for case in cases]) / known - 1.0
+        ends = errors.mean(), np.sqrt(np.mean(errors**2))
+        print(f"| {points} x {points} | {' | '.join(f'{error:+.2%}' for error in (*errors, *ends))} |", flush=True)
+
+
 def _limit_reached(held: str, c: float) -> WornLimit:
     if held == "P":
         return worn_limit_at_force(P0, _most_force(c), FRICTION, RADIUS, MODULUS)
@@ -321,6 +337,7 @@ def main() -> None:
         "limit": limit,
         "limit reached": reached,
         "partial slip": partial,
+        "stick edge": stick_edge,
         "base case": base,
         "gross slip": gross,
         "jumps": jumps,

@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from fretsolve import run
 from fretsolve.case.models import Case
+from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.result.state import State
 
 RADIUS, MODULUS, A0, ALPHA = 10.0, 1e5, 0.3, 1e-7
@@ -89,6 +91,16 @@ def test_gross_slip_wears_as_rings_do(time, size, approach, radius, middle):
     assert row.delta_z / D0 == pytest.approx(approach * shift, rel=0.005)
     assert row.contact_radius / A0 == pytest.approx(radius, rel=0.005)
     assert last.fields.wear_depth[23, 23] / D0 == pytest.approx(middle * shift, rel=0.01)
+
+
+@pytest.mark.parametrize(("held", "size"), [("P", 3.6), ("d", 3.0)])
+@pytest.mark.parametrize("points", [32, 48])
+def test_wear_ends_at_the_worn_limit(held, size, points):
+    """Cells stick as a whole, so that volume and load are those of the limit for a stick radius within a cell."""
+    last = partial_slip(held, 100.0, points, 10, size)[-1].summary
+    c = brentq(lambda c: WornLimit(c, last.delta_z, RADIUS, MODULUS).load - last.P, 0.3 * A0, 0.8 * A0)
+    assert c == pytest.approx(0.5 * A0, abs=0.25 * size * A0 / points)
+    assert last.wear_volume == pytest.approx(WornLimit(c, last.delta_z, RADIUS, MODULUS).volume, rel=5e-3)
 
 
 def test_the_error_falls_with_the_second_power_of_the_jump():
