@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -93,17 +93,8 @@ def make_study_plan(
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
-    # A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself, but only
-    # runs with error bars have corrected values.
-    error_bars = f"solver.error_bars={str(corrected).lower()}"
-    text, fields = read_case(case), "output.fields=[]"
     needed = {key_beside(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
-    if needed:
-        fields = "output.fields=[pressure, shear]"
-    for name in FILES_BESIDE:
-        if f"output.{name}" not in needed:
-            text, overrides = _without(name, text, overrides)
-    base = BaseCase.of(text, overrides, last=(fields, error_bars))
+    base = _base(case, overrides, needed, corrected=corrected)
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     for key in sorted(needed):
         if any(key.removeprefix("output.") not in one.beside for one in cases):
@@ -132,6 +123,20 @@ def make_study_plan(
         results_name="",
     )
     return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, corrected)
+
+
+def _base(case: Path, overrides: Sequence[str], needed: Collection[str], *, corrected: bool) -> BaseCase:
+    """Return the base case of a study, without fields and files beside results that no quantity needs.
+
+    A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself, but only
+    runs with error bars have corrected values.
+    """
+    text = read_case(case)
+    for name in FILES_BESIDE:
+        if f"output.{name}" not in needed:
+            text, overrides = _without(name, text, overrides)
+    fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"
+    return BaseCase.of(text, overrides, last=(fields, f"solver.error_bars={str(corrected).lower()}"))
 
 
 def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:

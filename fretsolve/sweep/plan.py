@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fretsolve.case.loading import read_case, validated
@@ -12,7 +11,7 @@ from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
-from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, placed
+from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase, placed
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
@@ -31,6 +30,46 @@ class SweepPlan:
     warnings: tuple[str, ...]
 
 
+@dataclass
+class _Survey:
+    """What a sweep needs of its cases, gathered one by one, since their setups take too much memory to be kept.
+
+    file_bytes, seconds_saved (by compiling), beginnings: by the name of the case; warnings: each once; usual: the
+    quantities of the first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have
+    error bars; beside: what all have beside their history.
+    """
+
+    rows: list[ManifestRow] = field(default_factory=list)
+    file_bytes: dict[str, float] = field(default_factory=dict)
+    seconds_saved: dict[str, float] = field(default_factory=dict)
+    beginnings: dict[str, tuple[Beginning, ...]] = field(default_factory=dict)
+    warnings: dict[str, None] = field(default_factory=dict)
+    usual: tuple[str, ...] = ()
+    stages: int = sys.maxsize
+    memory: float = 0.0
+    have_bars: bool = True
+    beside: set[str] = field(default_factory=lambda: {*FILES_BESIDE, "wear"})
+
+    def add(self, prepared: PreparedCase) -> None:
+        """Gather what the next case has."""
+        setup, expected = prepared.setup, prepared.expected
+        self.rows.append(prepared.row(len(self.rows)))
+        self.file_bytes[prepared.id] = expected.file
+        self.seconds_saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
+        self.beginnings[prepared.id] = beginnings_of(setup, prepared.header, expected.seconds)
+        self.warnings |= dict.fromkeys(setup.model.warnings)
+        last = len(setup.load_path.last_steps)
+        self.usual = self.usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
+        self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
+        self.have_bars &= setup.case.solver.error_bars
+        self.beside &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}
+
+    def rows_with_beginnings(self) -> tuple[ManifestRow, ...]:
+        """Return the rows with the beginnings that several cases share."""
+        found = shared(self.beginnings)
+        return tuple(replace(row, shared=found[row.id]) for row in self.rows)
+
+
 def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     """Read the sweep file and check every case. Raises CaseError, FileError."""
     text = read_case(path, pipe=True)
@@ -41,42 +80,24 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     common, points = common_values(spec, text.source), points_of(spec, text.source)
     case = path.parent / spec.case
     base = _base(case, spec, common, text.source)
-    rows: list[ManifestRow] = []
-    files: dict[str, float] = {}
-    saved: dict[str, float] = {}
-    beginnings: dict[str, tuple[Beginning, ...]] = {}
-    found: dict[str, None] = {}
-    usual: tuple[str, ...] = ()
-    stages, memory, have_bars = sys.maxsize, 0.0, True
-    have = {*FILES_BESIDE, "wear"}
-    for index, prepared in enumerate(base.prepare_all(points, folder / RESULTS_NAME)):
-        setup = prepared.setup
-        rows.append(prepared.row(index))
-        files[prepared.id] = prepared.expected.file
-        beginnings[prepared.id] = beginnings_of(setup, prepared.header, prepared.expected.seconds)
-        saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
-        found |= dict.fromkeys(setup.model.warnings)
-        have_bars &= setup.case.solver.error_bars
-        have &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}
-        last = len(setup.load_path.last_steps)
-        stages, memory = min(stages, last), max(memory, prepared.expected.memory)
-        usual = usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
-    _require_quantities(spec, text.source, stages, have_bars=have_bars, have=have)
-    found_shared = shared(beginnings)
+    survey = _Survey()
+    for prepared in base.prepare_all(points, folder / RESULTS_NAME):
+        survey.add(prepared)
+    _require_quantities(spec, text.source, survey)
     manifest = Manifest(
         folder.absolute(),
         path.absolute(),
         spec.title or path.stem,
         case.absolute(),
         base.overrides,
-        spec.quantities or usual,
+        spec.quantities or survey.usual,
         spec.threads,
-        memory,
-        tuple(replace(row, shared=found_shared[row.id]) for row in rows),
-        compiled=compiling_pays(sum(saved.values())),
+        survey.memory,
+        survey.rows_with_beginnings(),
+        compiled=compiling_pays(sum(survey.seconds_saved.values())),
     )
-    warnings, free = tuple(found), free_bytes(manifest.folder)
-    left = sum(files.values()) * len(missing(manifest)) / len(manifest.unique)
+    warnings, free = tuple(survey.warnings), free_bytes(manifest.folder)
+    left = sum(survey.file_bytes.values()) * len(missing(manifest)) / len(manifest.unique)
     if free is not None and left > free:
         warnings += (
             f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
@@ -102,17 +123,16 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
         raise all_of(placed(error, values, text)) from None
 
 
-def _require_quantities(
-    spec: SweepSpec, source: CaseSource, stages: int, *, have_bars: bool, have: Collection[str]
-) -> None:
+def _require_quantities(spec: SweepSpec, source: CaseSource, survey: _Survey) -> None:
+    """Raise CaseError if the cases do not have a quantity that the sweep names."""
     for index, text in enumerate(spec.quantities):
         try:
-            quantity = read_quantity(text, stages)
+            quantity = read_quantity(text, survey.stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
-        if (key := key_beside(quantity.name)) and key.removeprefix("output.") not in have:
+        if (key := key_beside(quantity.name)) and key.removeprefix("output.") not in survey.beside:
             problem = f"{quantity.name} is known from runs with {key} alone; {key} in the case is needed"
             raise source.problem(problem, ("quantities", index))
-        if quantity.name in CORRECTED_NAMES and not have_bars:
+        if quantity.name in CORRECTED_NAMES and not survey.have_bars:
             problem = f"{quantity.name} is known from runs with error bars alone; error_bars: true is needed"
             raise source.problem(problem, ("quantities", index))
