@@ -181,7 +181,7 @@ def test_jumps_beyond_the_tolerance_are_warned_of(tmp_path: Path) -> None:
 
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
     from fretsolve.case.loading import load_case
-    from fretsolve.commands.messages import TextMessages
+    from fretsolve.commands.messages.run_messages import TextMessages
     from fretsolve.setup.cost_estimate import expected_increments
     from fretsolve.setup.problem_setup import set_up
 
