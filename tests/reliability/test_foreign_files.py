@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import errno
-import json
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import h5py
 import pytest
 from command_line import assert_same_result, invoke, refused
 from fake_states import fake_header, fake_states, write_fake
 from PIL import Image
-from small_cases import CASE, SWEPT, write_case
-from sweeping import manifest_of, rows_of, write_sweep
+from runs import run_made_up
+from small_cases import CASE, write_case
+from sweeping import manifest_of
 
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, open_result, writer
+from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.stress.names import opened_computed
-from fretsolve.sweep.beginnings import FOLDER_NAME, remove_beginnings
 from fretsolve.system import atomic_files
 from fretsolve.system.foreign_files import PICTURE_MARK
 
@@ -68,6 +65,8 @@ def test_a_link_among_the_parts(tmp_path: Path, own: Path, name: str) -> None:
 
 
 OTHER_USER = 12345
+
+
 as_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
 
 
@@ -91,9 +90,9 @@ def test_folders_of_one_owner(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     os.chown(tmp_path, OTHER_USER, -1)
     out = case.with_suffix(".h5")
-    run(out, 3)
+    run_made_up(out, 3)
     os.chown(parts_folder(out), OTHER_USER, -1)
-    run(out, resume=True)
+    run_made_up(out, resume=True)
     assert open_result(out).increments == 6
 
 
@@ -171,128 +170,6 @@ def test_only_reports_of_fretsolve_are_replaced(tmp_path: Path) -> None:
     assert report.read_text() == "<testsuites/>"
 
 
-def run(out: Path, stop_after: int = 9, **options: bool) -> list[str]:
-    """A run of six made-up increments, and its notes."""
-    with HistoryWriter.open(out, fake_header(), **options) as writer:
-        for state in fake_states(6, writer.last_state):
-            writer.append(state)
-            if state.summary.step + 1 == stop_after:
-                return writer.notes
-        writer.finish("complete")
-    return writer.notes
-
-
-@pytest.mark.parametrize("resume", [False, True])
-@pytest.mark.parametrize("name", ["header.json", "000000-000000.h5"])
-def test_saved_increments_are_not_removed(tmp_path: Path, name: str, resume: bool) -> None:
-    out = tmp_path / "out.h5"
-    run(out, 3)
-    (parts_folder(out) / name).rename(tmp_path / "moved")
-    before = sorted(path.name for path in parts_folder(out).glob("*.h5"))
-    with pytest.raises(FileError, match=r"holds saved increments, but .* is missing.*put it back, or start anew with"):
-        run(out, resume=resume)
-    assert sorted(path.name for path in parts_folder(out).glob("*.h5")) == before
-    (tmp_path / "moved").rename(parts_folder(out) / name)
-    assert run(out, resume=True) == []
-    assert open_result(out).increments == 6
-    out.unlink()
-    run(out, 3)
-    (parts_folder(out) / name).unlink()
-    run(out, overwrite=True)
-    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
-
-
-def test_a_damaged_first_part_is_not_removed(tmp_path: Path) -> None:
-    out = tmp_path / "out.h5"
-    run(out, 3)
-    (parts_folder(out) / "000000-000000.h5").write_bytes(b"damaged")
-    with pytest.raises(FileError, match="there is no saved increment before it: --overwrite starts anew"):
-        run(out, resume=True)
-    assert len(list(parts_folder(out).glob("*.h5"))) == 3
-
-
-def merged_and_single(out: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Stop a run so that a merged part of increments 0 to 3 lies beside its single parts, and return it."""
-    with monkeypatch.context() as patch:
-        patch.setattr(writer, "MERGE_EVERY", 4)
-        patch.setattr(atomic_files, "remove", lambda *files: None)  # as if a kill came before they were removed
-        run(out, 5)
-    merged = parts_folder(out) / "000000-000003.h5"
-    assert merged.exists()
-    assert len(list(parts_folder(out).glob("*.h5"))) == 6
-    return merged
-
-
-def test_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out = tmp_path / "out.h5"
-    merged = merged_and_single(out, monkeypatch)
-    merged.write_bytes(merged.read_bytes()[:-500])
-    with HistoryWriter.open(out, fake_header(), resume=True) as resumed:
-        assert len(resumed.summaries) == 5
-        (note,) = resumed.notes
-    assert note.startswith(f"{merged}: ")
-    assert note.endswith("; its increments are taken from the parts that it was merged from")
-    assert run(out, resume=True) == []
-    run(tmp_path / "whole.h5")
-    assert_same_result(out, tmp_path / "whole.h5")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.h5", "whole.h5"]
-
-
-def test_some_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out = tmp_path / "out.h5"
-    merged = merged_and_single(out, monkeypatch)
-    merged.write_bytes(b"damaged")
-    (parts_folder(out) / "000002-000002.h5").unlink()
-    with HistoryWriter.open(out, fake_header(), resume=True) as resumed:
-        assert len(resumed.summaries) == 2
-        (note,) = resumed.notes
-    assert note.startswith(f"{merged}: ")
-    assert "; going on from increment 2. What follows was moved to out.h5.parts.damaged-1" in note
-    aside = tmp_path / "out.h5.parts.damaged-1"
-    assert sorted(path.name for path in aside.iterdir()) == [merged.name, "000003-000003.h5", "000004-000004.h5"]
-    run(out, resume=True)
-    run(tmp_path / "whole.h5")
-    assert_same_result(out, tmp_path / "whole.h5")
-
-
-def test_single_parts_stay_until_the_merged_one_is_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out, write_part = tmp_path / "out.h5", writer.write_part
-
-    def damaging(folder: Path, *words: Any) -> Any:
-        part = write_part(folder, *words)
-        if part.last > part.first:
-            part.path.write_bytes(part.path.read_bytes()[:-500])
-        return part
-
-    with monkeypatch.context() as patch:
-        patch.setattr(writer, "MERGE_EVERY", 4)
-        patch.setattr(writer, "write_part", damaging)
-        with pytest.raises(FileError, match=r"000000-000003\.h5"):
-            run(out)
-    single = {f"{step:06d}-{step:06d}.h5" for step in range(4)}
-    assert {path.name for path in parts_folder(out).glob("*.h5")} == {*single, "000000-000003.h5"}
-    assert "are taken from the parts" in run(out, resume=True)[0]
-    assert open_result(out).increments == 6
-
-
-def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:
-    out = tmp_path / "out.h5"
-    run(out, 4)
-    missing = tmp_path / "000001-000001.h5"
-    (parts_folder(out) / missing.name).rename(missing)
-    aside = tmp_path / "out.h5.parts.damaged-1"
-    told = f"increment 1 is missing in {parts_folder(out)}; going on from increment 1. What follows was moved to"
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert (writer.notes, len(writer.summaries)) == ([f"{told} {aside.name}"], 1)
-    for path in (missing, *aside.iterdir()):  # found again, and put back
-        path.rename(parts_folder(out) / path.name)
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert (writer.notes, len(writer.summaries)) == ([], 4)
-    run(out, resume=True)
-    run(tmp_path / "whole.h5")
-    assert_same_result(out, tmp_path / "whole.h5")
-
-
 @pytest.mark.parametrize("pause", [0.0, 1000.0])
 def test_a_file_that_takes_the_name_of_the_result(tmp_path: Path, pause: float) -> None:
     out = tmp_path / "out.h5"
@@ -310,7 +187,7 @@ def test_a_file_that_takes_the_name_of_the_result(tmp_path: Path, pause: float) 
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert len(writer.summaries) == 6
         writer.finish("complete")
-    run(tmp_path / "whole.h5")
+    run_made_up(tmp_path / "whole.h5")
     assert_same_result(out, tmp_path / "whole.h5")
 
 
@@ -440,172 +317,6 @@ def test_text_maps_are_not_quoted_at_length(tmp_path: Path) -> None:
     line = refused(4, "validate", case)
     assert len(line) < 300 + 2 * len(str(tmp_path))  # it names the case and the map
     assert "at row 0, column 1" in line
-
-
-@pytest.fixture(scope="module")
-def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return manifest_of(tmp_path_factory.mktemp("sweep")).folder
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("id", "../../x"),
-        ("id", "/etc/passwd"),
-        ("id", "0123456789abcdeF"),
-        ("id", "0123456789abcdef\n"),
-        ("index", 7),
-        ("settings", {"friction": 0.1}),
-        ("settings", None),
-        ("seconds", "long"),
-    ],
-)
-@pytest.mark.parametrize("words", [("status",), ("work", "--cases", "0"), ("collect",)])
-def test_a_manifest_cannot_lead_elsewhere(
-    sweep: Path, tmp_path: Path, key: str, value: object, words: tuple[str, ...]
-) -> None:
-    folder = tmp_path / "deep" / "er"
-    shutil.copytree(sweep, folder)
-    manifest = json.loads((folder / "manifest.json").read_text())
-    manifest["cases"][0][key] = value
-    (folder / "manifest.json").write_text(json.dumps(manifest))
-    before = sorted(tmp_path.rglob("*"))
-    line = refused(4, "sweep", words[0], folder, *words[1:])
-    assert line.startswith(f"{folder / 'manifest.json'}: not the manifest of a sweep: ")
-    assert sorted(tmp_path.rglob("*")) == before
-
-
-def test_a_sweep_leaves_what_it_has_not_written(tmp_path: Path) -> None:
-    path, folder = write_sweep(tmp_path), tmp_path / "web"
-    folder.mkdir()
-    (folder / ".hidden").touch()
-    for name, content in {"manifest.json": '{"name": "web"}', "results/mine.txt": "mine", "mine.txt": "mine"}.items():
-        own = folder / name
-        own.parent.mkdir(exist_ok=True)
-        own.write_text(content)
-        line = refused(4, "sweep", "run", path, "-o", folder)
-        assert line.startswith(f"{own if name == 'manifest.json' else own.parent}: ")
-        assert name == "manifest.json" or "holds mine.txt, which no sweep has written" in line
-        assert not (folder / "manifest.json").exists() or name == "manifest.json"
-        assert "give another folder with -o" in line
-        assert own.read_text() == content
-        own.unlink()
-    (folder / "results").rmdir()
-    (folder / "results").symlink_to(tmp_path)
-    assert "is a link, which a sweep does not follow" in refused(4, "sweep", "run", path, "-o", folder)
-    assert sorted(folder.iterdir()) == [folder / ".hidden", folder / "results"]
-
-
-@pytest.mark.parametrize("name", ["results", FOLDER_NAME])
-def test_no_task_of_a_sweep_writes_through_a_link(tmp_path: Path, name: str) -> None:
-    manifest, target = manifest_of(tmp_path), tmp_path / "mine"
-    target.mkdir()
-    (target / "notes.txt").write_text(TEXT)
-    if (manifest.folder / name).exists():
-        (manifest.folder / name).rmdir()
-    (manifest.folder / name).symlink_to(target)
-    for words in (("work", manifest.folder, "--cases", "0"), ("run", tmp_path / "sweep.yaml")):
-        line = refused(4, "sweep", *words)
-        assert line.startswith(f"{manifest.folder / name}: is a link, which a sweep does not follow")
-    assert list(target.iterdir()) == [target / "notes.txt"]
-
-
-def test_a_study_leaves_what_it_has_not_written(tmp_path: Path) -> None:
-    case, folder = write_case(tmp_path, SWEPT), tmp_path / "mine"
-    words = ("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_x", "-q", "-o", folder)
-    folder.mkdir()
-    (folder / "notes.txt").write_text(TEXT)
-    line = refused(4, *words)
-    assert line.startswith(f"{folder}: holds notes.txt, which no study has written; give another folder with -o, one")
-    assert list(folder.iterdir()) == [folder / "notes.txt"]
-    (folder / "notes.txt").unlink()
-    assert invoke(*words).exit_code == 0
-    (folder / "notes.txt").write_text(TEXT)  # beside a study's own table
-    assert invoke(*words).exit_code == 0
-    before = {path: path.read_bytes() for path in folder.iterdir()}
-    for name in ("study.csv", "study.h5", "study.png"):
-        (folder / name).write_text(TEXT)
-        assert f"{folder / name}: is not " in refused(4, *words)
-        assert (folder / name).read_text() == TEXT
-        (folder / name).write_bytes(before[folder / name])
-    assert {path: path.read_bytes() for path in folder.iterdir()} == before
-    first, second = sorted(path for path in folder.glob("*.h5") if path.name != "study.h5")
-    shutil.copy(second, first)
-    assert refused(4, *words) == f"{first}: is the result of another case; remove it to run the case again\n"
-
-
-@pytest.mark.parametrize("name", ["table.csv", "table.h5"])
-def test_collecting_leaves_other_tables(sweep: Path, tmp_path: Path, name: str) -> None:
-    folder = tmp_path / "copy"
-    shutil.copytree(sweep, folder)
-    assert invoke("sweep", "collect", folder).exit_code == 0
-    assert invoke("sweep", "collect", folder).exit_code == 0  # its own are replaced
-    (folder / name).write_text("my,own,table\n")
-    line = refused(4, "sweep", "collect", folder)
-    assert line.startswith(f"{folder / name}: is not the table of a sweep")
-    assert (folder / name).read_text() == "my,own,table\n"
-
-
-def test_only_beginnings_are_removed(tmp_path: Path) -> None:
-    folder = tmp_path / FOLDER_NAME
-    folder.mkdir()
-    for name in ("0123456789abcdef.h5", "fedcba9876543210.h5", "notes.h5"):
-        (folder / name).touch()
-    remove_beginnings(tmp_path)
-    assert [path.name for path in folder.iterdir()] == ["notes.h5"]
-    folder.rename(tmp_path / "mine")
-    (tmp_path / "mine" / "0123456789abcdef.h5").touch()
-    folder.symlink_to(tmp_path / "mine")
-    remove_beginnings(tmp_path)
-    assert len(list((tmp_path / "mine").iterdir())) == 2
-    folder.unlink()
-    folder.mkdir()
-    (folder / "0123456789abcdef.h5").touch()
-    remove_beginnings(tmp_path)
-    assert not folder.exists()
-
-
-def test_parts_of_another_run(tmp_path: Path) -> None:
-    header = fake_header(increments=4)
-    other = replace(header, effective_case=header.effective_case.replace("400.0", "300.0"))
-    assert other.effective_case != header.effective_case
-    for name, one in {"out.h5": header, "other.h5": other}.items():
-        with HistoryWriter.open(tmp_path / name, one) as writer:
-            for state in fake_states(3):
-                writer.append(state)
-    out = tmp_path / "out.h5"
-    foreign = parts_folder(out) / "000002-000002.h5"
-    shutil.copy(parts_folder(tmp_path / "other.h5") / foreign.name, foreign)
-    assert refused(4, "show", out) == f"{foreign}: is a part of another run\n"
-    renamed = replace(header, case_yaml="# another comment\n", provenance='{"threads": 2}')
-    with HistoryWriter.open(out, renamed, resume=True) as writer:
-        assert len(writer.summaries) == 2
-        assert writer.notes[0].startswith(f"{foreign}: is a part of another run; going on from increment 2.")
-
-
-def test_parts_that_do_not_say_of_which_run_they_are(tmp_path: Path) -> None:
-    out = write_fake(tmp_path / "out.h5", "stopped", increments=6)
-    for path in parts_folder(out).glob("0*.h5"):
-        with h5py.File(path, "r+") as file:
-            del file["run"]
-    assert invoke("show", out).exit_code == 0
-    with HistoryWriter.open(out, fake_header(increments=6), resume=True) as writer:
-        assert (len(writer.summaries), writer.notes) == (4, [])
-
-
-def test_results_of_other_cases_of_a_sweep(tmp_path: Path) -> None:
-    path = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1, 0.12]]\n")
-    assert invoke("sweep", "run", path, "-q").exit_code == 0
-    folder = path.with_suffix(".sweep")
-    first, second = (folder / row["result"] for row in rows_of(folder))
-    shutil.copy(second, first)
-    assert invoke("sweep", "status", folder).stdout.count(f"{first}: is the result of another case") == 1
-    result = invoke("sweep", "collect", folder)
-    assert (result.exit_code, "1 complete, 1 error" in result.stdout) == (0, True)
-    line = refused(4, "sweep", "run", path, "-q")
-    assert line.endswith(f"{first}: is the result of another case; remove it to run the case again\n")
-    first.unlink()
-    assert invoke("sweep", "run", path, "-q").exit_code == 0
 
 
 def test_a_result_that_could_not_be_written_is_refused_before_the_run(tmp_path: Path) -> None:
