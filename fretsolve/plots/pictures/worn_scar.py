@@ -21,7 +21,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 MOST_PROFILES = 6
 """Profiles in a picture."""
 
-ALIKE = 0.99
+ALIKE = 0.95
 """Volume over the last one from which a profile counts as the last one."""
 
 MOST_TICKS = 5
