@@ -22,6 +22,10 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 PEAK = 1.8
 """Largest pressure at a rounded edge over K / d^(1/2)."""
 
+HARDLY_SEEN = 0.25
+"""Least part of the pressure that cells may miss at a rounding in contact over less than one: the last cell's is less
+than that of K / s^(1/2) where it sees a part of it."""
+
 SLIPPING, SEEN = 2.0, 1.5
 """Energy that slip within a rounding dissipates, over mu^2 K^2 d/E* and (K_q / mu K)^3, per length of the edge, with
 the singularity K_q of the shear traction: it slips up to d K_q / mu K from the edge, by K_q (d K_q / mu K)^(1/2) / E*.
@@ -48,8 +52,14 @@ class Edge:
         if edge == 0.0 or self.radius == 0.0:
             return math.inf if edge else 0.0
         factor = _singularity(edge, side)
-        depth = self._depth(factor, contact_modulus)
-        return max(PEAK * factor / math.sqrt(depth) - float(pressure.max()), 0.0)
+        depth, shown = self._depth(factor, contact_modulus), float(pressure.max())
+        least = HARDLY_SEEN * shown if depth < side else 0.0
+        return max(PEAK * factor / math.sqrt(depth) - shown, least)
+
+    def is_hardly_seen(self, pressure: FloatArray, side: float, contact_modulus: float) -> bool:
+        """Return whether a rounding is in contact over less than a cell of `side` (mm)."""
+        largest = float(np.max(pressure, where=self.near, initial=0.0))
+        return bool(self.radius and largest) and self._depth(_singularity(largest, side), contact_modulus) < side
 
     def hidden_energy(self, pressure: FloatArray, side: float, contact_modulus: float, friction: float) -> float:
         """Return what slip within the rounding dissipates (mJ) as the shear grows up to gross slip there.

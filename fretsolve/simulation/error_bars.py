@@ -22,7 +22,18 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors, ShearPath
-from fretsolve.simulation.quantity_estimates import BETWEEN, LINKED, ORDER, SAFETY, TOTAL, WORK
+from fretsolve.simulation.quantity_estimates import (
+    BETWEEN,
+    CONTACT,
+    LINKED,
+    ORDER,
+    RADII,
+    SAFETY,
+    SMOOTH_ORDER,
+    STICK,
+    TOTAL,
+    WORK,
+)
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -38,6 +49,18 @@ of the linked error that is left in them."""
 LARGEST_CHANGE = 0.1
 """Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
 run."""
+
+PRESSED_AT_ONCE = 2.0
+"""Factor on the error of the increments in the radii where one increment presses unlike bodies: two of them do not show
+how the stick zone grows with the contact."""
+
+
+def pressed_at_once(setup: ProblemSetup) -> bool:
+    """Return whether a stage presses unlike bodies in one increment."""
+    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
+    return setup.model.coupled and any(
+        count == 1 and {"P", "delta_z"} & dict(stage.targets).keys() for stage, count in stages
+    )
 
 
 def run_with_error_bars(
@@ -75,6 +98,8 @@ class ErrorBars:
         self._ratios: DoubleArray = third / half
         self._summaries: list[Summary] = []
         self._largest, self._shear_path = np.zeros(len(ESTIMATED)), ShearPath()
+        self._safety = SAFETY.copy()
+        self._safety[RADII] *= PRESSED_AT_ONCE if pressed_at_once(setup) else 1.0
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -103,7 +128,7 @@ class ErrorBars:
         linked = np.where(imposed, 0.0, self._linked(change))
         # The change is twice a difference, which holds the errors of the coarse runs' iteration.
         unsolved = 2.0 * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, SAFETY * change, linked], axis=0)
+        errors = np.linalg.norm([others, self._safety * change, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, LINKED_CORRECTED * linked], axis=0)
         change[imposed] = 0.0
         self._follow(self._path.after(self._summaries))
@@ -117,7 +142,8 @@ class ErrorBars:
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
-        self._shear_path = self._shear_path.after(summary, self._carried(summary))
+        pressed = self._least_errors.sheared_by_pressing(summary)
+        self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed)
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
@@ -143,7 +169,7 @@ class ErrorBars:
         from_third = values_of(summary) - self._runs.third.values(summary.step)
         between = self._runs.half_less_third(summary.step)
         from_half = from_third - between
-        orders = ORDER.copy()
+        orders = (ORDER if self._least_errors.ends else SMOOTH_ORDER).copy()
         for place in (WORK, TOTAL):
             orders[place] = self._observed(orders[place], from_half[place], from_third[place])
         half = from_half / (self._finer[0] ** orders - 1.0)
@@ -169,7 +195,10 @@ class ErrorBars:
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""
         total = float(self._largest[TOTAL])
-        return LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * self._largest
+        scales = self._largest.copy()
+        # Where few cells of the coarse grid stick, they may be the same ones with more increments.
+        scales[STICK] = 0.0 if change[STICK] else scales[CONTACT]
+        return LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
 
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""

@@ -20,36 +20,54 @@ from fretsolve.simulation.quantity_estimates import (
     FLOOR,
     MX,
     MY,
+    MZ,
     PRESSURE,
+    QX,
+    QY,
     STICK,
     STICK_EXTENTS,
     TOTAL,
     WORK,
 )
-from fretsolve.system.arrays import DoubleArray, FloatArray
+from fretsolve.system.arrays import DoubleArray
 
 FLOOR_ORDER = 2.0
 """Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
 radius a."""
 
-DISSIPATED, DISSIPATED_ORDER = 0.2, 1.5
+DISSIPATED, DISSIPATED_ORDER = 0.12, 1.5
 """Least error of the dissipated energy over its own value, in the same way."""
 
-CONTACT_EDGE, STICK_EDGE = 0.01, 0.03
-"""Least error of the radii over h."""
+CONTACT_EDGE, STICK_EDGE = 0.006, 0.03
+"""Least error of the radii over h; that of a stick zone which fills the contact is the contact's."""
 
 CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
 """The same of half-widths and middles over h, which depend on the ends of a zone alone."""
 
-PART_STICK, PART_STICK_ORDER = 0.6, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
+PART_STICK, PART_STICK_ENDS, PART_STICK_ORDER = 0.35, 0.6, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER: where bodies
+do not end, and where one does."""
 
-SHARP_EDGE = 0.1
+SHARP_EDGE, ROUNDED_EDGE = 0.1, 0.25
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
-outline to their cells."""
+outline to their cells. And where a rounding is longer than a cell, but in contact over less than one: its cells touch
+or do not touch as a whole."""
 
-MOMENT = 0.02
-"""Least error of Mx and My over (h/a)^FLOOR_ORDER P a. They sum up pressures of opposite effect."""
+FACET_EDGE, RIDGE_EDGE = 0.03, 0.4
+"""The same where the edge of the contact runs over facets of a height map that are longer than the cells. A steep ridge
+may bound it as an edge does: RIDGE_EDGE times the pressure at ridges over that of the contact's last cell."""
+
+SLENDER = 0.5
+"""Power of a cell's long over its short side with which some least errors grow: the edges of the zones cross few rows
+of slender cells, and errors by their places average less."""
+
+MOMENT = 0.015
+"""Least error of Mx and My over (h/a)^FLOOR_ORDER P a, and of Mz with the shear force: they sum up tractions of
+opposite effect."""
+
+SHARP_MOMENT = 3.0
+"""Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
+third power of the radius."""
 
 PEAK = 3.0
 """Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
@@ -57,7 +75,7 @@ independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which par
 sines across each other have 2."""
 
 UNSEEN_STICK = 0.75
-"""Radius over h of a stick zone that may exist although no cell sticks."""
+"""Radius over h of a round stick zone that may exist although no cell sticks."""
 
 ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
 """A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
@@ -71,9 +89,9 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
-    at: where it is, (3,); largest: how far from 0 it has been, at most 1; last, length: of the way in the last
-    increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`
-    squared times `length`: it goes with the third power of the way from a reversal, halved.
+    at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
+    way in the last increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip
+    times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -81,29 +99,35 @@ class ShearPath:
     last: float = 0.0
     length: float = 0.0
 
-    def after(self, summary: Summary, carried: float) -> ShearPath:
-        """Return the path after one more increment; carried: the force (N) that friction carries."""
+    def after(self, summary: Summary, carried: float, pressed: float) -> ShearPath:
+        """Return the path after one more increment.
+
+        carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears.
+        """
         if carried <= 0.0:
             return replace(self, last=0.0)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         last = math.dist(at, self.at)
-        return ShearPath(at, max(self.largest, min(math.hypot(*at), 1.0)), last, self.length + last)
+        return ShearPath(at, max(self.largest, min(math.hypot(*at) + pressed, 1.0)), last, self.length + last)
 
 
 @dataclass(frozen=True)
 class LeastErrors:
     """The least errors of a problem.
 
-    side: the longer side of a cell, mm; sharp: whether a body ends within a cell; flattening: pressure (MPa) that would
-    flatten what the cells do not see of height maps; ridges: pressure (MPa) of their ridges beyond that of cells;
-    edges: tips and edges, where pressures are largest.
+    side: the longer side of a cell, mm; slender: SLENDER power of it over the shorter one; sharp: whether a body ends
+    within a cell; ends: whether one ends at all; flattening: pressure (MPa) that would flatten what the cells do not
+    see of height maps; ridges: pressure (MPa) of their ridges beyond that of cells; edges: tips and edges, where
+    pressures are largest.
     """
 
     model: Model
     side: float
+    slender: float
     sharp: bool
+    ends: bool
     flattening: float
     ridges: float
     edges: tuple[Edge, ...]
@@ -113,10 +137,11 @@ class LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
         cell = setup.grid.dx, setup.grid.dy
         flattening, ridges = setup.heights().flattening_pressure(cell), setup.heights().ridge_pressure(cell)
-        side, surfaces = max(setup.grid.dx, setup.grid.dy), setup.case.surface
+        side, surfaces = max(cell), setup.case.surface
         radii = [radius for surface in surfaces if (radius := rounding(surface)) is not None]
         sharp = min(radii, default=math.inf) < side
-        return cls(setup.model, side, sharp, flattening, ridges, edges(surfaces, setup.grid))
+        slender = 1.0 if setup.model.line else (side / min(cell)) ** SLENDER
+        return cls(setup.model, side, slender, sharp, bool(radii), flattening, ridges, edges(surfaces, setup.grid))
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
@@ -128,42 +153,75 @@ class LeastErrors:
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
-        ends = math.hypot(CONTACT_END, SHARP_END * self.sharp) * self.side
-        least[CONTACT_EXTENTS] = ends
-        least[CONTACT] = math.hypot(CONTACT_EDGE, SHARP_EDGE * self.sharp) * self.side
-        width, dissipated = self._unseen_slip(summary)
-        least[STICK] = self._stick_radius(summary, ratio, width)
-        least[STICK_EXTENTS] = max(math.hypot(STICK_END, SHARP_END * self.sharp) * self.side, least[STICK])
+        outline = self._outline(state)
+        self._put_zones(least, summary, outline, ratio)
         least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
-        least[TOTAL] += dissipated
+        least[TOTAL] += self._unseen_slip(summary)[1]
         least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
             [shear_path.last, shear_path.length]
         )
-        moment = MOMENT * ratio**FLOOR_ORDER * summary.P * summary.contact_radius
-        for place in (MX, MY):
-            least[place] = math.hypot(moment, least[place])
+        arms = MOMENT * self.slender * ratio**FLOOR_ORDER * summary.contact_radius
+        shear = float(np.hypot(largest[QX], largest[QY]))
+        turned = SHARP_MOMENT * outline / radius if self.sharp and radius else 0.0
+        for place, force in ((MX, summary.P), (MY, summary.P), (MZ, shear)):
+            least[place] = math.hypot(arms * force, least[place], turned * largest[place])
         if summary.max_pressure:
-            peak = least[PRESSURE] + self._hidden_pressure(state.fields.pressure)
+            peak = least[PRESSURE] * self.slender + self._hidden_pressure(state)
             unresolved = min(self.flattening / summary.max_pressure, 1.0)
             least += unresolved * largest
             least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
             least[PRESSURE] = peak
         return least
 
-    def _stick_radius(self, summary: Summary, ratio: float, width: float) -> float:
-        """Return the least error of the stick radius; ratio: side over contact radius; width: of an unseen annulus."""
-        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
-            return UNSEEN_STICK * self.side
-        edge = math.hypot(STICK_EDGE, SHARP_EDGE * self.sharp) * self.side
-        if 0 < summary.stick_cells < summary.contact_cells or width:
-            return math.hypot(edge, PART_STICK * ratio**PART_STICK_ORDER * summary.contact_radius) + width
-        return edge
-
-    def _hidden_pressure(self, pressure: FloatArray) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges and edges."""
+    def _outline(self, state: State) -> float:
+        """Return the least error (mm) of the radii where a body ends, or where facets bound the contact."""
+        if self.sharp:
+            return SHARP_EDGE * self.side
         modulus = self.model.compliances.contact_modulus
-        at_edges = (edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges)
-        return PEAK * self.flattening + self.ridges + max(at_edges, default=0.0)
+        if any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges):
+            return ROUNDED_EDGE * self.side
+        if not (self.ridges and state.summary.contact_radius):
+            return 0.0
+        last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
+        return min(max(RIDGE_EDGE * self.ridges / last, FACET_EDGE), ROUNDED_EDGE) * self.side
+
+    def _put_zones(self, least: DoubleArray, summary: Summary, outline: float, ratio: float) -> None:
+        """Put those of radii, half-widths and middles of the zones; ratio: side over contact radius."""
+        end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
+        least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
+        least[CONTACT] = math.hypot(CONTACT_EDGE * self.slender * self.side * _slenderness(summary), outline)
+        least[STICK] = self._stick_radius(summary, outline, ratio)
+        least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
+
+    def _stick_radius(self, summary: Summary, outline: float, ratio: float) -> float:
+        """Return the least error of the stick radius; outline: that of the contact."""
+        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
+            # one less than a cell wide that is as long as the contact is in this proportion
+            return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+        width = self._unseen_slip(summary)[0]
+        if 0 < summary.stick_cells < summary.contact_cells or width:
+            edge = math.hypot(STICK_EDGE * self.side, outline)
+            part = (PART_STICK_ENDS if self.ends else PART_STICK) * ratio**PART_STICK_ORDER * summary.contact_radius
+            return math.hypot(edge, part) + width
+        return math.hypot(CONTACT_EDGE * self.slender * self.side * _slenderness(summary), outline)
+
+    def _hidden_pressure(self, state: State) -> float:
+        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
+        pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
+        at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
+        return PEAK * self.flattening + self.ridges + at_edges + self._where_slip_meets(state.summary)
+
+    def _where_slip_meets(self, summary: Summary) -> float:
+        """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
+
+        The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the
+        distance, down to the stick zone (radius c by Spence): by mu beta p ln(h/c) within a cell, and somewhat outside.
+        """
+        stick = spence_ratio(self.model) * summary.contact_radius
+        if not self.model.coupled or not stick:
+            return 0.0
+        rise = 1.0 + math.log(self.side / stick) if stick < self.side else self.side / stick
+        return self.model.friction * abs(self.model.compliances.dundurs_constant) * rise * summary.max_pressure
 
     def _energy_at_edges(self, state: State, shear_path: ShearPath) -> float:
         """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path."""
@@ -182,3 +240,19 @@ class LeastErrors:
         mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
         size = radius**2 if self.model.line else radius**3
         return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
+
+    def sheared_by_pressing(self, summary: Summary) -> float:
+        """Return the share of the friction limit that pressing unlike bodies takes near an edge, at most 1.
+
+        At that of a flat punch that sticks, q/p is (beta/pi) ln(2a/s) a small distance s from it, here a cell.
+        """
+        radius, mismatch = summary.contact_radius, abs(self.model.compliances.dundurs_constant)
+        if not (self.edges and self.model.coupled and self.model.friction) or radius <= self.side:
+            return 0.0
+        return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
+
+
+def _slenderness(summary: Summary) -> float:
+    """Return the longer over the shorter half-width of the contact."""
+    widths = summary.contact_half_width_x, summary.contact_half_width_y
+    return max(widths) / min(widths) if min(widths) > 0.0 else 1.0

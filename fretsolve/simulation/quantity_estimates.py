@@ -30,21 +30,25 @@ class QuantityEstimate:
     floor: float = 0.1
 
 
-TILTING = QuantityEstimate(order=1.45, floor=0.3)
-DISSIPATED = QuantityEstimate(order=0.7)
+TILTING = QuantityEstimate(order=1.45, between=0.35, floor=0.3)
+DISSIPATED = QuantityEstimate(order=0.85, between=0.35)
 CONTACT_SIZE = QuantityEstimate(between=0.25)
 # On the coarse grid its change by the increments is mostly that of its edge within the cells.
 STICK_SIZE = QuantityEstimate(between=0.25, safety=2.0)
+STICK_RADIUS = QuantityEstimate(between=0.25, safety=2.0, linked=0.2)
 DIFFERENT = {
-    "delta_z": QuantityEstimate(order=1.4),
-    "max_pressure": QuantityEstimate(order=0.75, floor=0.3),
+    "delta_z": QuantityEstimate(order=1.4, between=0.35, floor=0.06),
+    "max_pressure": QuantityEstimate(order=0.75, floor=0.2),
     "contact_radius": CONTACT_SIZE,
-    "stick_radius": STICK_SIZE,
+    "stick_radius": STICK_RADIUS,
     **{name: CONTACT_SIZE if name.startswith("contact") else STICK_SIZE for name in EXTENTS},
     **dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), TILTING),
     **dict.fromkeys(("work", "work_total"), DISSIPATED),
-    **dict.fromkeys(TANGENTIAL, QuantityEstimate(linked=0.2)),
+    **dict.fromkeys(TANGENTIAL, QuantityEstimate(linked=0.12)),
 }
+
+# Their edges, where the pressure or the shear traction falls smoothly, are found to a small part of a cell.
+SMOOTH = {"contact_radius": 2.0, "stick_radius": 1.5, "max_pressure": 1.4}
 
 
 def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
@@ -54,8 +58,12 @@ def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
 ORDER, BETWEEN, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
 """The constants by quantity, in the order of `ESTIMATED`."""
 
-CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY = map(
-    ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My")
+SMOOTH_ORDER: DoubleArray = np.array([SMOOTH.get(name, order) for name, order in zip(ESTIMATED, ORDER, strict=True)])
+"""The orders where bodies do not end."""
+
+CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY, MZ, QX, QY = map(
+    ESTIMATED.index,
+    ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My", "Mz", "Qx", "Qy"),
 )
 """Places in that order."""
 
@@ -64,3 +72,6 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
     for zone in ("contact", "stick")
 )
 """Places of half-widths and middles of the zones."""
+
+RADII = np.array([CONTACT, STICK])
+"""Places of the radii."""

@@ -110,6 +110,88 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {2: {"work_total": 3.04e-4, "stick_radius": 0.4653}, 3: {"work_total": 9.11e-4, "stick_radius": 0.4650}},
     ),
+    "a rounding of cells that the contact reaches down by less than one": (
+        {
+            "bodies": ["rigid", {"young_modulus": 75100.0, "poisson_ratio": 0.2}],
+            "surface": {"punch": {"radius": 1.834, "edge_radius": 0.5502}},
+            "friction": 1.212,
+            "grid": {"points": 36, "size": [3.4103, 3.474]},
+            "load_path": [{"P": 2821.0, "increments": 1}, {"Qx": 1094.0, "increments": 5}],
+        },
+        {
+            1: {"contact_radius": 1.3139, "stick_radius": 1.3137, "max_pressure": 1791.9, "delta_z": 0.01318},
+            2: {"contact_radius": 1.3143, "stick_radius": 1.2925, "work_total": 0.065168, "delta_x": 5.9025e-3},
+        },
+    ),
+    "the end of a cylinder that it reaches down by less than one": (
+        {
+            "bodies": ["rigid", {"young_modulus": 27600.0, "poisson_ratio": 0.43}],
+            "surface": {"cylinder": {"radius": 5.699, "axis": "y", "length": 0.855, "end_radius": 0.171}},
+            "friction": 0.111,
+            "grid": {"points": 32, "size": [0.8482, 0.8533]},
+            "load_path": [{"P": 179.5, "increments": 4}],
+        },
+        {1: {"contact_radius": 0.28545, "max_pressure": 2067.6, "delta_z": 0.011333}},
+    ),
+    "slip within a rounding that pressing unlike bodies shears already": (
+        {
+            "bodies": [{"young_modulus": 13700.0, "poisson_ratio": nu} for nu in (0.4, 0.3)],
+            "surface": {"punch": {"radius": 0.46415, "edge_radius": 2.7849e-3}},
+            "friction": 0.157,
+            "grid": {"points": 32, "size": [1.3191, 1.3288]},
+            "load_path": [{"P": 642.5, "increments": 4}, {"Qx": 30.26, "increments": 4}],
+        },
+        {2: {"work_total": 3.1788e-4, "contact_radius": 0.46451, "stick_radius": 0.46269, "delta_x": 5.3031e-3}},
+    ),
+    "a moment on a sharp punch": (
+        {
+            "bodies": [
+                {"young_modulus": 21800.0, "poisson_ratio": 0.02},
+                {"young_modulus": 78364.4, "poisson_ratio": 0.45},
+            ],
+            "surface": {"punch": {"half_width": 0.0898}},
+            "friction": 0.468,
+            "grid": {"points": 40, "size": [0.2214, 0.2315]},
+            "load_path": [{"P": 19.14, "increments": 4}, {"delta_x": 4.024e-3, "increments": 6}],
+        },
+        {2: {"My": 0.11408, "contact_radius": 0.10136, "work_total": 0.013355}},
+    ),
+    "a torque on unlike bodies pressed in one increment": (
+        {
+            "bodies": ["rigid", {"young_modulus": 8500.0, "poisson_ratio": 0.09}],
+            "surface": {"sphere": {"radius": 1.886}},
+            "friction": 0.275,
+            "grid": {"points": 40, "size": [0.3662, 0.3258]},
+            "load_path": [{"P": 15.14, "increments": 1}, {"Mz": 0.2486, "increments": 8}],
+        },
+        {
+            1: {"contact_radius": 0.13236, "stick_radius": 0.071688, "max_pressure": 486.52},
+            2: {"contact_radius": 0.13432, "stick_radius": 0.033543, "work_total": 1.7532e-3},
+        },
+    ),
+    "a stick zone thinner than a cell and as long as a cylinder": (
+        {
+            "bodies": [
+                {"young_modulus": 243400.0, "poisson_ratio": 0.11},
+                {"young_modulus": 1209339.8, "poisson_ratio": 0.12},
+            ],
+            "surface": {"cylinder": {"radius": 2.26, "axis": "y", "length": 0.339}},
+            "friction": 0.086,
+            "grid": {"points": [24, 64], "size": [0.0992, 0.458]},
+            "load_path": [{"P": 17.55, "increments": 4}],
+        },
+        {1: {"stick_radius": 8.4033e-3, "contact_radius": 0.074418, "delta_z": 5.3796e-4, "work_total": 1.2543e-5}},
+    ),
+    "slip that meets within a cell": (
+        {
+            "bodies": ["rigid", {"young_modulus": 129200.0, "poisson_ratio": 0.12}],
+            "surface": {"sphere": {"radius": 1.778}},
+            "friction": 0.095,
+            "grid": {"points": [96, 24], "size": [0.187375, 0.21025]},
+            "load_path": [{"P": 12.77, "My": 0.03619, "increments": 1}],
+        },
+        {1: {"max_pressure": 2791.0, "contact_radius": 0.050212, "delta_z": 1.4315e-3, "work_total": 4.4872e-5}},
+    ),
     "a crowned cylinder": (
         {
             "surface": {"cylinder": {"radius": 5.0, "axis": "x", "crown_radius": 40.0}},
@@ -244,8 +326,10 @@ def test_slip_that_no_grid_sees_is_in_the_bar() -> None:
         assert truth * times < summary.work_total + errors.work_total_error < 5.0 * truth * times
 
 
-@pytest.mark.parametrize(("spacing", "finest"), [(0.05, 1880.6), (0.1, 3264.5)])
-def test_bars_hold_the_ridges_of_a_coarse_map(tmp_path: Path, spacing: float, finest: float) -> None:
+@pytest.mark.parametrize(("spacing", "finest", "radius"), [(0.05, 1880.6, 0.18955), (0.1, 3264.5, 0.30279)])
+def test_bars_hold_the_ridges_and_facets_of_a_coarse_map(
+    tmp_path: Path, spacing: float, finest: float, radius: float
+) -> None:
     """A sphere as a map of few points, whose facets meet at ridges; compared with cells a sixteenth as long."""
     x = spacing * (np.arange(13) - 6)
     np.save(tmp_path / "map.npy", (x[:, None] ** 2 + x**2) / 20.0)
@@ -253,6 +337,7 @@ def test_bars_hold_the_ridges_of_a_coarse_map(tmp_path: Path, spacing: float, fi
     grid, load = ({"points": 25, "size": 0.55}, 100.0) if spacing == 0.05 else ({"points": 25, "size": 0.75}, 400.0)
     summary, errors = ends_of_stages(build(surface=surface, friction=0.0, grid=grid, load_path=[{"P": load}]))[1]
     assert abs(summary.max_pressure - finest) <= errors.max_pressure_error < 0.4 * finest
+    assert abs(summary.contact_radius - radius) <= errors.contact_radius_error < 0.1 * radius
 
 
 def test_corrected_values_are_of_second_order() -> None:
