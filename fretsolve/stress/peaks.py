@@ -22,7 +22,7 @@ from fretsolve.stress.halfspace.layers import LayerConvolution
 from fretsolve.stress.invariants import largest
 from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.stress.request import StressRequest, cell_centres
-from fretsolve.stress.surface_bars import Doubts, SurfaceBars, averaged
+from fretsolve.stress.surface_bars import SurfaceBars, SurfaceBounds, averaged
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -71,7 +71,7 @@ class PeakSearch:
         self._cells = {key: np.zeros((*shape, 2), np.intp) for key in keys}
         self._solved_factor = SOLVED_LINE_FACTOR if tractions.plane_strain else SOLVED_FACTOR
         self._surface: SurfaceBars | None = None
-        self._doubts: dict[tuple[Body, Invariant, int], Doubts] = {}
+        self._bounds: dict[tuple[Body, Invariant, int], SurfaceBounds] = {}
         self._at_edge: dict[tuple[Body, Invariant, int], float] = {}
 
     def add(self, layer: Layer) -> None:
@@ -84,8 +84,8 @@ class PeakSearch:
             if self._surface is None:
                 self._surface = SurfaceBars(self._tractions, self._request)
             step = self._request.steps[layer.step_index]
-            for name, doubts in self._surface.doubts(layer.body, step, layer.stress).items():
-                self._doubts[layer.body, name, layer.step_index] = doubts
+            for name, bounds in self._surface.bounds(layer.body, step, layer.stress).items():
+                self._bounds[layer.body, name, layer.step_index] = bounds
             cells = np.argwhere(self._edge(layer.step_index))
             if len(cells):
                 for name, (value, _) in largest(layer.stress[:, *cells.T][:, :, None]).items():
@@ -103,20 +103,20 @@ class PeakSearch:
             # A value elsewhere that is as large is better known.
             if peak.value - EDGE_LEAD / self._solved_factor * peak.error > found[body, name][index].value:
                 found[body, name][index] = peak
-        for (body, name, index), doubts in self._doubts.items():
-            found[body, name][index] = self._doubted(found[body, name][index], doubts)
+        for (body, name, index), bounds in self._bounds.items():
+            found[body, name][index] = self._bounded(found[body, name][index], bounds)
         return found
 
-    def _doubted(self, peak: Peak, doubts: Doubts) -> Peak:
-        """Return a peak with the error that the doubts about the surface leave it."""
+    def _bounded(self, peak: Peak, bounds: SurfaceBounds) -> Peak:
+        """Return a peak with the error that the bounds on the surface leave it."""
         if self._tractions.has_sharp_edges and peak.depth == 0.0:
             return replace(peak, value=peak.on_cells, error=math.inf, unbounded=True)
         grid = self._tractions.grid
         place = np.array([(peak.x - grid.x[0]) / grid.dx, (peak.y - grid.y[0]) / grid.dy]) + 0.5
         if peak.at_edge:
-            error = max(peak.error, doubts.most(place, NEIGHBOURHOOD) - peak.value)
+            error = max(peak.error, bounds.most(place, NEIGHBOURHOOD) - peak.value)
         else:
-            error = max(peak.error, doubts.most() - peak.value, doubts.error if peak.depth == 0.0 else 0.0)
+            error = max(peak.error, bounds.most() - peak.value, bounds.error if peak.depth == 0.0 else 0.0)
         return replace(peak, error=error)
 
     def _edge(self, index: int) -> BoolArray:

@@ -29,8 +29,8 @@ NEAR = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Doubts:
-    """Blocks of an increment whose invariant may be the largest one.
+class SurfaceBounds:
+    """Upper bounds of an invariant in an increment, on the blocks where it may be largest.
 
     upper: the most that it may be, ``(blocks,)``; middles: ``(2, blocks)`` in cells; error: of the largest value.
     """
@@ -63,13 +63,13 @@ class SurfaceBars:
         potentials = self._convolution.potentials(0.0, ratios)
         self._kernels = {body: self._convolution.kernels(potentials, 0.0, nu, body) for body, nu in ratios.items()}
 
-    def doubts(self, body: Body, step: int, stress: DoubleArray) -> dict[Invariant, Doubts]:
+    def bounds(self, body: Body, step: int, stress: DoubleArray) -> dict[Invariant, SurfaceBounds]:
         """Return where the largest invariants may lie; stress: that of the cells, with bulk stress, (6, nx, ny)."""
         coarse = self._convolution.stress(self._kernels[body], self._convolution.forward(self._blocks(step)))
         coarse[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
-        return {name: self._doubts(invariant(name, stress), invariant(name, coarse)) for name in INVARIANTS}
+        return {name: self._bounds(invariant(name, stress), invariant(name, coarse)) for name in INVARIANTS}
 
-    def _doubts(self, fine: DoubleArray, coarse: DoubleArray) -> Doubts:
+    def _bounds(self, fine: DoubleArray, coarse: DoubleArray) -> SurfaceBounds:
         from scipy.ndimage import maximum_filter
 
         first, second = self._request.target
@@ -86,7 +86,7 @@ class SurfaceBars:
             for side, window, numbers in zip(self._sides, self._target, chosen, strict=True)
         ]
         best = np.unravel_index(int(value.argmax()), value.shape)
-        return Doubts(upper[chosen[0], chosen[1]], np.stack(middles), float(error[best]))
+        return SurfaceBounds(upper[chosen[0], chosen[1]], np.stack(middles), float(error[best]))
 
     def _blocks(self, step: int) -> Mapping[Traction, DoubleArray]:
         return averaged(self._tractions, self._request, step, self._sides)

@@ -57,7 +57,7 @@ def about_sliding(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _largest_share(setup: ProblemSetup, load: Load) -> float:
-    from fretsolve.friction.doubts import largest_share  # few cases need it
+    from fretsolve.friction.warnings import largest_share  # few cases need it
 
     return largest_share(setup.case.friction, load.get("Qx", 0.0), load.get("Qy", 0.0))
 
@@ -66,7 +66,7 @@ def about_varied_friction(setup: ProblemSetup) -> Iterator[str]:
     """Warn of friction that falls too fast, and of cycles that count as periodic before it has run in."""
     if not setup.case.friction_varies or not setup.model.has_shear:
         return
-    from fretsolve.friction.doubts import doubts  # few cases need them
+    from fretsolve.friction.warnings import friction_warnings  # few cases need them
 
     compliance = setup.model.compliances.tangential
-    yield from doubts(setup.case.friction, setup.load_path.stages, setup.closed_forms.largest, compliance)
+    yield from friction_warnings(setup.case.friction, setup.load_path.stages, setup.closed_forms.largest, compliance)

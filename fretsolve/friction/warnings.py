@@ -16,7 +16,9 @@ from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.reference.hertz import HertzContact
 
 
-def doubts(spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, compliance: float) -> Iterator[str]:
+def friction_warnings(
+    spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, compliance: float
+) -> Iterator[str]:
     """Yield one sentence per warning; hertz: the largest contact; compliance: the tangential one (1/MPa)."""
     if hertz is not None and hertz.is_circle and spec.weakening != "allow":
         yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
