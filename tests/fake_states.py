@@ -98,6 +98,20 @@ def fake_states(count: int, previous: State | None = None, **options: Any) -> It
         yield previous
 
 
+def write_increments(
+    out: Path, header: RunHeader | None = None, stop_after: int | None = None, count: int = 6, **options: bool
+) -> list[str]:
+    """Write `count` made-up increments, and return the notes; stop_after: increments after which it is left."""
+    with HistoryWriter.open(out, header or fake_header(), **options) as writer:
+        shape, errors = writer.header.shape, writer.header.errors
+        for state in fake_states(count, writer.last_state, shape=shape, errors=errors):
+            writer.append(state)
+            if state.summary.step + 1 == stop_after:
+                return writer.notes
+        writer.finish("complete")
+    return writer.notes
+
+
 def write_fake(out: Path, end: str = "complete", count: int = 4, **options: Any) -> Path:
     """Write a result of made-up states that ends as `end` says: complete, failed, or stopped."""
     with HistoryWriter.open(out, fake_header(**options)) as writer:

@@ -1,4 +1,4 @@
-"""Runs of made-up increments: of `driver.py`, which stands in for ``fretsolve run``, as processes, and in this one."""
+"""Runs of `driver.py`, which stands in for ``fretsolve run``, as processes of their own."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from command_line import ended, start_python
-from fake_states import fake_header, fake_states
 
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result import open_result
 
 
 def start(out: Path, *flags: str, **values: float) -> subprocess.Popen[str]:
@@ -43,14 +42,3 @@ def readable(out: Path, expected: np.ndarray) -> int:
             for name in result.fields:
                 result.field(name, step)
         return result.increments
-
-
-def run_made_up(out: Path, stop_after: int = 9, **options: bool) -> list[str]:
-    """Write six made-up increments in this process, and return the notes; stop_after: leave without an end."""
-    with HistoryWriter.open(out, fake_header(), **options) as writer:
-        for state in fake_states(6, writer.last_state):
-            writer.append(state)
-            if state.summary.step + 1 == stop_after:
-                return writer.notes
-        writer.finish("complete")
-    return writer.notes

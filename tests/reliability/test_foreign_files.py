@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 from command_line import assert_same_result, invoke, refused
-from fake_states import fake_header, fake_states, write_fake
+from fake_states import fake_header, fake_states, write_fake, write_increments
 from PIL import Image
-from runs import run_made_up
 from small_cases import CASE, write_case
 from sweeping import manifest_of
 
@@ -90,9 +89,9 @@ def test_folders_of_one_owner(tmp_path: Path) -> None:
     case = write_case(tmp_path)
     os.chown(tmp_path, OTHER_USER, -1)
     out = case.with_suffix(".h5")
-    run_made_up(out, 3)
+    write_increments(out, stop_after=3)
     os.chown(parts_folder(out), OTHER_USER, -1)
-    run_made_up(out, resume=True)
+    write_increments(out, resume=True)
     assert open_result(out).increments == 6
 
 
@@ -187,7 +186,7 @@ def test_a_file_that_takes_the_name_of_the_result(tmp_path: Path, pause: float) 
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert len(writer.summaries) == 6
         writer.finish("complete")
-    run_made_up(tmp_path / "whole.h5")
+    write_increments(tmp_path / "whole.h5")
     assert_same_result(out, tmp_path / "whole.h5")
 
 

@@ -10,8 +10,7 @@ from typing import Any
 import h5py
 import pytest
 from command_line import assert_same_result, invoke, refused
-from fake_states import fake_header, fake_states, write_fake
-from runs import run_made_up
+from fake_states import fake_header, fake_states, write_fake, write_increments
 
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result, writer
@@ -23,28 +22,28 @@ from fretsolve.system import atomic_files
 @pytest.mark.parametrize("name", ["header.json", "000000-000000.h5"])
 def test_saved_increments_are_not_removed(tmp_path: Path, name: str, resume: bool) -> None:
     out = tmp_path / "out.h5"
-    run_made_up(out, 3)
+    write_increments(out, stop_after=3)
     (parts_folder(out) / name).rename(tmp_path / "moved")
     before = sorted(path.name for path in parts_folder(out).glob("*.h5"))
     with pytest.raises(FileError, match=r"holds saved increments, but .* is missing.*put it back, or start anew with"):
-        run_made_up(out, resume=resume)
+        write_increments(out, resume=resume)
     assert sorted(path.name for path in parts_folder(out).glob("*.h5")) == before
     (tmp_path / "moved").rename(parts_folder(out) / name)
-    assert run_made_up(out, resume=True) == []
+    assert write_increments(out, resume=True) == []
     assert open_result(out).increments == 6
     out.unlink()
-    run_made_up(out, 3)
+    write_increments(out, stop_after=3)
     (parts_folder(out) / name).unlink()
-    run_made_up(out, overwrite=True)
+    write_increments(out, overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
 
 
 def test_a_damaged_first_part_is_not_removed(tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
-    run_made_up(out, 3)
+    write_increments(out, stop_after=3)
     (parts_folder(out) / "000000-000000.h5").write_bytes(b"damaged")
     with pytest.raises(FileError, match="there is no saved increment before it: --overwrite starts anew"):
-        run_made_up(out, resume=True)
+        write_increments(out, resume=True)
     assert len(list(parts_folder(out).glob("*.h5"))) == 3
 
 
@@ -53,7 +52,7 @@ def merged_and_single(out: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     with monkeypatch.context() as patch:
         patch.setattr(writer, "MERGE_EVERY", 4)
         patch.setattr(atomic_files, "remove", lambda *files: None)  # as if a kill came before they were removed
-        run_made_up(out, 5)
+        write_increments(out, stop_after=5)
     merged = parts_folder(out) / "000000-000003.h5"
     assert merged.exists()
     assert len(list(parts_folder(out).glob("*.h5"))) == 6
@@ -69,8 +68,8 @@ def test_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, monkeypa
         (note,) = resumed.notes
     assert note.startswith(f"{merged}: ")
     assert note.endswith("; its increments are taken from the parts that it was merged from")
-    assert run_made_up(out, resume=True) == []
-    run_made_up(tmp_path / "whole.h5")
+    assert write_increments(out, resume=True) == []
+    write_increments(tmp_path / "whole.h5")
     assert_same_result(out, tmp_path / "whole.h5")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.h5", "whole.h5"]
 
@@ -87,8 +86,8 @@ def test_some_single_parts_stand_in_for_a_damaged_merged_one(tmp_path: Path, mon
     assert "; going on from increment 2. What follows was moved to out.h5.parts.damaged-1" in note
     aside = tmp_path / "out.h5.parts.damaged-1"
     assert sorted(path.name for path in aside.iterdir()) == [merged.name, "000003-000003.h5", "000004-000004.h5"]
-    run_made_up(out, resume=True)
-    run_made_up(tmp_path / "whole.h5")
+    write_increments(out, resume=True)
+    write_increments(tmp_path / "whole.h5")
     assert_same_result(out, tmp_path / "whole.h5")
 
 
@@ -105,16 +104,16 @@ def test_single_parts_stay_until_the_merged_one_is_verified(tmp_path: Path, monk
         patch.setattr(writer, "MERGE_EVERY", 4)
         patch.setattr(writer, "write_part", damaging)
         with pytest.raises(FileError, match=r"000000-000003\.h5"):
-            run_made_up(out)
+            write_increments(out)
     single = {f"{step:06d}-{step:06d}.h5" for step in range(4)}
     assert {path.name for path in parts_folder(out).glob("*.h5")} == {*single, "000000-000003.h5"}
-    assert "are taken from the parts" in run_made_up(out, resume=True)[0]
+    assert "are taken from the parts" in write_increments(out, resume=True)[0]
     assert open_result(out).increments == 6
 
 
 def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
-    run_made_up(out, 4)
+    write_increments(out, stop_after=4)
     missing = tmp_path / "000001-000001.h5"
     (parts_folder(out) / missing.name).rename(missing)
     aside = tmp_path / "out.h5.parts.damaged-1"
@@ -125,8 +124,8 @@ def test_a_gap_in_the_parts_is_named(tmp_path: Path) -> None:
         path.rename(parts_folder(out) / path.name)
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert (writer.notes, len(writer.summaries)) == ([], 4)
-    run_made_up(out, resume=True)
-    run_made_up(tmp_path / "whole.h5")
+    write_increments(out, resume=True)
+    write_increments(tmp_path / "whole.h5")
     assert_same_result(out, tmp_path / "whole.h5")
 
 
