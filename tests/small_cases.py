@@ -60,6 +60,20 @@ title: loop
 """
 """Two cycles of four states each, for stresses and fatigue parameters."""
 
+CYCLES_UNDER_BULK = """\
+bodies:
+  - {young_modulus: 200 GPa, poisson_ratio: 0.3}
+  - {young_modulus: 70 GPa, poisson_ratio: 0.33}
+surface: {sphere: {radius: 10 mm}}
+grid: {points: 24}
+friction: 0.4
+coupling: tangential
+load_path:
+  - {P: 400 N}
+  - cycle: {times: 2, stages: [{Qx: 80 N, bulk_2: {xx: 50 MPa}, increments: 2}, {Qx: -80 N, increments: 2}]}
+"""
+"""Two cycles of force and bulk stress between unlike bodies, for stresses."""
+
 WORN = f"""\
 title: worn
 {SPHERE.replace("16", "24")}wear: {{law: energy, alpha: 1e-4 mm^3/J, share: [0.25, 0.75]}}

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import csv
-import math
-import re
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,26 +14,14 @@ import h5py
 import numpy as np
 import pytest
 from command_line import PATIENCE, finish, invoke, refused, start
-from PIL import Image
 from small_cases import LOOP, write_case
+from studying import BRIEF, EVERY, EXPECT, plan_of
 
 import fretsolve.commands.study as command
-from fretsolve import load_case, open_result
+from fretsolve import open_result
 from fretsolve.commands.messages.case_messages import CaseMessages
-from fretsolve.errors import CaseError
-from fretsolve.setup.problem_setup import set_up
-from fretsolve.study.assessment import Assessment, assess, front
-from fretsolve.study.plan import ReferenceKind, StudyPlan, finest, make_study_plan
-from fretsolve.study.report import advice, two_digits
-from fretsolve.study.variation import changes_the_problem, read_variation, short, words
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.outcome import Outcome
-from fretsolve.sweep.quantity import StageQuantity, usual_quantities
 from fretsolve.sweep.status import missing
-
-EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
-BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")
-EVERY = "load_path.*.increments"
 
 
 @pytest.fixture
@@ -54,227 +40,6 @@ def runs_of(output: str) -> list[dict[str, str]]:
     """The lines of progress."""
     lines = [line for line in output.splitlines() if line.startswith("run=")]
     return [dict(word.split("=", 1) for word in line.split()) for line in lines]
-
-
-# What is varied
-
-
-@pytest.mark.parametrize(
-    ("text", "key", "values"),
-    [
-        ("grid.points=32,64", "grid.points", ("32", "64")),
-        ("grid.points = [32, 64] , 64", "grid.points", ("[32, 64]", "64")),
-        ("surface={sphere: {radius: 1, center: [0, 0]}},{cone: {angle: 0.1}}", "surface", None),
-        ("title='a, b',\"c,d\"", "title", ("'a, b'", '"c,d"')),
-        ("friction=0.1", "friction", ("0.1",)),
-        (f"{EVERY}=5,auto", EVERY, ("5", "auto")),
-    ],
-)
-def test_values_are_split_outside_of_brackets(text: str, key: str, values: tuple[str, ...] | None) -> None:
-    read_key, read_values = read_variation(text)
-    assert read_key == key
-    assert read_values == (values or ("{sphere: {radius: 1, center: [0, 0]}}", "{cone: {angle: 0.1}}"))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("grid.points", "KEY=A,B,C is needed"),
-        ("=3", "KEY=A,B,C is needed"),
-        ("grid..points=3", "KEY=A,B,C is needed"),
-        ("grid.points=", "KEY=A,B,C is needed"),
-        ("grid.points=3,,4", "a value is missing"),
-        ("grid.points=3,", "a value is missing"),
-        ("grid.points=3,4,3", "the value 3 is given twice"),
-        ("bodies.*.poisson_ratio=0.3", r"\* stands for every stage"),
-        ("load_path.*=3", r"\* stands for every stage"),
-        ("load_path.*.*=3", r"\* stands for every stage"),
-    ],
-)
-def test_what_is_no_variation(text: str, message: str) -> None:
-    with pytest.raises(CaseError, match=message) as caught:
-        read_variation(text)
-    assert str(caught.value).startswith(f"--vary {text}: ")
-
-
-@pytest.mark.parametrize(
-    ("varied", "message"),
-    [
-        (["grid.points=8", "grid.points=10"], "--vary grid.points=10: grid.points: the key is varied twice"),
-        (
-            ["load_path.1.Qx=20 N", "stage.2.Qx=30 N"],
-            "--vary stage.2.Qx=30 N: stage.2.Qx: load_path.1.Qx and stage.2.Qx are the same key; keep one of the two",
-        ),
-        (
-            ["solver.error_bars=true", "solver.error_estimate=true"],
-            "solver.error_bars and solver.error_estimate are the same key",
-        ),
-    ],
-)
-def test_a_key_is_varied_once(varied: list[str], message: str, tmp_path: Path) -> None:
-    with pytest.raises(CaseError, match=re.escape(message)):
-        plan_of(tmp_path, varied)
-
-
-def test_one_stage_may_differ_from_every_stage(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, [f"{EVERY}=3,7", "load_path.0.increments=1"])
-    assert [case.setup.load_path.counts for case in plan.cases] == [(1, 7, 7, 7), (1, 3, 3, 3)]
-
-
-def test_all_combinations(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,16", f"{EVERY}=1,5", "solver.tolerance=1e-2"])
-    assert sorted(short(case.settings) for case in plan.cases) == [
-        "16, 1, 1e-2",
-        "16, 5, 1e-2",
-        "8, 1, 1e-2",
-        "8, 5, 1e-2",
-    ]
-    assert words(plan.cases[0].settings) == "16 x 16, 5 increments per stage, tolerance 1e-2"
-    assert words({EVERY: "1"}) == "1 increment per stage"
-    assert words({"grid.points": "512"}, line=True) == "512 points"
-    assert words({"grid.points": "[8, 16]"}) == "8 x 16"
-    assert words({"load_path.1.increments": "5"}) == "5 increments in load_path.1"
-
-
-def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, [f"{EVERY}=3,7"])
-    assert [stage.increments for stage in plan.cases[0].setup.case.stages()] == [7, 7, 7, 7]
-    assert [case.setup.load_path.increments for case in plan.cases] == [28, 12]
-
-
-@pytest.mark.parametrize(
-    ("varied", "message"),
-    [
-        ("grid.points=8,0", "--vary grid.points=0: grid.points: 0 is too small"),
-        ("grid.pints=8", "--vary grid.pints=8: grid.pints: unknown key 'pints'; did you mean 'points'?"),
-        (f"{EVERY}=1,x", f"--vary {EVERY}=x: load_path.*.increments: 'x' is not allowed"),
-        ("load_path.9.increments=1", "--vary load_path.9.increments=1: load_path.9.increments: the list has no entry"),
-        ("grid.points=8,1000000", "--vary grid.points=1000000: grid.points: 1000000 x 1000000 cells take"),
-        ("surface={cylinder: {radius: 1}}", "--vary surface={cylinder: {radius: 1}}: surface.cylinder.axis: missing"),
-    ],
-)
-def test_invalid_values_before_anything_runs(varied: str, message: str, tmp_path: Path) -> None:
-    assert refused(2, "study", write_case(tmp_path, LOOP), "--vary", varied).startswith(message)
-    assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
-
-
-def test_invalid_case_is_its_own_fault(tmp_path: Path) -> None:
-    case = write_case(tmp_path, LOOP.replace("friction: 0.1", "friction: -1"))
-    assert refused(2, "study", case, "--vary", "grid.points=8").startswith(f"{case}:7: friction")
-
-
-# What is compared, and with what
-
-
-def plan_of(
-    folder: Path,
-    varied: Sequence[str],
-    *,
-    text: str = LOOP,
-    quantities: Sequence[str] = (),
-    kind: ReferenceKind = "finest",
-) -> StudyPlan:
-    case = write_case(folder, text)
-    return make_study_plan(case, (), varied, quantities, kind, folder / "case.study")
-
-
-def setup_of(folder: Path, text: str = LOOP, *overrides: str) -> Any:
-    return set_up(load_case(write_case(folder, text), overrides))
-
-
-def names(quantities: Sequence[StageQuantity]) -> list[str]:
-    return [str(quantity) for quantity in quantities]
-
-
-def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) -> None:
-    usual = ["delta_z@4", "delta_x@4", "contact_radius@4", "stick_radius@4", "max_pressure@4", "work_total@4"]
-    assert names(usual_quantities(setup_of(tmp_path))) == usual
-    expected = [*usual[:1], "delta_x@2", *usual[1:]]
-    assert names(usual_quantities(setup_of(tmp_path, LOOP + EXPECT))) == expected
-    driven = LOOP.replace("Qx: 18 N", "delta_x: 1 um")
-    assert names(usual_quantities(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
-    smooth = names(usual_quantities(setup_of(tmp_path, LOOP, "friction=0")))
-    assert "stick_radius@4" not in smooth
-
-
-@pytest.mark.parametrize(
-    ("quantity", "message"),
-    [
-        ("delta_q", "'delta_q' is not a quantity that can be compared; did you mean 'delta_z'?"),
-        ("wall_time", "'wall_time' is not a quantity"),
-        ("work", "'work' is not a quantity that can be compared"),
-        ("delta_x@5", "there is no stage '5'; one from 1 to 4"),
-        ("delta_x@0", "there is no stage '0'"),
-        ("delta_x@", "there is no stage ''"),
-    ],
-)
-def test_what_is_no_quantity(quantity: str, message: str, tmp_path: Path) -> None:
-    with pytest.raises(CaseError, match=message) as caught:
-        plan_of(tmp_path, ["grid.points=8"], quantities=[quantity])
-    assert str(caught.value).startswith(f"--quantity {quantity}: ")
-
-
-def test_finest_has_most_points_then_increments_then_terms_then_the_least_tolerance(tmp_path: Path) -> None:
-    varied = ["solver.tolerance=1e-6,1e-3", f"{EVERY}=5,1", "coupling=tangential,none", "grid.points=16,8"]
-    plan = plan_of(tmp_path, varied)
-    assert short(plan.cases[0].settings) == "1e-6, 5, tangential, 16"
-    assert short(finest(plan.cases[1:]).settings) == "1e-3, 5, tangential, 16"
-    told = "tolerance 1e-6, 5 increments per stage, coupling tangential, 16 x 16"
-    assert plan.reference_words == f"the finest run, {told}"
-    seconds = [case.expected.seconds for case in plan.cases[1:]]
-    assert seconds == sorted(seconds)
-
-
-def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
-    """A study of outcomes in the order of the plan's cases."""
-    return assess(plan, [outcome(cost, row) for cost, row in zip(seconds, values, strict=True)])
-
-
-def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
-    """The outcome of a run in one increment."""
-    largest = np.abs(values if peaks is None else peaks)
-    return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
-
-
-def test_front() -> None:
-    assert front([3.0, 1.0, 2.0, 2.0, 4.0], [1.0, 3.0, 2.0, 1.5, 1.0]) == [True, True, False, True, False]
-    assert front([], []) == []
-
-
-def test_errors_marks_and_advice(tmp_path: Path) -> None:
-    quantities = ["delta_x", "stick_radius", "work_total"]
-    plan = plan_of(tmp_path, ["grid.points=8,16,24,32,40"], quantities=quantities)
-    values = [[2.0, 1.0, 4.0], [1.9, 1.0, 4.0], [2.01, 1.1, 4.0], [2.0, 0.995, 4.02], [2.0, 1.0, 5.0]]
-    study = made_up(plan, [10.0, 1.0, 2.0, 5.0, 20.0], values)
-    assert [row.outcome.seconds for row in study.rows] == [1.0, 2.0, 5.0, 10.0, 20.0]
-    np.testing.assert_allclose([row.worst for row in study.rows], [0.05, 0.1, 0.005, np.nan, 0.25])
-    assert [row.best for row in study.rows] == [True, False, True, False, False]
-    assert [row.is_reference for row in study.rows] == [False, False, False, True, False]
-    first, second, third = advice(study)
-    assert first == (
-        "for 1 %: 24 x 24: stick_radius within 0.50 %, work_total within 0.50 %, delta_x within 0 %;"
-        " 5.0 s, 2.0 times cheaper than the finest run"
-    )
-    assert second.startswith("for 1 % in all but stick_radius (10 %): 16 x 16: delta_x within 0.50 %")
-    assert third.startswith("for 0.1 %: no other run meets it; the nearest is 24 x 24")
-
-
-def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x", "work_total"])
-    study = assess(plan, [outcome(1.0, values, [2.0, 8.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
-    np.testing.assert_allclose(study.scales, [2.0, 4.0])
-    np.testing.assert_allclose(next(row for row in study.rows if row.compared).errors, [0.1, 0.25])
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.0, "0"), (0.1, "0.10"), (1.23, "1.2"), (9.96, "10"), (1234.5, "1234"), (1.2e-6, "1.2e-06"), (math.nan, "-")],
-)
-def test_two_digits(value: float, text: str) -> None:
-    assert two_digits(value) == text
-
-
-# The command
 
 
 def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
@@ -454,17 +219,6 @@ def test_other_problems_have_changes_but_no_errors(tmp_path: Path) -> None:
         assert file.attrs["advice"] == ""
 
 
-def test_spacing_of_increments_changes_no_problem() -> None:
-    changing = {"load_path.0.spacing": False, EVERY: False, "load_path.0.P": True, "friction": True, "coupling": False}
-    assert {key: changes_the_problem(key) for key in changing} == changing
-
-
-def test_known_values_hold_for_one_problem(tmp_path: Path) -> None:
-    words = ("--vary", "grid.points=8,10", "--vary", "friction=0.1,0.2", "--truth", "closed-form")
-    told = refused(2, "study", write_case(tmp_path, LOOP), *words)
-    assert told.startswith("--vary friction: changes the problem itself, and --truth closed-form holds for")
-
-
 def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn: None) -> None:
     words = ("--vary", "grid.points=8,10", "--truth", "closed-form")
     linked = write_case(tmp_path, LOOP.replace("none", "tangential"))
@@ -496,9 +250,6 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     alone = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y")
     assert alone.exit_code == 2
     assert alone.stderr.endswith(f"{case}: nothing to compare, since 0: delta_y@4; name others with --quantity\n")
-
-
-# Interrupts
 
 
 def stopping(after: int) -> tuple[Any, Callable[..., None], list[int]]:
@@ -564,42 +315,6 @@ def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.Mo
     assert task.fields["detail"] == "8 x 8: increment 2/4"
     messages.case(plan.cases[1].id)
     assert task.finished
-
-
-# Pictures
-
-
-def test_picture(tmp_path: Path) -> None:
-    case = write_case(tmp_path, LOOP)
-    varied = ("--vary", "grid.points=8,10,12", "--vary", "solver.tolerance=1e-2,1e-6")
-    result = invoke("study", case, *varied, "--quantity", "delta_x", "--quantity", "contact_radius")
-    assert result.exit_code == 0, result.stderr
-    picture = tmp_path / "case.study/study.png"
-    assert result.stdout.splitlines()[-1].endswith(str(picture))
-    with Image.open(picture) as image:
-        assert min(image.size) > 400
-
-
-def test_picture_has_a_panel_per_quantity_with_the_front(tmp_path: Path) -> None:
-    from fretsolve.study.plot import trade
-
-    plan = plan_of(tmp_path, ["grid.points=8,16,24,32"], quantities=["delta_x", "work_total"])
-    study = made_up(plan, [9.0, 1.0, 2.0, 4.0], [[2.0, 4.0], [1.9, 4.1], [1.8, 4.0], [1.99, 4.01]])
-    figure = trade(study, "title")
-    worst, delta_x, work = figure.axes[:3]
-    titles = [axes.get_title() for axes in figure.axes[:3]]
-    assert titles == [
-        "worst of the quantities",
-        r"rigid displacement along x $\delta_x$, stage 4",
-        "dissipated energy, stage 4",
-    ]
-    np.testing.assert_allclose(delta_x.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
-    np.testing.assert_allclose(worst.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
-    assert work.lines[0].get_data()[0].tolist() == [1.0, 2.0]
-    assert "0" in [text.get_text() for text in work.texts]  # the one without an error, at the bottom
-    assert [text.get_text() for text in delta_x.texts] == ["8", "24"]
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[:4] == ["points 8", "points 16", "points 24", "points 32"]
 
 
 def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,101 @@
+"""Errors, marks, advice and pictures of a study."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import invoke
+from PIL import Image
+from small_cases import LOOP, write_case
+from studying import plan_of
+
+from fretsolve.study.assessment import Assessment, assess, front
+from fretsolve.study.plan import StudyPlan
+from fretsolve.study.report import advice, two_digits
+from fretsolve.sweep.outcome import Outcome
+
+
+def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
+    """A study of outcomes in the order of the plan's cases."""
+    return assess(plan, [outcome(cost, row) for cost, row in zip(seconds, values, strict=True)])
+
+
+def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
+    """The outcome of a run in one increment."""
+    largest = np.abs(values if peaks is None else peaks)
+    return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
+
+
+def test_front() -> None:
+    assert front([3.0, 1.0, 2.0, 2.0, 4.0], [1.0, 3.0, 2.0, 1.5, 1.0]) == [True, True, False, True, False]
+    assert front([], []) == []
+
+
+def test_errors_marks_and_advice(tmp_path: Path) -> None:
+    quantities = ["delta_x", "stick_radius", "work_total"]
+    plan = plan_of(tmp_path, ["grid.points=8,16,24,32,40"], quantities=quantities)
+    values = [[2.0, 1.0, 4.0], [1.9, 1.0, 4.0], [2.01, 1.1, 4.0], [2.0, 0.995, 4.02], [2.0, 1.0, 5.0]]
+    study = made_up(plan, [10.0, 1.0, 2.0, 5.0, 20.0], values)
+    assert [row.outcome.seconds for row in study.rows] == [1.0, 2.0, 5.0, 10.0, 20.0]
+    np.testing.assert_allclose([row.worst for row in study.rows], [0.05, 0.1, 0.005, np.nan, 0.25])
+    assert [row.best for row in study.rows] == [True, False, True, False, False]
+    assert [row.is_reference for row in study.rows] == [False, False, False, True, False]
+    first, second, third = advice(study)
+    assert first == (
+        "for 1 %: 24 x 24: stick_radius within 0.50 %, work_total within 0.50 %, delta_x within 0 %;"
+        " 5.0 s, 2.0 times cheaper than the finest run"
+    )
+    assert second.startswith("for 1 % in all but stick_radius (10 %): 16 x 16: delta_x within 0.50 %")
+    assert third.startswith("for 0.1 %: no other run meets it; the nearest is 24 x 24")
+
+
+def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x", "work_total"])
+    study = assess(plan, [outcome(1.0, values, [2.0, 8.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
+    np.testing.assert_allclose(study.scales, [2.0, 4.0])
+    np.testing.assert_allclose(next(row for row in study.rows if row.compared).errors, [0.1, 0.25])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (0.1, "0.10"), (1.23, "1.2"), (9.96, "10"), (1234.5, "1234"), (1.2e-6, "1.2e-06"), (math.nan, "-")],
+)
+def test_two_digits(value: float, text: str) -> None:
+    assert two_digits(value) == text
+
+
+def test_picture_has_a_panel_per_quantity_with_the_front(tmp_path: Path) -> None:
+    from fretsolve.study.plot import trade
+
+    plan = plan_of(tmp_path, ["grid.points=8,16,24,32"], quantities=["delta_x", "work_total"])
+    study = made_up(plan, [9.0, 1.0, 2.0, 4.0], [[2.0, 4.0], [1.9, 4.1], [1.8, 4.0], [1.99, 4.01]])
+    figure = trade(study, "title")
+    worst, delta_x, work = figure.axes[:3]
+    titles = [axes.get_title() for axes in figure.axes[:3]]
+    assert titles == [
+        "worst of the quantities",
+        r"rigid displacement along x $\delta_x$, stage 4",
+        "dissipated energy, stage 4",
+    ]
+    np.testing.assert_allclose(delta_x.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
+    np.testing.assert_allclose(worst.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
+    assert work.lines[0].get_data()[0].tolist() == [1.0, 2.0]
+    assert "0" in [text.get_text() for text in work.texts]  # the one without an error, at the bottom
+    assert [text.get_text() for text in delta_x.texts] == ["8", "24"]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[:4] == ["points 8", "points 16", "points 24", "points 32"]
+
+
+def test_picture(tmp_path: Path) -> None:
+    case = write_case(tmp_path, LOOP)
+    varied = ("--vary", "grid.points=8,10,12", "--vary", "solver.tolerance=1e-2,1e-6")
+    result = invoke("study", case, *varied, "--quantity", "delta_x", "--quantity", "contact_radius")
+    assert result.exit_code == 0, result.stderr
+    picture = tmp_path / "case.study/study.png"
+    assert result.stdout.splitlines()[-1].endswith(str(picture))
+    with Image.open(picture) as image:
+        assert min(image.size) > 400
