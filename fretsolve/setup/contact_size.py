@@ -45,8 +45,8 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     if (concave := concave_sphere(case)) is not None:
         raise concave
     if hertz is not None and case.surface[0].kind == "sphere" and case.surface[0].center == case.grid.center:
-        worn = _worn_radius(forms)
-        side = 2.0 * max(AREA_MARGIN * max(hertz.contact_radius, worn), COUPLED_MARGIN * _sheared_reach(forms))
+        reach = max(hertz.contact_radius, worn_reach(forms))
+        side = 2.0 * max(AREA_MARGIN * reach, COUPLED_MARGIN * _sheared_reach(forms))
         return side, side
     if forms.model.line and (width := forms.contact_width(0.0)) and case.surface[0].center == case.grid.center:
         side = (COUPLED_LINE_MARGIN if forms.model.coupled and forms.model.moved else AREA_MARGIN) * width
@@ -61,13 +61,14 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
         raise case.source.problem(error.message, error.key) from None
 
 
-def _worn_radius(forms: ClosedForms) -> float:
-    """Return a radius (mm) that a sphere's worn contact does not exceed, 0 where none is known."""
+def worn_reach(forms: ClosedForms) -> float:
+    """Return how far from the grid's middle (mm) the worn contact reaches at most, 0 where none is known."""
     if forms.case.wear is None:
         return 0.0
     from fretsolve.setup.closed_forms.wear_forms import worn_radius  # few cases have wear
 
-    return worn_radius(forms)
+    radius = worn_radius(forms)
+    return radius + max(map(abs, np.subtract(forms.case.surface[0].center, forms.case.grid.center))) if radius else 0.0
 
 
 def _sheared_reach(forms: ClosedForms) -> float:

@@ -23,7 +23,7 @@ from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
-from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.area_contact import UNMEASURED, AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
@@ -370,6 +370,8 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     contact = tuple(side / AREA_MARGIN for side in size)
     if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
         return "; no size would do, since the height map ends too soon: a larger map is needed"
+    worn = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms)
+    size = (max(size[0], worn), max(size[1], worn))
     if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
         if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
             return "; the size would do with more points, which resolve the contact"

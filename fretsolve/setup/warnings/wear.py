@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from fretsolve.case.dimensions import percent
-from fretsolve.setup.contact_size import AREA_MARGIN
+from fretsolve.setup.contact_size import AREA_MARGIN, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
 
 
@@ -15,7 +13,7 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
     if setup.case.wear is None:
         return
-    from fretsolve.setup.closed_forms.wear_forms import SLIP_PER_RADIUS, worn_cycles, worn_radius  # few cases have wear
+    from fretsolve.setup.closed_forms.wear_forms import SLIP_PER_RADIUS, worn_cycles  # few cases have wear
 
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
         yield (
@@ -36,9 +34,7 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         if not cycles:
             yield "grid.size: auto does not know how far wear widens this contact; a size that leaves room is needed"
         return
-    if not cycles:
-        return
-    reach = worn_radius(setup.closed_forms) + max(map(abs, np.subtract(setup.case.surface[0].center, grid.center)))
+    reach = worn_reach(setup.closed_forms)
     if reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):
         yield (
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -143,7 +144,11 @@ def test_a_scar_that_reaches_the_edge_of_the_grid_ends_the_run_and_keeps_what_is
     path = write_case(tmp_path, EDGE)
     done = invoke("run", path, "-q")
     assert done.exit_code == 3
-    assert "the contact reaches the edge (-x, +x, -y, +y)" in done.stderr.splitlines()[-1]
+    message = done.stderr.splitlines()[-1]
+    assert "the contact reaches the edge (-x, +x, -y, +y)" in message
+    # the size advised is that which the warning before the run names, not one for the contact before wear
+    room = re.search(r"([0-9.]+) mm would leave room", done.stderr)
+    assert room is not None and f"size: [{room[1]} mm, {room[1]} mm] would do" in message
     with open_result(path.with_suffix(".h5")) as result:
         cycles, volume = result.history["cycles"], result.history["wear_volume"]
         assert 20000.0 < cycles[-1] < 1e6
