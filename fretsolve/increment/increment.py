@@ -195,8 +195,9 @@ class IncrementSolver:
         work.slipping = None if work.slipping is None else work.slipping[cells]
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
         friction = None if start.friction is None else start.friction.part(cells)
+        gap = None if start.gap is None else start.gap[cells]
         return InitialState(
-            pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch, friction=friction
+            pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch, friction=friction, gap=gap
         )
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:

@@ -78,7 +78,7 @@ class StaggeredIteration:
         if self._solved_directly(increment, start, work, target) or (work.coupled_step and solved_together()):
             return
         # ST1: the surfaces deformed by the shear of the start
-        self._begin(work, target)
+        self._begin(start, work, target)
         while True:
             # ST2: tolerance of a twentieth of the last change
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
@@ -93,7 +93,7 @@ class StaggeredIteration:
                     self.max_iterations,
                     work.rigid[:3],
                     self._kept_tolerance,
-                    work.gap_scale,
+                    self._known_pressure(start, work),
                 )
                 self._accept_pressure(found, work, tolerance)
                 gap_error = min(found.residual, tolerance)
@@ -129,8 +129,13 @@ class StaggeredIteration:
             if gap_error + work.change <= max(3.0 * target, ROUNDING) and shear_is_solved:
                 return
             # else solve both together, or give up
-            if work.staggered_iterations == ENOUGH_ITERATIONS and solved_together():
-                return
+            if work.staggered_iterations == ENOUGH_ITERATIONS:
+                if solved_together():
+                    return
+                if self._coupled:  # the attempt has used the arrays of the displacements
+                    self._acceleration = None
+                    self.level.operator.normal_from_shear(work.shear, self._uz[0])
+                    self._update_separation(work)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
 
@@ -165,7 +170,27 @@ class StaggeredIteration:
         unbalance = largest_error(modes.resultants(work.shear), control, capacity, modes.arms[3:])
         return unbalance <= self._tolerance
 
-    def _begin(self, work: WorkingState, target: float) -> None:
+    def _deform(self, start: InitialState, work: WorkingState) -> None:
+        """Compute `_uz`, the displacement that the shear in `work` causes.
+
+        Where the start has a gap, it tells the displacement by both tractions (T1). That goes to the normal solver as
+        the pressure's, and `_uz` is that of the change of the shear: two applications in double precision less.
+        """
+        if start.gap is None:
+            self.level.operator.normal_from_shear(work.shear, self._uz[0])
+            return
+        solver, material = self.level.normal, np.isfinite(self._undeformed)
+        uz, workspace = solver.uz[0], self.level.tangential.workspace
+        solver.modes.displacement(start.rigid[:3], uz)
+        np.add(uz, start.gap, out=uz, where=material)
+        np.subtract(uz, self._undeformed, out=uz, where=material)
+        self._uz.fill(0.0)
+        change = np.subtract(work.shear, start.shear, out=workspace.double)
+        allowed = self._target * float(np.max(uz, where=start.pressure > 0.0, initial=0.0))
+        from_shear = type(self.level.operator).normal_from_shear
+        add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
+
+    def _begin(self, start: InitialState, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
         self._acceleration, self._target, self._last_slip_scale, self._first = None, target, 0.0, True
         work.gap_scale = 0.0
@@ -177,9 +202,15 @@ class StaggeredIteration:
             self.level.tangential.slipping[:], work.slipping = slipping, None
         if self._coupled:
             np.copyto(self._pressure, work.pressure)
-            self.level.operator.normal_from_shear(work.shear, self._uz[0])
+            self._deform(start, work)
             self._update_separation(work)
             work.change = FIRST_TOLERANCE
+
+    def _known_pressure(self, start: InitialState, work: WorkingState) -> FloatArray | None:
+        """Return the pressure (nx, ny) whose displacement the normal solver holds, None if it is to compute it."""
+        if work.gap_scale:
+            return work.pressure
+        return start.pressure if self._first and start.gap is not None else None
 
     def _finish(self, work: WorkingState) -> None:
         """Count an iteration, and update the separation and its change for the new shear."""

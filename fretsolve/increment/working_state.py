@@ -37,7 +37,8 @@ class InitialState:
     staggered iterations start with, where it is not 0 and `displacement` does not resolve it; mismatch: (2, nx, ny), of
     the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`; trend:
     what the increment is expected to change, None where the staggered iterations start from the increment's start;
-    friction: in the increment, None for the model's coefficient.
+    friction: in the increment, None for the model's coefficient; gap: (nx, ny), between surfaces of the same
+    undeformed separation, None where it does not tell the normal displacement.
     """
 
     pressure: FloatArray
@@ -49,6 +50,7 @@ class InitialState:
     mismatch: FloatArray | None = None
     trend: Trend | None = None
     friction: FrictionBound | None = None
+    gap: FloatArray | None = None
 
     @cached_property
     def largest_displacement(self) -> float:

@@ -61,8 +61,8 @@ def turn(first, stop, direction, image, weight, constraints, amplitudes, growth)
 
 
 @inlined
-def apply(first, stop, image, direction, stiffness, normal, zone, weight, constraints):
-    """Compute ``image = T (image + S direction)`` in the zone; return direction times it, and ``c' W image`` (CG4)."""
+def apply(first, stop, moved, image, direction, stiffness, normal, zone, weight, constraints):
+    """Compute ``image = T (moved + S direction)`` in the zone; return direction times it, and ``c' W image`` (CG4)."""
     components, _, ny = image.shape
     zero = image.dtype.type(0.0)
     product, moments = 0.0, np.zeros(len(constraints))
@@ -70,14 +70,14 @@ def apply(first, stop, image, direction, stiffness, normal, zone, weight, constr
         in_row = zero
         if components == 1:
             for j in range(ny):
-                value = image[0, i, j] if zone[i, j] else zero
+                value = moved[0, i, j] if zone[i, j] else zero
                 image[0, i, j] = value
                 in_row += direction[0, i, j] * value
         else:
             for j in range(ny):
                 n_x, n_y, s = normal[0, i, j], normal[1, i, j], stiffness[i, j]
                 d_x, d_y = direction[0, i, j], direction[1, i, j]
-                x, y = image[0, i, j] + s * d_x, image[1, i, j] + s * d_y
+                x, y = moved[0, i, j] + s * d_x, moved[1, i, j] + s * d_y
                 along = x * n_x + y * n_y
                 inside = zone[i, j]
                 x = x - n_x * along if inside else zero
@@ -136,13 +136,14 @@ def _multiply(matrix, vector):
 
 
 @inlined
-def clear(first, stop, solution, direction, image):
-    """Compute ``solution = direction = image = 0`` (CG1)."""
+def clear(first, stop, solution, displacement, direction, image):
+    """Compute ``solution = displacement = direction = image = 0`` (CG1)."""
     components, _, ny = image.shape
     for part in range(components):
         for i in range(first, stop):
             for j in range(ny):
-                solution[part, i, j], direction[part, i, j], image[part, i, j] = 0.0, 0.0, 0.0
+                solution[part, i, j], displacement[part, i, j] = 0.0, 0.0
+                direction[part, i, j], image[part, i, j] = 0.0, 0.0
 
 
 @kernel
@@ -169,11 +170,13 @@ def constrain(first, stop, constraints, motions, x, y, normal, zone, weight):
 
 
 @kernel
-def start(solution, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram):
+def start(
+    solution, displacement, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram
+):
     """Begin at 0: compute ``residual = P T residual`` in the zone (T9) and ``image = W residual`` (CG1)."""
     rows = len(weight)
-    clear(0, rows, solution, direction, image)
-    _, moments = apply(0, rows, residual, direction, stiffness, normal, zone, weight, constraints)
+    clear(0, rows, solution, displacement, direction, image)
+    _, moments = apply(0, rows, residual, residual, direction, stiffness, normal, zone, weight, constraints)
     amplitudes = -_multiply(inverse_gram, moments)
     return advance(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, 1.0)
 
@@ -190,13 +193,32 @@ def search(image, direction, residual, weight, normal, constraints, inverse_gram
 
 
 @kernel
-def step(solution, residual, direction, image, stiffness, normal, zone, weight, constraints, inverse_gram, rho):
-    """Compute ``w = T (image + S direction)`` in the zone, and step along the direction (CG4, CG5)."""
-    rows = len(weight)
-    kappa, moments = apply(0, rows, image, direction, stiffness, normal, zone, weight, constraints)
+def step(
+    solution,
+    displacement,
+    residual,
+    direction,
+    moved,
+    image,
+    stiffness,
+    normal,
+    zone,
+    weight,
+    constraints,
+    inverse_gram,
+    rho,
+):
+    """Compute ``w = T (moved + S direction)`` in the zone, and step along the direction (CG4, CG5)."""
+    components, rows, columns = image.shape
+    kappa, moments = apply(0, rows, moved, image, direction, stiffness, normal, zone, weight, constraints)
     if not kappa > 0.0:
         return kappa, math.inf
     amplitudes, length = _multiply(inverse_gram, moments), rho / kappa
+    alpha = image.dtype.type(length)
+    for part in range(components):
+        for i in range(rows):
+            for j in range(columns):
+                displacement[part, i, j] += alpha * moved[part, i, j]
     return kappa, advance(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, length)
 
 
@@ -214,22 +236,28 @@ def largest(first, stop, field):
 
 @inlined
 def divide(first, stop, field, size, result):
-    """Compute ``result = field / size``."""
+    """Compute ``result = field / size``, and return the sum of its absolute values."""
     components, _, ny = field.shape
+    total = 0.0
     for part in range(components):
         for i in range(first, stop):
+            in_row = 0.0
             for j in range(ny):
-                result[part, i, j] = field[part, i, j] / size
+                value = field[part, i, j] / size
+                result[part, i, j] = value
+                in_row += abs(value)
+            total += in_row
+    return total
 
 
 @kernel
 def normalise(field, result):
-    """Compute ``result = field / size``, and return the size, the field's largest absolute value."""
+    """Compute ``result = field / size``; return the size, the field's largest absolute value, and the result's sum."""
     rows = field.shape[1]
-    size = largest(0, rows, field)
+    size, total = largest(0, rows, field), 0.0
     if size != 0.0:
-        divide(0, rows, field, size, result)
-    return size
+        total = divide(0, rows, field, size, result)
+    return size, total
 
 
 @kernel

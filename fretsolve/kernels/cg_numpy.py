@@ -40,9 +40,9 @@ def constrain(
     return gram
 
 
-def clear(solution: FloatArray, direction: FloatArray, image: FloatArray) -> None:
-    """Compute ``solution = direction = image = 0`` (CG1)."""
-    solution[:], direction[:], image[:] = 0.0, 0.0, 0.0
+def clear(solution: FloatArray, displacement: FloatArray, direction: FloatArray, image: FloatArray) -> None:
+    """Compute ``solution = displacement = direction = image = 0`` (CG1)."""
+    solution[:], displacement[:], direction[:], image[:] = 0.0, 0.0, 0.0, 0.0
 
 
 def precondition(
@@ -75,6 +75,7 @@ def turn(
 
 
 def apply(
+    moved: FloatArray,
     image: FloatArray,
     direction: FloatArray,
     stiffness: FloatArray,
@@ -83,10 +84,13 @@ def apply(
     weight: FloatArray,
     constraints: FloatArray,
 ) -> tuple[float, DoubleArray]:
-    """Compute ``w = T (image + S direction)`` in the zone, 0 outside, in place of the image (CG4).
+    """Compute ``image = w = T (moved + S direction)`` in the zone, 0 outside (CG4).
 
+    moved: B times the direction, which may be the array of the image.
     Return its product with `direction` and ``c' W w``.
     """
+    if image is not moved:
+        np.copyto(image, moved)
     if len(image) == 2:
         image += stiffness * direction
         _take_tangential(image, normal)
@@ -117,9 +121,10 @@ def advance(
     return math.sqrt(np.einsum("kij,kij->ij", residual, residual).max())
 
 
-def divide(field: FloatArray, size: float, result: FloatArray) -> None:
-    """Compute ``result = field / size``, in its precision."""
+def divide(field: FloatArray, size: float, result: FloatArray) -> float:
+    """Compute ``result = field / size``, in its precision, and return the sum of its absolute values."""
     np.divide(field, size, out=result, casting="same_kind")
+    return float(np.abs(result).sum(dtype=np.float64))
 
 
 def add(field: FloatArray, change: FloatArray, factor: float) -> None:

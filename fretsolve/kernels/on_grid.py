@@ -54,7 +54,7 @@ PASSES: dict[str, dict[str, Callable[[Sequence[Any]], Any]]] = {
         "turn": nothing,
         "apply": add_up,
         "advance": largest_of,
-        "divide": nothing,
+        "divide": add_up,
         "add": nothing,
         "largest": largest_of,
     },
@@ -95,6 +95,7 @@ class Steps:
     def start(
         self,
         solution: FloatArray,
+        displacement: FloatArray,
         direction: FloatArray,
         residual: FloatArray,
         image: FloatArray,
@@ -105,12 +106,12 @@ class Steps:
         constraints: FloatArray,
         inverse_gram: DoubleArray,
     ) -> float:
-        """Compute ``solution = direction = 0``, ``residual = P T residual`` in the zone (T9), ``image = W residual``.
+        """Compute ``solution = displacement = direction = 0``, ``image = W residual``, and P T residual in the zone (T9).
 
         Return the largest length of the residual in a cell (CG1).
         """
-        self._passes.clear(solution, direction, image)
-        _, moments = self._passes.apply(residual, direction, stiffness, normal, zone, weight, constraints)
+        self._passes.clear(solution, displacement, direction, image)
+        _, moments = self._passes.apply(residual, residual, direction, stiffness, normal, zone, weight, constraints)
         amplitudes = -(inverse_gram @ moments)
         found: float = self._passes.advance(solution, residual, direction, image, weight, constraints, amplitudes, 1.0)
         return found
@@ -139,8 +140,10 @@ class Steps:
     def step(
         self,
         solution: FloatArray,
+        displacement: FloatArray,
         residual: FloatArray,
         direction: FloatArray,
+        moved: FloatArray,
         image: FloatArray,
         stiffness: FloatArray,
         normal: FloatArray,
@@ -150,29 +153,29 @@ class Steps:
         inverse_gram: DoubleArray,
         rho: float,
     ) -> tuple[float, float]:
-        """Compute ``w = T (image + S direction)`` in the zone, and step along the direction (CG4, CG5).
+        """Compute ``w = T (moved + S direction)`` in the zone, and step along the direction (CG4, CG5).
 
-        ``solution += alpha direction`` and ``residual -= alpha P w`` (T9), with ``alpha = rho / kappa`` and kappa the
-        product of direction and w; then ``image = W residual``. Return kappa and the largest length of the residual in
-        a cell. If kappa is not positive, solution and residual stay.
+        moved: B times the direction. ``solution += alpha direction``, ``displacement += alpha moved`` and
+        ``residual -= alpha P w`` (T9), with ``alpha = rho / kappa`` and kappa the product of direction and w; then
+        ``image = W residual``. Return kappa and the largest length of the residual in a cell. If kappa is not positive,
+        solution, displacement and residual stay.
         """
-        kappa, moments = self._passes.apply(image, direction, stiffness, normal, zone, weight, constraints)
+        kappa, moments = self._passes.apply(moved, image, direction, stiffness, normal, zone, weight, constraints)
         if not kappa > 0.0:
             return kappa, math.inf
         amplitudes, length = inverse_gram @ moments, rho / kappa
+        self._passes.add(displacement, moved, length)
         return kappa, self._passes.advance(
             solution, residual, direction, image, weight, constraints, amplitudes, length
         )
 
-    def normalise(self, field: FloatArray, result: FloatArray) -> float:
-        """Compute ``result = field / size``, in its precision, and return the size, the field's largest absolute value.
+    def normalise(self, field: FloatArray, result: FloatArray) -> tuple[float, float]:
+        """Compute ``result = field / size``, in its precision, with the field's largest absolute value for the size.
 
-        If that is 0, the result is not written.
+        Return the size and the sum of the result's absolute values. If the size is 0, the result is not written.
         """
         size: float = self._passes.largest(field)
-        if size:
-            self._passes.divide(field, size, result)
-        return size
+        return size, float(self._passes.divide(field, size, result)) if size else 0.0
 
 
 def whole(module: ModuleType, kind: str, rows: int) -> Any:

@@ -86,6 +86,7 @@ def states_of(
     fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
     change = start.change if start is not None else None
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
+    starts_with_gap = _starts_with_gap(setup)
     summaries, plans = list(history), measured_plans()
     path = setup.load_path.followed(summaries)
     while (step := len(summaries)) < (path := path.after(summaries)).increments:
@@ -100,8 +101,9 @@ def states_of(
 
                 require_stable(setup.case.friction, fields, contact.solver.level.operator)
             bound = None if friction is None else friction.bound(fields, _coefficient(increment, setup, summaries))
+            gap = fields.gap if step and starts_with_gap else None
             begin = InitialState(
-                fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound
+                fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound, gap=gap
             )
             if increment.stretch is not None:
                 from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
@@ -170,6 +172,16 @@ def _trend(change: Change | None, path: LoadPath, summaries: Sequence[Summary]) 
     growth = path.growth(len(summaries))
     assert growth is not None  # else there is no change
     return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
+
+
+def _starts_with_gap(setup: ProblemSetup) -> bool:
+    """Return whether increments start with the gap before them, which tells the normal displacement.
+
+    That is where shear causes a part of it, so that two convolutions are needed otherwise.
+    """
+    model, single = setup.model, setup.case.solver.precision == "single"
+    coupled = model.has_shear and model.terms.normal_tangential_coupling
+    return coupled and not (single or model.line) and setup.wear is None and model.orthotropy is None
 
 
 def _rigid(summaries: Sequence[Summary]) -> Vector:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fretsolve.elastic.incremental_update import add_displacement
+from fretsolve.elastic.incremental_update import add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import ROUNDING, rounding_of
 from fretsolve.elastic.workspace import Workspace
@@ -48,14 +48,17 @@ class SolverResult:
 
 
 class NormalSolver:
-    """Solves the normal problem on one grid, any number of times; workspace: arrays shared with another solver."""
+    """Solves the normal problem on one grid, any number of times.
+
+    workspace: arrays shared with another solver; uz: (1, nx, ny), normal displacement at the present pressure.
+    """
 
     def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace | None = None):
         self.operator = operator
         self.modes = NormalModes(grid, operator.kernels)
         self._workspace = workspace or Workspace(1, grid.shape, operator.inner.dtype)
         self._cg = ProjectedCG(self._workspace, 1, operator.kernels)
-        self._gap, self._uz = self._workspace.double[0], np.zeros((1, *grid.shape))
+        self._gap, self.uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)
         self._gram = np.zeros((3, 3))
@@ -69,26 +72,27 @@ class NormalSolver:
         max_iterations: int,
         rigid: Vector,
         last_tolerance: float | None = None,
-        gap_scale: float = 0.0,
+        known: FloatArray | None = None,
     ) -> SolverResult:
         """Solve in place for `pressure` (nx, ny), which holds the first estimate.
 
         separation: (nx, ny), mm; control: of (P|delta_z, Mx|phi_x, My|phi_y); tolerance: on the residual; rigid:
         estimate of the rigid displacements, used while there is no contact; last_tolerance: tightest tolerance of the
-        later solves that reuse this displacement; gap_scale: `scale` of the last solve, where the estimate is its
-        pressure and its displacement is reused.
+        later solves that reuse this displacement; known: pressure whose displacement `uz` holds, None if it is of none.
         """
         iterations, rounds, caution, rigid = 0, 0, 0.0, rigid.copy()
         least, since_halved = np.inf, 0
         last_tolerance = tolerance if last_tolerance is None else last_tolerance
         # N1: contact zone and displacement of the estimate
-        np.copyto(self._gap, pressure)
+        if known is not None:
+            np.copyto(self._gap, known)
         self._start_zone(separation, control, pressure)
-        if gap_scale:
-            self._update_displacement(pressure, last_tolerance * gap_scale)
+        if known is not None:
+            size = float(np.max(self.uz[0], where=self._contact, initial=0.0))
+            self._update_displacement(pressure, last_tolerance * size)
         else:
-            self.operator.normal(pressure, self._uz)
-        cells = self._gram[0, 0] if gap_scale else None
+            self.operator.normal(pressure, self.uz)
+        cells = self._gram[0, 0] if known is not None else None
         while True:
             # N2: forced rigid displacements by least squares of the gap, N' g = 0
             rigid = self._rigid_displacement(separation, control, rigid)
@@ -111,8 +115,8 @@ class NormalSolver:
                 reduction = max(SETTLED_REDUCTION if settled else REDUCTION, 0.3 * tolerance / residual)
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
-                np.copyto(self._gap, pressure)
-                self.operator.kernels.cg.add(pressure[None], self._cg.solution, errors.largest / self.operator.unit)
+                fields = pressure[None], self._gap[None], self.uz
+                add_correction(self.operator, self._cg.found, errors.largest, *fields, last_tolerance * scale)
                 # N6: cells under tension leave the zone
                 self._release_tension(control, pressure)
             else:
@@ -128,7 +132,7 @@ class NormalSolver:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
         np.subtract(pressure, self._gap, out=self._gap)
         change = self._workspace.double[:1]
-        add_displacement(self.operator, type(self.operator).normal, self._uz, change, self._workspace, allowed)
+        add_displacement(self.operator, type(self.operator).normal, self.uz, change, self._workspace, allowed)
 
     def _start_zone(self, separation: FloatArray, control: LoadControl, pressure: FloatArray) -> None:
         """Start with contact where the estimate is positive, or everywhere if a load is imposed and it is nowhere."""
@@ -145,8 +149,9 @@ class NormalSolver:
                 pressure[self._contact] = load
             if not self._contact.any():
                 raise ContactLostError("the surfaces nowhere face each other on the grid", "P")
-            pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
-            self._restore_balance(control, pressure)
+            if self._unbalance(control, pressure) > ROUNDING:  # else the estimate, and its displacement, are kept
+                pressure *= load / (pressure.sum(dtype=np.float64) * self.modes.cell_area)
+                self._restore_balance(control, pressure)
         self._press_on_one_side(control, pressure)
         self._gram = self.modes.gram(self._contact)
 
@@ -172,10 +177,10 @@ class NormalSolver:
         if self._gram[0, 0]:
             if is_singular(self._gram, forced):
                 imposed = found  # a row of cells keeps its tilt
-            gaps = self.modes.gap_sums(separation, self._uz[0], imposed, self._contact)
+            gaps = self.modes.gap_sums(separation, self.uz[0], imposed, self._contact)
             return imposed + solve_modes(self._gram, gaps, forced)
         found[0] = 0.0
-        self.modes.gap(separation, self._uz[0], found, self._contact, self._gap)
+        self.modes.gap(separation, self.uz[0], found, self._contact, self._gap)
         found[0] = self._gap.min() if control.forced[0] else imposed[0]
         return found
 
@@ -187,7 +192,7 @@ class NormalSolver:
         caution: part of the deepest penetration that a cell must have to join; 0 for all.
         """
         gap, contact = self._gap, self._contact
-        errors = self.modes.gap(separation, self._uz[0], rigid, contact, gap)
+        errors = self.modes.gap(separation, self.uz[0], rigid, contact, gap)
         if errors.penetration > threshold * errors.gap_scale:
             deep = max(0.5 * threshold * errors.gap_scale, caution * errors.penetration)
             np.logical_or(contact, gap < -deep, out=contact)
@@ -197,7 +202,7 @@ class NormalSolver:
     def _rounding(self, separation: FloatArray, rigid: Vector) -> float:
         """Return the rounding error of gaps (mm)."""
         height = float(np.max(np.abs(separation), where=self._contact, initial=0.0))
-        elastic = rounding_of(self.operator.dtype) * float(np.abs(self._uz).max())
+        elastic = rounding_of(self.operator.dtype) * float(np.abs(self.uz).max())
         return max(elastic, ROUNDING * max(height, abs(float(rigid[0])), self.modes.tilted(rigid)))
 
     def _unbalance(self, control: LoadControl, pressure: FloatArray) -> float:

@@ -43,6 +43,7 @@ class ProjectedCG:
         self._kernels = kernels.cg
         self.solution, self.residual = workspace.solution[:components], workspace.residual[:components]
         self._direction, self._image = workspace.direction[:components], workspace.image[:components]
+        self._displacement, self._moved = workspace.displacement[:components], workspace.moved[:components]
         self.weight = workspace.weight
         vector, shape, dtype = self.solution.shape, self.weight.shape, self.solution.dtype
         alone = len(self.solution) == 1
@@ -52,6 +53,11 @@ class ProjectedCG:
         self._all_constraints = np.zeros((0, *vector), dtype)
         self._constraints, self._inverse_gram = self._all_constraints, np.zeros((0, 0))
         self._nothing_left = NOTHING_LEFT * float(np.finfo(dtype).eps)
+
+    @property
+    def found(self) -> tuple[FloatArray, FloatArray]:
+        """The solution x and B x, (c, nx, ny) each; both hold until the workspace has another use."""
+        return self.solution, self._displacement
 
     def constrain(self, motions: DoubleArray, x: FloatArray, y: FloatArray) -> None:
         """Keep the solution orthogonal to rigid motions of the amplitudes `motions` (m, 3).
@@ -83,9 +89,9 @@ class ProjectedCG:
             self._constraints,
             self._inverse_gram,
         )
-        w, cg = z, self._kernels
-        # CG1: x = d = 0, r = P T r in the zone, by the projection P of (T9); z = W r
-        first = cg.start(x, d, r, z, s, n, zone, weight, c, inverse_gram)
+        u, b_d, w, cg = self._displacement, self._moved, z, self._kernels
+        # CG1: x = d = 0, u = B x = 0, r = P T r in the zone, by the projection P of (T9); z = W r
+        first = cg.start(x, u, d, r, z, s, n, zone, weight, c, inverse_gram)
         if first < self._nothing_left:
             return 1
         target, rho_before, iteration = max(reduction * first, floor), 1.0, 0
@@ -97,9 +103,9 @@ class ProjectedCG:
                 break
             rho_before = rho
             # CG4, CG5: w = T (B + S) d in the zone (T6), kappa = d.w, alpha = rho / kappa, x = x + alpha d,
-            # r = r - alpha P w; z = W r for the next iteration
-            elastic(d, w)
-            kappa, largest = cg.step(x, r, d, w, s, n, zone, weight, c, inverse_gram, rho)
+            # u = u + alpha B d, r = r - alpha P w; z = W r for the next iteration
+            elastic(d, b_d)
+            kappa, largest = cg.step(x, u, r, d, b_d, w, s, n, zone, weight, c, inverse_gram, rho)
             if not kappa > 0.0:
                 break
             # CG6: stop at the target

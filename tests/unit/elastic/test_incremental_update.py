@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.incremental_update import NOTHING, SHARE, add_displacement
+from fretsolve.elastic.incremental_update import NOTHING, SHARE, add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.elastic.workspace import Workspace
@@ -76,13 +76,37 @@ def test_a_negligible_change_is_left_out(name):
     (change,) = steps(name, (1e-9,))
     found = np.zeros((METHODS[name][2], *SHAPE))
     applications = OPERATOR.total_applications
-    allowed = OPERATOR.unit * np.abs(change).max() * max(SHAPE) / NOTHING
+    cells = np.abs(change).sum() / np.abs(change).max()
+    allowed = OPERATOR.unit * np.abs(change).max() * np.sqrt(cells) / NOTHING
     add(name, found, change, 1.01 * allowed)
     assert not found.any()
     assert OPERATOR.total_applications == applications
-    assert np.abs(exact(name, np.full_like(change, np.abs(change).max()))).max() < NOTHING * allowed
+    assert np.abs(exact(name, np.abs(change))).max() < NOTHING * allowed
+    alike = np.zeros_like(change)
+    side = np.arange(int(np.sqrt(cells / len(change))))
+    alike[:, side[:, None], side] = np.abs(change).max()
+    assert np.abs(exact(name, alike)).max() < NOTHING * allowed
     add(name, found, change, 0.99 * allowed)
     assert found.any()
+
+
+@pytest.mark.parametrize("enough", [1.5, 0.7])
+def test_the_displacement_of_a_correction_is_added_where_its_rounding_allows(enough):
+    """The traction whose displacement is known is that before the correction otherwise."""
+    (solution,) = steps("tangential", (1.0,))
+    moved = np.empty((2, *SHAPE), np.float32)
+    OPERATOR.inner.tangential(solution.astype(np.float32), moved)
+    traction, size = np.ones((2, *SHAPE)), 1e-3
+    before, displacement = np.zeros((2, *SHAPE)), exact("tangential", traction)
+    start = displacement.copy()
+    allowed = enough * SINGLE_ROUNDING / SHARE * size * np.abs(moved).max()
+    found = solution.astype(np.float32), moved
+    known = add_correction(OPERATOR, found, size, traction, before, displacement, allowed)
+    assert known == (enough > 1.0)
+    np.testing.assert_allclose(traction, 1.0 + size / OPERATOR.unit * solution, rtol=1e-6)
+    np.testing.assert_array_equal(before, traction if known else 1.0)
+    wanted = exact("tangential", before)
+    np.testing.assert_allclose(displacement, wanted, atol=np.abs(wanted - start).max() * SINGLE_ROUNDING + 1e-18)
 
 
 def test_a_nan_comes_through():

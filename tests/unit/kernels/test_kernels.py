@@ -51,6 +51,7 @@ def arguments(function, shape, components, dtype, seed=0):
     slipping = contact & (random.random(shape) < 0.5)
     angle = random.uniform(0.0, 6.3, shape)
     single = {"residual", "solution", "direction", "image", "field", "constraints", "stiffness", "result"}
+    single |= {"moved", "displacement"}
 
     def value(name):
         if name in ("contact", "zone"):
@@ -259,21 +260,22 @@ def test_a_nan_of_the_slip_is_not_lost(form, slips):
 @pytest.mark.parametrize("components", [1, 2])
 def test_a_nan_of_the_residual_is_not_lost(form, components):
     shape = 40, 4
-    solution, residual, direction, image = (np.ones((components, *shape)) for _ in range(4))
+    solution, displacement, residual, direction, moved, image = (np.ones((components, *shape)) for _ in range(6))
     residual[-1, 1, 1] = np.nan
     planes = np.zeros(shape), np.zeros((2, *shape)), np.ones(shape, bool), np.ones(shape)
     nothing = np.zeros((0, components, *shape)), np.zeros((0, 0))
     module = kernels(form, shape).cg
     assert np.isnan(module.largest(residual))
-    assert np.isnan(module.step(solution, residual.copy(), direction, image, *planes, *nothing, 1.0)[1])
-    assert np.isnan(module.start(solution, direction, residual, image, *planes, *nothing))
+    step = module.step(solution, displacement, residual.copy(), direction, moved, image, *planes, *nothing, 1.0)
+    assert np.isnan(step[1])
+    assert np.isnan(module.start(solution, displacement, direction, residual, image, *planes, *nothing))
 
 
 @pytest.mark.parametrize("form", ["numpy", "compiled"])
 def test_nothing_from_outside_of_the_zone_comes_in(form):
     residual, zone = np.full((1, 2, 2), np.inf), np.array([[True, False], [False, False]])
     residual[0, 0, 0] = 1.0
-    fields = [np.ones((1, 2, 2)) for _ in range(2)]
+    fields = [np.ones((1, 2, 2)) for _ in range(3)]
     unused, nothing = np.zeros((2, 1, 1)), (np.zeros((0, 1, 2, 2)), np.zeros((0, 0)))
     image = np.full((1, 2, 2), np.nan)
     kernels(form, (2, 2)).cg.start(*fields, residual, image, unused[0], unused, zone, np.ones((2, 2)), *nothing)

@@ -70,6 +70,10 @@ def test_tangential_solution_is_that_of_the_dense_system(forced):
     constraints = np.array(rows).reshape(len(forced), basis.shape[1])
     expected = basis @ saddle_point(matrix, constraints, residual.ravel() @ basis)
     np.testing.assert_allclose(cg.solution.ravel(), expected, atol=2e-3 * np.abs(expected).max())
+    solution, moved = cg.found
+    wanted = np.empty_like(solution)
+    OPERATOR.inner.tangential(solution, wanted)
+    np.testing.assert_allclose(moved, wanted, atol=1e-5 * np.abs(wanted).max())  # outside of the zone, too
 
 
 def constraint(modes, components, mode):
