@@ -106,7 +106,7 @@ class Steps:
         constraints: FloatArray,
         inverse_gram: DoubleArray,
     ) -> float:
-        """Compute ``solution = displacement = direction = 0``, ``image = W residual``, and P T residual in the zone (T9).
+        """Begin at 0: set three fields to it, compute ``residual = P T residual`` (T9) and ``image = W residual``.
 
         Return the largest length of the residual in a cell (CG1).
         """
