@@ -20,17 +20,17 @@ Truth = Mapping[int, Mapping[str, float]]
 LOAD, RADIUS = 400.0, 10.0
 
 
-def hertz(pair: Compliances) -> Truth:
+def hertz(pair: Compliances, load: float = LOAD, radius: float = RADIUS) -> Truth:
     """Return the values of a sphere, pressed."""
-    found = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+    found = hertz_sphere(load, radius, pair.contact_modulus)
     return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": found.contact_radius}}
 
 
-def elliptic(radius_x: float, radius_y: float) -> Callable[[Compliances], Truth]:
+def elliptic(radius_x: float, radius_y: float, load: float = LOAD) -> Callable[[Compliances], Truth]:
     """Return the values of an ellipsoid, pressed."""
 
     def exact(pair: Compliances) -> Truth:
-        found = hertz_elliptic(LOAD, radius_x, radius_y, pair.contact_modulus)
+        found = hertz_elliptic(load, radius_x, radius_y, pair.contact_modulus)
         radius = found.contact_radius
         return {1: {"delta_z": found.delta_z, "max_pressure": found.max_pressure, "contact_radius": radius}}
 
@@ -65,11 +65,13 @@ def punch(pair: Compliances) -> Truth:
     return {1: {"delta_z": found.delta_z, "contact_radius": found.contact_radius}}
 
 
-def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable[[Compliances], Truth]:
+def mindlin(
+    force: float, friction: float = 0.1, back: bool = False, load: float = LOAD, radius: float = RADIUS
+) -> Callable[[Compliances], Truth]:
     """Return the values of a sphere, pressed and sheared; back: then unloaded, and sheared by the opposite force."""
 
     def exact(pair: Compliances) -> Truth:
-        contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
+        contact = hertz_sphere(load, radius, pair.contact_modulus)
         found = cattaneo_mindlin(contact, friction, force, pair.tangential)
         first = {
             "delta_z": contact.delta_z,
@@ -77,7 +79,7 @@ def mindlin(force: float, friction: float = 0.1, back: bool = False) -> Callable
             "stick_radius": found.stick_radius,
             "work_total": 0.25 * found.work_per_cycle,
         }
-        values: dict[int, Mapping[str, float]] = {**hertz(pair), 2: first}
+        values: dict[int, Mapping[str, float]] = {**hertz(pair, load, radius), 2: first}
         if back:
             unloaded = CyclicLoading(contact, (0.0, 0.0), friction, pair.tangential, (1.0, 0.0), (force, 0.0))
             values[3] = {"delta_x": unloaded.displacements()["delta_x"]}
@@ -103,12 +105,14 @@ def gross_slip(friction: float, motion: float) -> Callable[[Compliances], Truth]
     return exact
 
 
-def torsion(torque: float) -> Callable[[Compliances], Truth]:
+def torsion(
+    torque: float, friction: float = 0.1, load: float = LOAD, radius: float = RADIUS
+) -> Callable[[Compliances], Truth]:
     """Return the values of a sphere, pressed and twisted by a share of the torque of gross slip."""
 
     def exact(pair: Compliances) -> Truth:
-        contact = hertz_sphere(LOAD, RADIUS, pair.contact_modulus)
-        found = lubkin(contact, 0.1, torque * gross_slip_torque(contact, 0.1), pair.torsional)
-        return {**hertz(pair), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
+        contact = hertz_sphere(load, radius, pair.contact_modulus)
+        found = lubkin(contact, friction, torque * gross_slip_torque(contact, friction), pair.torsional)
+        return {**hertz(pair, load, radius), 2: {"phi_z": found.phi_z, "stick_radius": found.stick_radius}}
 
     return exact
