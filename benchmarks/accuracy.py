@@ -23,7 +23,6 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -45,7 +44,7 @@ from fretsolve.result.verdict import JUDGED_QUANTITIES, Verdict, best_column, sc
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 
-KNOWN, UNSEEN = "known", "unseen"
+KNOWN, UNSEEN, CLOSED_FORMS = "known", "unseen", "unseen closed forms"
 LEVELS = ("draft", "standard", "reference", "0.1 %")
 FINE_LEVELS = LEVELS[2:]
 JUDGED_BY_RUNS = "standard"
@@ -196,9 +195,11 @@ def cost(setup: ProblemSetup) -> float:
     return COARSE_RUNS * math.prod(setup.grid.shape) * setup.load_path.increments / (HAND_POINTS**2 * sum(hand))
 
 
-def cases_of(names: Sequence[str], unseen: Iterable[CalibrationCase]) -> Iterator[tuple[str, CalibrationCase]]:
+def cases_of(
+    names: Sequence[str], unseen: Iterable[CalibrationCase], closed_forms: Iterable[CalibrationCase]
+) -> Iterator[tuple[str, CalibrationCase]]:
     """Yield group and case of all cases whose names begin so."""
-    for group, cases in {KNOWN: (*CASES, *HELD_OUT), UNSEEN: unseen}.items():
+    for group, cases in {KNOWN: (*CASES, *HELD_OUT), UNSEEN: unseen, CLOSED_FORMS: closed_forms}.items():
         for case in cases:
             if not case.name.startswith(LEFT_OUT) and (not names or case.name.startswith(tuple(names))):
                 yield group, case
@@ -223,7 +224,7 @@ def runs_of(truths: Path | None, grouped: tuple[str, CalibrationCase]) -> list[R
 
 def report_lines(rows: Sequence[Row]) -> Iterator[str]:
     """Yield the lines of the page: shares by accuracy, then the runs that missed it."""
-    columns = {level: (KNOWN, level) for level in LEVELS} | {f"{level}, unseen": (UNSEEN, level) for level in LEVELS}
+    columns = {f"{level}, {group}": (group, level) for group in (KNOWN, UNSEEN, CLOSED_FORMS) for level in LEVELS}
     found = {name: [row for row in rows if (row.group, row.level) == key] for name, key in columns.items()}
     found = {name: part for name, part in found.items() if part}
     yield "| | " + " | ".join(found) + " |"
@@ -277,7 +278,7 @@ def main() -> None:
     asked = parser.parse_args()
     with TemporaryDirectory() as maps:
         drawn = random_cases(asked.seed, asked.count, Path(maps))
-        cases = list(cases_of(asked.names, chain(drawn, random_closed_forms(asked.seed, asked.closed_forms))))
+        cases = list(cases_of(asked.names, drawn, random_closed_forms(asked.seed, asked.closed_forms)))
         rows = [row for some in outcomes(partial(runs_of, asked.truths), cases, asked.processes) for row in some]
     report({"accuracy": lambda: print("\n".join(report_lines(rows)))}, asked.into)
     if asked.into:

@@ -1,8 +1,8 @@
 """Random cases with closed forms, for accuracies that no finer run is exact enough to judge.
 
 Spheres, ellipsoids and cones of random sizes, moduli and loads, pressed, and spheres sheared, sheared back or twisted
-by a random share of what friction carries, without the coupling of directions that the closed forms leave out. A case
-depends on its seed and its number alone.
+by a random share of what friction carries; those that are sheared without the coupling of directions, which their
+closed forms leave out. A case depends on its seed and its number alone.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def _draw(random: Random, label: str) -> CalibrationCase:
             angle = round(random.uniform(0.01, 0.04), 4)
             parts["surface"] = {"cone": {"angle": angle}}
             return CalibrationCase(f"{label} cone", parts, cone(load, angle))
-    parts |= {"surface": {"sphere": {"radius": radius}}, "friction": friction, "coupling": "none"}
-    words = f"{label} {kind}, friction {friction:g}, {share:g} of sliding"
+    parts |= {"surface": {"sphere": {"radius": radius}}, "friction": friction}
+    words = f"{label} {kind}, friction {friction:g}, {share:g} of gross slip"
     if kind == "twisted":
         modulus = body["young_modulus"] / (2.0 * (1.0 - body["poisson_ratio"] ** 2))
         torque = share * gross_slip_torque(hertz_sphere(load, radius, modulus), friction)
@@ -56,6 +56,7 @@ def _draw(random: Random, label: str) -> CalibrationCase:
         return CalibrationCase(words, parts, torsion(share, friction, load, radius))
     force, back = share * friction * load, kind == "sheared back"
     forces = (force, 0.0, -force) if back else (force,)
+    parts["coupling"] = "none"
     parts["load_path"] = [{"P": load}, *({"Qx": value} for value in forces)]
     return CalibrationCase(words, parts, mindlin(force, friction, back, load, radius))
 
