@@ -16,10 +16,11 @@ from fretsolve.commands.stress import FileOrder, compute_with_messages, window_c
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import not_closed
-from fretsolve.fatigue.fatigue_file import Worst
+from fretsolve.fatigue.fatigue_file import FatigueCycles, Worst, write_fatigue
 from fretsolve.fatigue.material_file import read_material
 from fretsolve.fatigue.names import CRITERIA, fatigue_path
-from fretsolve.fatigue.of_result import SMALLER, Cycles, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.of_result import cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.request import SMALLER, FatigueRequest
 from fretsolve.fatigue.stress_cycle import StressCycle
 from fretsolve.result import open_result
 from fretsolve.stress.halfspace.influence import Body
@@ -82,11 +83,11 @@ def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequ
             _write(cycles_of(file, stresses, out, request), out, order)
 
 
-def _write(cycles: Cycles, out: Path, order: FileOrder) -> None:
+def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     """Write the parameters of cycles, and print the worst places; out: the file that warnings name."""
     shown = not order.quiet and sys.stdout.isatty()
     with counting_bar("layers", cycles.layers, shown=shown) as show, writing(order.target):
-        worst, widest = cycles.write(order.target, show, exclusive=order.exclusive)
+        worst, widest = write_fatigue(cycles, order.target, show, exclusive=order.exclusive)
     average = cycles.request.average
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]

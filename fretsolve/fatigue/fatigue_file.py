@@ -17,6 +17,7 @@ from fretsolve.errors import FileError
 from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
 from fretsolve.fatigue.criteria.critical_plane import SCAN_STEP
 from fretsolve.fatigue.names import WORST_NAMES, dataset_name
+from fretsolve.fatigue.request import FatigueRequest
 from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
 from fretsolve.result import Result
 from fretsolve.result.checks import digests_of, read_columns, require
@@ -62,48 +63,60 @@ class Worst:
     outermost: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class FatigueCycles:
+    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
+
+    request: FatigueRequest
+    of_body: Mapping[int, StressCycle]
+    materials: Mapping[int, Material]
+    attributes: Mapping[str, str]
+
+    @property
+    def layers(self) -> int:
+        """The number of layers of all bodies."""
+        return sum(len(cycle.depths) for cycle in self.of_body.values())
+
+
 def write_fatigue(
-    cycles: Mapping[int, StressCycle],
-    materials: Mapping[int, Material],
-    criteria: tuple[str, ...],
-    target: Path,
-    attributes: Mapping[str, str],
-    show: Callable[[], object] = lambda: None,
-    *,
-    exclusive: bool = False,
+    cycles: FatigueCycles, target: Path, show: Callable[[], object] = lambda: None, *, exclusive: bool = False
 ) -> tuple[dict[int, dict[str, Worst]], float]:
     """Compute the parameters of each body, write them, and return the worst places and how far the cycle is open.
 
-    attributes: those of the file besides format and version; show: called after each layer;
-    exclusive: replace no file. Raises OSError.
+    show: called after each layer; exclusive: replace no file. Raises OSError.
     """
     worst: dict[int, dict[str, Worst]] = {}
     widest = 0.0
     with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
         content: dict[str, Any] = {}
-        for number, cycle in cycles.items():
+        for number, cycle in cycles.of_body.items():
             group, scales = _create_body(file, number, cycle)
             worst[number] = {}
             for depth, stress in enumerate(cycle.layers()):
                 widest = max(widest, opening_of(stress))
-                for name, field in _fields(criteria, materials[number], stress, worst[number]):
+                for name, field in _fields(cycles.request.criteria, cycles.materials[number], stress, worst[number]):
                     _write_layer(group, scales, field, depth)
                     found = _worst_of(field, cycle, depth)
                     if name not in worst[number] or found.value > worst[number][name].value:
                         worst[number][name] = found
                 show()
-            parameters = {dataset_name(name): _attributes_of(found) for name, found in sorted(worst[number].items())}
-            for name, values in parameters.items():
-                group[name].attrs.update(values)
-            units = {dataset_name(name): {"units": found.units} for name, found in worst[number].items()}
-            content[str(number)] = {
-                "steps": group.attrs["steps"].tolist(),
-                "columns": digests_of({name: group[name][:] for name in _AXES}),
-                "fields": sorted(set(group) - {*_AXES, COMPONENT.name}),
-                "parameters": {name: values | units[name] for name, values in parameters.items()},
-            }
-        write_sealed(file, {"format": FORMAT, "fretsolve_version": __version__, **attributes}, content)
+            content[str(number)] = _describe_worst(group, worst[number])
+        write_sealed(file, {"format": FORMAT, "fretsolve_version": __version__, **cycles.attributes}, content)
     return worst, widest
+
+
+def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
+    """Store the worst places as attributes of their datasets, and return what the header says of a body."""
+    parameters = {dataset_name(name): _attributes_of(found) for name, found in sorted(worst.items())}
+    for name, values in parameters.items():
+        group[name].attrs.update(values)
+    units = {dataset_name(name): {"units": found.units} for name, found in worst.items()}
+    return {
+        "steps": group.attrs["steps"].tolist(),
+        "columns": digests_of({name: group[name][:] for name in _AXES}),
+        "fields": sorted(set(group) - {*_AXES, COMPONENT.name}),
+        "parameters": {name: values | units[name] for name, values in parameters.items()},
+    }
 
 
 def _fields(

@@ -8,9 +8,11 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import require_reversals, require_states
+from fretsolve.fatigue.fatigue_file import write_fatigue
 from fretsolve.fatigue.material_file import MaterialSource
 from fretsolve.fatigue.names import fatigue_path
-from fretsolve.fatigue.of_result import SMALLER, FatigueRequest, cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.of_result import cycles_of, stresses_beside, stresses_of_cycle
+from fretsolve.fatigue.request import SMALLER, FatigueRequest
 from fretsolve.result import Result
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import opened_computed
@@ -73,7 +75,7 @@ def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
     with writing(target), stresses_beside(target) as stresses:
         write_stress(tractions, stresses_of_cycle(tractions, request), stresses, threads)
         with opened_computed(stresses) as file:
-            cycles_of(file, stresses, result.path, request).write(target)
+            write_fatigue(cycles_of(file, stresses, result.path, request), target)
     return target
 
 

@@ -1,80 +1,21 @@
-"""From a result to fatigue parameters over its last cycle: what is asked, and the stresses that it takes."""
+"""From a result, or a file of its stresses, to the cycle of which fatigue parameters are computed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
-from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError, FileError
-from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import require_reversals, require_states
-from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
-from fretsolve.fatigue.material_file import MaterialSource
+from fretsolve.fatigue.fatigue_file import FatigueCycles
+from fretsolve.fatigue.request import FatigueRequest
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body
-from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import ComputedFile
-from fretsolve.stress.request import StressRequest, WindowChoice, least_depth, stress_request
+from fretsolve.stress.request import StressRequest, least_depth, stress_request
 from fretsolve.stress.stress_file import bodies_of
 from fretsolve.stress.tractions import TractionHistory, cycle_ends, last_cycle
 from fretsolve.system.working_folder import working_folder
-
-SMALLER = "fewer depths or bodies, or more room, is needed"
-"""What makes the stresses of a cycle smaller, or lets them be as large as they are."""
-
-AVERAGE_DEPTHS = 17
-"""Depths that are computed for an average, graded towards the surface, where stresses change most."""
-
-
-@dataclass(frozen=True)
-class FatigueRequest:
-    """Fatigue parameters to compute.
-
-    criteria: their names; average: of the stresses, None for none. bodies: none for those in a file of stresses, or for
-    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the
-    cells of a result, as in `stress_request`.
-    """
-
-    material: MaterialSource
-    criteria: tuple[str, ...]
-    average: Average | None = None
-    bodies: tuple[Body, ...] = ()
-    depths: tuple[float, ...] = ()
-    window: WindowChoice = "auto"
-
-    def stress_depths(self, least: float) -> tuple[float, ...]:
-        """Return the depths at which stresses are computed; least: that of the first one below the surface (mm)."""
-        if self.average is None:
-            return self.depths
-        first, last = self.average.depth_range
-        if first == last:
-            return (last,)
-        graded = (last * (k / (AVERAGE_DEPTHS - 1)) ** 2 for k in range(AVERAGE_DEPTHS))
-        return tuple(depth for depth in graded if depth in (first, last) or depth >= least)
-
-
-@dataclass(frozen=True, eq=False)
-class Cycles:
-    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
-
-    request: FatigueRequest
-    of_body: Mapping[int, StressCycle]
-    materials: Mapping[int, Material]
-    attributes: Mapping[str, str]
-
-    @property
-    def layers(self) -> int:
-        """The number of layers of all bodies."""
-        return sum(len(cycle.depths) for cycle in self.of_body.values())
-
-    def write(
-        self, target: Path, show: Callable[[], object] = lambda: None, *, exclusive: bool = False
-    ) -> tuple[dict[int, dict[str, Worst]], float]:
-        """Write the parameters; see `write_fatigue`. Raises OSError."""
-        criteria = self.request.criteria
-        return write_fatigue(self.of_body, self.materials, criteria, target, self.attributes, show, exclusive=exclusive)
 
 
 @contextmanager
@@ -113,7 +54,7 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     return found
 
 
-def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> Cycles:
+def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
     """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
 
     Raises CaseError, FileError.
@@ -137,4 +78,4 @@ def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: 
     texts = {"average": "" if average is None else f"{average.kind} over {average.length:g} mm"}
     texts |= {"material": next(iter(materials.values())).model_dump_json(exclude_none=True)}
     texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
-    return Cycles(request, cycles, materials, texts)
+    return FatigueCycles(request, cycles, materials, texts)
