@@ -67,8 +67,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     with canvas(ax, len(panels), (WIDTH, max(heights)), columns=2, heights=heights) as drawn:
         for axes, (place, name) in zip(drawn.axes, panels, strict=False):
             if place == "section":
-                _draw_section(drawn, axes, x, depths, invariant(name, below), name)
-                label_depth(axes, request.bodies[0], depths[-1])
+                _draw_section(drawn, axes, x, depths, invariant(name, below), name, request.bodies[0])
                 where = "" if tractions.plane_strain else f" at y = {result.y[row]:.3g} mm"
                 axes.set_title(f"{SHOWN[name]}{where}")
             elif surface is not None:
@@ -147,11 +146,12 @@ def _section_depths(tractions: TractionHistory, step: int) -> list[float]:
 
 
 def _draw_section(
-    drawn: Canvas, axes: Axes, x: DoubleArray, depths: Sequence[float], values: DoubleArray, name: Invariant
+    drawn: Canvas, axes: Axes, x: DoubleArray, depths: Sequence[float], values: DoubleArray, name: Invariant, body: Body
 ) -> None:
     image = axes.pcolormesh(x, depths, values.T, shading="nearest", rasterized=True, **_colors(values, name))
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)")
+    label_depth(axes, body, depths[-1])
     drawn.colorbar(axes, image, "MPa")
 
 
