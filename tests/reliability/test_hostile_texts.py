@@ -154,3 +154,24 @@ def test_yaml_that_takes_too_much(tmp_path: Path, content: bytes, message: str) 
     assert (result.exit_code, result.stdout) == (2, "")
     assert message in result.stderr
     assert max(map(len, result.stderr.splitlines())) < 400
+
+
+HEIGHTS = "{heights: {file: map.txt, unit: um, spacing: 1 um}}"
+
+
+@pytest.mark.parametrize("size", ["", ", size: 0.02 mm"])
+@pytest.mark.parametrize("content", [b"1 2\n3 x\n", b"\xff\xfe", b"", b"1 2 3\n"])
+def test_a_refused_map_leaves_nothing_behind(tmp_path: Path, content: bytes, size: str) -> None:
+    text = CASE.replace("{sphere: {radius: 10 mm}}", HEIGHTS).replace("points: 16", f"points: 16{size}")
+    case = write_case(tmp_path, text)
+    (tmp_path / "map.txt").write_bytes(content)
+    assert invoke("run", case).exit_code in (2, 4)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", "map.txt"]
+
+
+def test_text_maps_are_not_quoted_at_length(tmp_path: Path) -> None:
+    case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", HEIGHTS))
+    (tmp_path / "map.txt").write_text("secret" * 10_000 + " 2\n1 2\n")
+    line = refused(4, "validate", case)
+    assert len(line) < 300 + 2 * len(str(tmp_path))  # it names the case and the map
+    assert "at row 0, column 1" in line

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-import re
 import resource
 import signal
 from contextlib import suppress
@@ -262,12 +261,6 @@ def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> No
     assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
 
 
-@pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
-def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
-    path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
-    assert message in refused(2, "sweep", "run", path)
-
-
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
     manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
@@ -276,14 +269,6 @@ def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
     assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
     assert [outcome.increments for outcome in table.outcomes] == [0, 3, 0, 0, 0, 0]
     assert all(math.isnan(column.values[1]) for column in table.found)
-
-
-def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
-    assert make_sweep_plan(path, folder).warnings == ()
-    monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
-    (warning,) = make_sweep_plan(path, folder).warnings
-    assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
 
 
 def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from fretsolve.case.source import parse
 from fretsolve.errors import CaseError
 from fretsolve.sweep.engines import slurm
 from fretsolve.sweep.manifest import index_list
+from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.points import points_of, text_of
 from fretsolve.sweep.spec import SlurmSpec, SweepSpec
 
@@ -211,3 +212,17 @@ def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
     problem = point[0].problem("is wrong", ("inside",))
     assert isinstance(problem, CaseError)
     assert str(problem) == f"{tmp_path / 'sweep.yaml'}:4: axes.0.friction.0.inside: is wrong"
+
+
+@pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
+def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
+    path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
+    assert message in refused(2, "sweep", "run", path)
+
+
+def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
+    assert make_sweep_plan(path, folder).warnings == ()
+    monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
+    (warning,) = make_sweep_plan(path, folder).warnings
+    assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
