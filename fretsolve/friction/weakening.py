@@ -8,15 +8,18 @@ increments.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import TINY
 from fretsolve.errors import WeakeningError
+from fretsolve.friction.bound import FrictionBound
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.result.state import Fields
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import DoubleArray, FloatArray
 
 MOST_STEPS, CLOSE = 30, 1e-3
 """Power steps, and the change at which the eigenvalue is known well enough."""
@@ -26,22 +29,20 @@ OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
 `largest_growth` on 128 x 128 points."""
 
 
-def fall_per_slip(spec: FrictionSpec, before: Fields) -> DoubleArray | None:
+def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, bound: FrictionBound) -> DoubleArray | None:
     """Return by how much the friction limit falls per slip (MPa/mm), (nx, ny); None where it does not fall.
 
-    before: the fields at the increment's start.
+    pressure: at the increment's start (MPa); bound: in the increment. The shear limit holds whatever the coefficient.
     """
     if spec.initial is None or spec.final is None or spec.final >= spec.initial:
         return None
-    pressure = before.pressure.astype(np.float64)
-    drop = spec.initial - spec.final
-    if spec.slip:
-        left = np.exp(-before.slip_path / spec.slip)
-        return np.asarray(pressure * drop * left / spec.slip, np.float64)
-    energy = spec.energy or 1.0
-    left = np.exp(-before.work_density / energy)
-    limit = (spec.final + drop * left) * pressure
-    return np.asarray(pressure * drop * left / energy * limit, np.float64)
+    pressure = pressure.astype(np.float64)
+    limit, per_coefficient = (
+        one.limit(pressure) for one in (bound, replace(bound, coefficient=1.0, shear_limit=math.inf))
+    )
+    fall = per_coefficient * (bound.coefficient - spec.final)
+    fall *= 1.0 / spec.slip if spec.slip else limit / (spec.energy or 1.0)
+    return np.where(limit < bound.shear_limit, fall, 0.0)
 
 
 def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
@@ -61,8 +62,11 @@ def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
 
 
 def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float) -> float:
-    """Return the eigenvalue on Hertz's contact of a sphere before any slip; compliance: the tangential one (1/MPa)."""
+    """Return the eigenvalue on Hertz's contact of a sphere before any slip; 0 where friction does not fall, or falls
+    neither with the pressure nor with its square. compliance: the tangential one (1/MPa)."""
     if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return 0.0
+    if spec.exponent is not None or (spec.shear_limit or math.inf) < spec.initial * hertz.max_pressure:
         return 0.0
     drop, arm = (spec.initial - spec.final) * hertz.max_pressure, 0.25 * compliance * hertz.contact_radius
     if spec.slip:
@@ -70,9 +74,12 @@ def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float)
     return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
 
 
-def require_stable(spec: FrictionSpec, before: Fields, operator: ElasticOperator) -> None:
-    """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it."""
-    fall = None if spec.weakening == "allow" else fall_per_slip(spec, before)
+def require_stable(spec: FrictionSpec, pressure: FloatArray, bound: FrictionBound, operator: ElasticOperator) -> None:
+    """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it.
+
+    pressure, bound: as for `fall_per_slip`.
+    """
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, bound)
     if fall is None or not fall.any():
         return
     growth = largest_growth(fall, operator)

@@ -71,6 +71,17 @@ class CattaneoMindlin:
             pressure -= replace(self.hertz, semi_axes=(c, c), max_pressure=c / a * self.hertz.max_pressure).pressure(r)
         return math.copysign(self.friction, self.shear_force) * pressure
 
+    def slip(self, r: DoubleArray) -> DoubleArray:
+        """Return the length of the slip (mm) at distances `r` up to the contact radius.
+
+        (3 mu P S/32a) (r/a)^2 (2/pi) {(1 - 2 t^2) acos t + t sqrt(1 - t^2)} with t = c/r; 0 on the stick zone.
+        """
+        a = self.hertz.contact_radius
+        t = np.divide(self.stick_radius, r, out=np.ones_like(r), where=r > self.stick_radius)
+        braces = (1.0 - 2.0 * t**2) * np.arccos(t) + t * np.sqrt(1.0 - t**2)
+        scale = 3.0 * self.friction * self.hertz.load * self.compliance / (16.0 * math.pi * a)
+        return np.asarray(scale * np.square(r / a) * braces)
+
     @property
     def _fraction(self) -> float:
         return abs(self.shear_force) / (self.friction * self.hertz.load)

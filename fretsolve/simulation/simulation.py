@@ -96,11 +96,11 @@ def states_of(
         rigid = contact.rigid_start(fields, _rigid(summaries))
         trend = _trend(change, path, summaries)
         try:
-            if setup.model.friction_evolves:
+            bound = None if friction is None else friction.bound(fields, _coefficient(increment, setup, summaries))
+            if bound is not None and setup.model.friction_evolves:
                 from fretsolve.friction.weakening import require_stable  # few cases need it
 
-                require_stable(setup.case.friction, fields, contact.solver.level.operator)
-            bound = None if friction is None else friction.bound(fields, _coefficient(increment, setup, summaries))
+                require_stable(setup.case.friction, fields.pressure, bound, contact.solver.level.operator)
             gap = fields.gap if step and starts_with_gap else None
             begin = InitialState(
                 fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound, gap=gap

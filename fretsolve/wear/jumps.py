@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.wear.progress import SolvedCycle, Worn
-from fretsolve.wear.settling import LOOKS_AT_GIVEN, MOST_LOOKS, SHARE, excess_per_cycle, is_settled
+from fretsolve.wear.settling import LOOKS_AT_GIVEN, MOST_LOOKS, SHARE, excess_per_cycle, is_settled, last_jump
 
 FIRST_DEPTH, MOST_DEPTH = 0.005, 0.3
 """Depth of the first jump, and the largest of any, over the largest elastic displacement."""
@@ -75,7 +75,7 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
     if depth <= 0.0:
         return min(limits.most, left)
     most = min(limits.most, (jumps.max_depth or MOST_DEPTH * limits.scale) / depth)
-    last = max((place for place, one in enumerate(cycles[:-1]) if one.jump > 1.0), default=None)
+    last = last_jump(cycles)
     if last is None:
         most = min(most, FIRST_DEPTH * limits.scale / depth, FIRST_SHARE * left)
     else:

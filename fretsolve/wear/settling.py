@@ -45,7 +45,7 @@ MOST_LOOKS, LOOKS_AT_GIVEN = 4, 2
 def excess(cycles: Sequence[SolvedCycle]) -> float | None:
     """Return by what part of its energy the last cycle dissipates more, or less, than cycles would that follow it, as
     an estimate; None where that is not known yet."""
-    place = _last_jump(cycles)
+    place = last_jump(cycles)
     if place is None:
         return TAIL * _change(cycles) if len(cycles) > 1 else None
     looks = len(cycles) - 1 - place
@@ -68,7 +68,7 @@ def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float, 
 
     tolerance: of the worn volume; allowed: error of the next jump over what it wears; most_looks: cycles after a jump.
     """
-    place, share = _last_jump(cycles), excess(cycles)
+    place, share = last_jump(cycles), excess(cycles)
     if share is None:
         return False
     if place is None:
@@ -80,7 +80,7 @@ def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float, 
 
 def require_periodic(cycles: Sequence[SolvedCycle], tolerance: float) -> None:
     """Raise NotConvergedError where the cycles before the first jump do not become periodic."""
-    if len(cycles) <= CYCLES_TO_SETTLE or _last_jump(cycles) is not None:
+    if len(cycles) <= CYCLES_TO_SETTLE or last_jump(cycles) is not None:
         return
     if not any(is_settled(cycles[:count], tolerance, tolerance) for count in range(2, len(cycles) + 1)):
         raise NotConvergedError(
@@ -91,7 +91,7 @@ def require_periodic(cycles: Sequence[SolvedCycle], tolerance: float) -> None:
         )
 
 
-def _last_jump(cycles: Sequence[SolvedCycle]) -> int | None:
+def last_jump(cycles: Sequence[SolvedCycle]) -> int | None:
     """Return the place of the last cycle before this one that stands for others; None before the first one."""
     return max((place for place, one in enumerate(cycles[:-1]) if one.jump > 1.0), default=None)
 

@@ -240,7 +240,7 @@ class WornSurfaces:
         summary = replace(summary, cycles=summary.cycles + 1.0)
         if cycle.jumps is None or cycle.turn == 1:
             return summary
-        last = Progress(progress.path, progress.history).jump_before(cycle)
+        last = progress.jump_before(cycle)
         if last <= 1.0:
             return summary
         pressure = solution.pressure

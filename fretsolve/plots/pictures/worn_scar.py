@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -127,8 +125,8 @@ def _draw_depth(axes: Axes, result: Result) -> None:
 
 def _draw_line(axes: Axes, cycles: DoubleArray, values: DoubleArray) -> None:
     """Draw values over the cycles, with markers at the solved cycles if they are few."""
-    few: Sequence[str] = ("o",) if len(cycles) <= MOST_INCREMENTS else ("",)
-    axes.plot(cycles, values, color="0.1", marker=few[0], markerfacecolor="white")
+    marker = "o" if len(cycles) <= MOST_INCREMENTS else ""
+    axes.plot(cycles, values, color="0.1", marker=marker, markerfacecolor="white")
     axes.set_xlim(0.0, float(cycles.max()) or None)
     axes.set_ylim(bottom=0.0)
     axes.locator_params(axis="x", nbins=MOST_TICKS)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
@@ -90,8 +92,9 @@ class WornCycle:
 
     @property
     def depth_per_cycle(self) -> float:
-        """Mean depth (mm) that one of the first cycles wears where it slips."""
-        return self.volume_per_cycle / (math.pi * (self.hertz.contact_radius**2 - self.slip.stick_radius**2))
+        """Mean depth (mm) that one of the first cycles wears where it slips; 0 where that is below rounding."""
+        area = math.pi * (self.hertz.contact_radius**2 - self.slip.stick_radius**2)
+        return self.volume_per_cycle / area if area > 0.0 else 0.0
 
     @property
     def volume_at_first_rate(self) -> float:
@@ -136,9 +139,17 @@ class WornCycle:
         end = self.limit or worn_limit_at_force(self.hertz.load, force, self.friction, radius, self.contact_modulus)
         return min(reached, end.scar_radius)
 
+    @property
+    def longest_path(self) -> float:
+        """Path of slip (mm) in one of the first cycles at the contact's rim, the longest of all."""
+        rim = float(self.slip.slip(np.array(self.hertz.contact_radius)))
+        return 4.0 * rim + 2.0 * self.sliding_distance
+
     def explicit_limit(self, cell: float) -> float:
         """Return the cycles per jump up to which an explicit update of the profile is stable; cell: its side (mm)."""
-        return EXPLICIT_LIMIT * self.hertz.max_pressure * cell / self.contact_modulus / self.depth_per_cycle
+        depth_over_pressure = self.coefficient * self.friction * self.longest_path
+        stable = EXPLICIT_LIMIT * cell / self.contact_modulus
+        return stable / depth_over_pressure if depth_over_pressure > 0.0 else math.inf
 
     @property
     def _limit(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fretsolve import run
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
+from fretsolve.friction.law import FrictionOnGrid
 from fretsolve.friction.weakening import fall_per_slip, largest_growth
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
@@ -38,15 +40,41 @@ def test_threshold_of_full_slip(uniform, factor):
     assert largest_growth(fall, operator) / (0.25 * material.tangential * a) == pytest.approx(factor, rel=0.01)
 
 
-def test_slope_is_the_derivative_of_the_limit():
+@pytest.mark.parametrize(
+    "more",
+    [{}, {"shear_limit": 400.0}, {"exponent": 0.5, "reference_pressure": 300.0, "shear_limit": 600.0}],
+    ids=["coefficient", "shear limit", "power of the pressure"],
+)
+@pytest.mark.parametrize("scale", ["slip", "energy"])
+def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
+    spec = FrictionSpec.model_validate({"initial": 0.3, "final": 0.1, scale: 2.0, **more})
+    law, (state,) = FrictionOnGrid(spec), solve(grid={"points": 16})
+    before = replace(state.fields, slip_path=np.full((16, 16), 0.5), work_density=np.full((16, 16), 0.8))
+    bound = law.bound(before)
+    limit, slip = bound.limit(before.pressure), 1e-6
+    after = replace(before, slip_path=before.slip_path + slip, work_density=before.work_density + slip * limit)
+    fall = (limit - law.bound(after).limit(before.pressure)) / slip
+    found = fall_per_slip(spec, before.pressure, bound)
+    assert found == pytest.approx(fall, rel=1e-3, abs=1e-6 * fall.max())
+    assert (found == 0.0).any() and (found > 0.0).any()
+
+
+def test_friction_that_rises_does_not_fall():
     (state,) = solve(grid={"points": 16})
-    spec = FrictionSpec(initial=0.3, final=0.1, slip=2.0)
-    fall = fall_per_slip(spec, state.fields)
-    assert fall is not None
-    assert fall == pytest.approx(state.fields.pressure * 0.2 / 2.0)
-    by_energy = fall_per_slip(FrictionSpec(initial=0.3, final=0.1, energy=2.0), state.fields)
-    assert by_energy == pytest.approx(state.fields.pressure * 0.2 / 2.0 * 0.3 * state.fields.pressure)
-    assert fall_per_slip(FrictionSpec(initial=0.1, final=0.3, slip=2.0), state.fields) is None
+    rising = FrictionSpec(initial=0.1, final=0.3, slip=2.0)
+    bound = FrictionOnGrid(rising).bound(state.fields)
+    assert fall_per_slip(rising, state.fields.pressure, bound) is None
+
+
+def test_a_shear_limit_below_the_friction_leaves_nothing_to_fall():
+    """So that friction is constant where the coefficient alone would end the run."""
+    friction = {**FALLING, "final": 0.2, "shear_limit": 1.0}
+    path = [PATH[0], {"delta_x": 1e-5, "increments": 2}]
+    with pytest.raises(WeakeningError):
+        solve(friction={**friction, "shear_limit": 1e4}, grid={"points": 24}, load_path=path)
+    setup = set_up(build(friction=friction, grid={"points": 24}, load_path=path))
+    assert len(list(run(setup))) == 3
+    assert not [text for text in case_warnings(setup) if text.startswith("friction")]
 
 
 def test_too_fast_a_fall_is_refused_unless_allowed():

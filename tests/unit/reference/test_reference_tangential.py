@@ -54,6 +54,15 @@ class TestCattaneoMindlin:
         scale = 0.9 * 40.0**2 / RADIUS * STEEL.tangential
         assert work == pytest.approx(scale * braces, rel=1e-9, abs=1e-15 * scale)
 
+    @pytest.mark.parametrize("force", [3.0, -36.0, 40.0])
+    def test_slip_times_friction_is_the_work(self, force):
+        """In a cycle each place slips four times what it slips on first loading."""
+        contact = cattaneo_mindlin(HERTZ, FRICTION, force, STEEL.tangential)
+        breaks = [contact.stick_radius] if contact.stick_radius > 0.0 else []
+        energy = integral_over_disc(lambda r: contact.slip(r) * FRICTION * HERTZ.pressure(r), RADIUS, *breaks)
+        assert 4.0 * energy == pytest.approx(contact.work_per_cycle, rel=1e-7)
+        assert contact.slip(np.array([0.0, 0.5 * contact.stick_radius])).tolist() == [0.0, 0.0]
+
     def test_work_is_the_area_of_the_hysteresis_loop(self):
         def loop_width(force):
             return unloaded(force) + unloaded(-force)

@@ -69,6 +69,23 @@ def test_the_gap_is_that_of_the_worn_profile(worn):
     assert 0.0 <= lost.max() < 1e-3 * last.wear.depth.max()
 
 
+def test_the_surfaces_change_under_held_loads_and_keep_the_locked_shear(worn):
+    changes = [(before, state) for before, state in pairwise(worn[1]) if state.summary.jump > 1.0]
+    assert changes
+    for before, state in changes:
+        rows = before.summary, state.summary
+        for name in ("P", "Qx"):
+            assert getattr(rows[1], name) == pytest.approx(getattr(rows[0], name), rel=1e-6)
+        # a new profile, on which little slips, and that slip counts once
+        assert state.wear.profile.max() > before.wear.profile.max()
+        energy_of_a_cycle = (rows[1].work_total - rows[0].work_total) / rows[1].jump
+        assert rows[1].work < 0.05 * energy_of_a_cycle
+        stuck = (before.fields.zone == 1) & (state.fields.zone == 1)
+        assert stuck.any()
+        shear = [np.hypot(*one.fields.shear) for one in (before, state)]
+        np.testing.assert_allclose(shear[1][stuck], shear[0][stuck], atol=0.02 * shear[0].max())
+
+
 @pytest.mark.parametrize("step", [3, 6, 7, 11, 12, 14])
 def test_a_run_goes_on_with_the_same_bits(worn, step):
     case, states = worn
