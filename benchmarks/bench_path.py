@@ -30,6 +30,9 @@ CASES = Path(__file__).resolve().parent.parent / "cases"
 
 REPETITIONS = 5
 
+LEAST_IN_PARTS = 256
+"""Points per side of a grid that is large enough to be cut into parts (`fretsolve.kernels.on_grid`)."""
+
 LARGEST_OF_PATHS = 1024
 """Points per side up to which a whole path is measured; a larger one takes a quarter of an hour."""
 
@@ -117,9 +120,10 @@ def end_of(solved: Solved, increment: Increment) -> InitialState:
 
 @lru_cache
 def compile_kernels() -> None:
-    """Load the compiled kernels, so that no increment is charged with it."""
+    """Load the compiled kernels, of small grids and of large ones, so that no increment is charged with it."""
     for job in JOBS:
-        deque(islice(fretsolve.run(setup_of(job, 32)), 3), maxlen=0)
+        for points in (32, LEAST_IN_PARTS):
+            deque(islice(fretsolve.run(setup_of(job, points)), 3), maxlen=0)
 
 
 class PathCost:
