@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -161,11 +162,16 @@ def _corner_differences(corner: Function, x: DoubleArray, y: DoubleArray, dx: fl
 def _gauss(integrand: Function, x: DoubleArray, y: DoubleArray, dx: float, dy: float, points: int) -> DoubleArray:
     """Integrate over each cell by Gauss-Legendre quadrature with `points` nodes per side."""
     total = np.zeros((x.size, y.size))
-    nodes = zip(*np.polynomial.legendre.leggauss(points), strict=True)
-    for (node_x, weight_x), (node_y, weight_y) in product(nodes, repeat=2):
+    for (node_x, weight_x), (node_y, weight_y) in product(_nodes(points), repeat=2):
         weight = 0.25 * weight_x * weight_y * dx * dy
         total += weight * integrand(x[:, None] + 0.5 * dx * node_x, y[None, :] + 0.5 * dy * node_y)
     return total
+
+
+@cache
+def _nodes(points: int) -> list[tuple[float, float]]:
+    """Return the nodes of a Gauss-Legendre quadrature in -1..1 with their weights."""
+    return list(zip(*np.polynomial.legendre.leggauss(points), strict=True))
 
 
 def _cubed(u: DoubleArray, v: DoubleArray) -> DoubleArray:

@@ -34,6 +34,9 @@ MOST_STAGGERED_ITERATIONS = 200
 CONTRACTION = 0.02
 """Typical change of an iteration over that of the one before, by which the last iteration is foreseen (ST6)."""
 
+EXPECTED_SLIP = 0.1
+"""Scale of slips over the motion that the trend expects, before the first solve for the shear has found it."""
+
 EASIER = "loosen solver.tolerance, or take more increments"
 TOO_FEW_DIGITS = "the changes may be too small for solver.precision: single, take double; else "
 
@@ -84,7 +87,9 @@ class StaggeredIteration:
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
             gap_error, shear_is_solved = 0.0, True
             # ST3: N1 to N8 between these surfaces
-            if self._coupled or work.staggered_iterations or start.normal != increment.normal:
+            if self._is_pressed_already(increment, start, work):
+                work.gap_scale, gap_error = self._largest_uz(start), self._tolerance
+            elif self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
                     self._separation,
                     increment.normal,
@@ -186,7 +191,7 @@ class StaggeredIteration:
         np.subtract(uz, self._undeformed, out=uz, where=material)
         self._uz.fill(0.0)
         change = np.subtract(work.shear, start.shear, out=workspace.double)
-        allowed = self._target * float(np.max(uz, where=start.pressure > 0.0, initial=0.0))
+        allowed = self._target * self._largest_uz(start)
         from_shear = type(self.level.operator).normal_from_shear
         add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
 
@@ -205,6 +210,15 @@ class StaggeredIteration:
             self._deform(start, work)
             self._update_separation(work)
             work.change = FIRST_TOLERANCE
+
+    def _largest_uz(self, start: InitialState) -> float:
+        """Return the largest normal displacement (mm) in the contact of the start, which the normal solver holds."""
+        return float(np.max(self.level.normal.uz[0], where=start.pressure > 0.0, initial=0.0))
+
+    def _is_pressed_already(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
+        """Return whether the normal problem is solved at the start: with its gap, and nothing that presses changes."""
+        kept = self._first and start.gap is not None and start.normal == increment.normal
+        return kept and np.array_equal(work.pressure, start.pressure) and np.array_equal(work.shear, start.shear)
 
     def _known_pressure(self, start: InitialState, work: WorkingState) -> FloatArray | None:
         """Return the pressure (nx, ny) whose displacement the normal solver holds, None if it is to compute it."""
@@ -340,7 +354,8 @@ class StaggeredIteration:
             change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
             np.copyto(self._pressure, work.pressure)
             from_pressure = type(operator).tangential_from_pressure
-            allowed = self._kept_tolerance * self._last_slip_scale
+            expected = EXPECTED_SLIP * float(np.abs(work.rigid - start.rigid)[3:5].max())
+            allowed = self._kept_tolerance * (self._last_slip_scale or expected)
             add_displacement(operator, from_pressure, slip, change, workspace, allowed, -1.0)
         if work.staggered_iterations == 0 and (start.normal != increment.normal or not work.shear.any()):
             self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)

@@ -101,6 +101,7 @@ class TangentialSolver:
         """
         iterations, only_loads_missed, least, since_halved, largest_before = 0, 0, np.inf, 0, 0.0
         largest_limit = float(friction_limit.max()) or TINY
+        capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
         # TG1: zones and shear of the estimate
         np.copyto(self._slip, shear)
@@ -115,7 +116,7 @@ class TangentialSolver:
             excess = self._kernels.excess(shear, friction_limit) / largest_limit
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
             solved = (residual <= tolerance or largest <= rounding) and (
-                max(self._unbalance(control, friction_limit, shear), excess) <= tolerance
+                max(self._unbalance(control, capacity, shear), excess) <= tolerance
             )
             if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
@@ -234,11 +235,10 @@ class TangentialSolver:
         residual = np.maximum(in_stick / scale, in_slip / largest)  # keeps a NaN
         return float(residual), max(in_slip, in_stick), min(scale, largest)
 
-    def _unbalance(self, control: LoadControl, friction_limit: FloatArray, shear: FloatArray) -> float:
-        """Return the largest error of an imposed resultant over what friction can carry (a torque: times its arm)."""
+    def _unbalance(self, control: LoadControl, capacity: float, shear: FloatArray) -> float:
+        """Return the largest error of an imposed resultant over what friction can carry, N (a torque: its arm)."""
         if not control.forced_index:
             return 0.0
-        capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         return largest_error(self.modes.resultants(shear), control, capacity, self.modes.arms[3:])
 
     def _prepare_cg(self, control: LoadControl, largest: float) -> None:
