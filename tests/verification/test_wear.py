@@ -24,12 +24,12 @@ CHECKERBOARD = 0.580693
 """Least eigenvalue of the normal compliance of square cells, over dx/E*."""
 
 
-def sphere(points: int, size: float, friction: Any, stages: list[Any]) -> Case:
+def sphere(points: int, size: float | None, friction: Any, stages: list[Any]) -> Case:
     return Case.model_validate(
         {
             "bodies": ["rigid", {"young_modulus": MODULUS, "poisson_ratio": 0.0}],
             "surface": {"sphere": {"radius": RADIUS}},
-            "grid": {"points": points, "size": size * A0},
+            "grid": {"points": points, "size": "auto" if size is None else size * A0},
             "coupling": "none",
             "friction": friction,
             "wear": {"law": "energy", "alpha": ALPHA},
@@ -43,8 +43,10 @@ def cycle(name: str, most: float, cycles: float, jump: float | str = "auto") -> 
     return {"cycle": {"represents": round(cycles), "jump": jump, "stages": stages}}
 
 
-def partial_slip(held: str, time: float, points: int, jumps: int = 0, size: float = 2.7) -> list[State]:
-    mu, c = 0.2, 0.5
+def partial_slip(
+    held: str, time: float, points: int, jumps: int = 0, size: float | None = 2.7, c: float = 0.5
+) -> list[State]:
+    mu = 0.2
     cycles = round(time / (4.0 * ALPHA * mu**2 * MODULUS * A0 / RADIUS))
     name, most = ("Qx", mu * P0 * (1.0 - c**3)) if held == "P" else ("delta_x", mu * D0 * (1.0 - c**2))
     press = {"P": P0} if held == "P" else {"delta_z": D0}
@@ -101,6 +103,16 @@ def test_wear_ends_at_the_worn_limit(held, size, points):
     c = brentq(lambda c: WornLimit(c, last.delta_z, RADIUS, MODULUS).load - last.P, 0.3 * A0, 0.8 * A0)
     assert c == pytest.approx(0.5 * A0, abs=0.25 * size * A0 / points)
     assert last.wear_volume == pytest.approx(WornLimit(c, last.delta_z, RADIUS, MODULUS).volume, rel=5e-3)
+
+
+@pytest.mark.parametrize(("time", "radius"), [(10.0, 1.76), (30.0, 2.48)])
+def test_automatic_size_holds_the_scar_around_a_small_stick_zone(time, radius):
+    """The less sticks, the faster wear grows: at c = a0/5 the volume is four times that at the first rate."""
+    last = partial_slip("P", time, 32, 15, None, 0.2)[-1]
+    cell_area = last.summary.wear_volume / float(last.fields.wear_depth.sum())
+    half_side = 0.5 * 32 * math.sqrt(cell_area)
+    assert last.summary.contact_radius / A0 == pytest.approx(radius, rel=0.05)
+    assert half_side > 1.1 * radius * A0
 
 
 def test_the_error_falls_with_the_second_power_of_the_jump():
