@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from line_cases import line_case
 
 from fretsolve import run
 from fretsolve.case.models import Case
@@ -15,6 +16,13 @@ from fretsolve.wear.progress import SolvedCycle, Worn
 from fretsolve.wear.settling import MOST_LOOKS, excess, excess_per_cycle, is_settled, require_periodic
 
 STEEL, ALUMINIUM = ({"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 70e3, "poisson_ratio": 0.2})
+
+WITH_THE_FORCE = [{"P": 300.0, "Qx": -40.0, "increments": 3}, {"P": 400.0, "Qx": 60.0, "increments": 3}]
+ALTERNATING = [{"Qx": -20.0, "increments": 2}, {"Qx": 20.0, "increments": 2}]
+
+
+def _represents(cycles: int, stages: list[dict[str, Any]]) -> dict[str, Any]:
+    return {"cycle": {"represents": cycles, "tolerance": 0.01, "stages": stages}}
 
 
 def cycles_of(*energies: float, jumps: dict[int, float]) -> list[SolvedCycle]:
@@ -124,6 +132,35 @@ def test_the_error_of_unlike_bodies_is_within_its_estimate_and_the_tolerance(fri
     assert abs(last.wear_volume - volume) < last.wear_error < 0.01 * last.wear_volume
     given = rows_of(ALUMINIUM, 2000.0, friction, force)[-1]
     assert abs(given.wear_volume - volume) < given.wear_error
+
+
+def test_the_error_is_within_its_estimate_where_the_load_oscillates_with_the_force():
+    case = Case.model_validate(
+        {
+            "bodies": [STEEL, ALUMINIUM],
+            "surface": {"sphere": {"radius": 10.0}},
+            "grid": {"points": 20, "size": 0.9},
+            "friction": 0.3,
+            "wear": {"law": "energy", "alpha": 1e-7},
+            "load_path": [{"P": 400.0}, {"Qx": 60.0, "increments": 2}, _represents(20000, WITH_THE_FORCE)],
+        }
+    )
+    last = [state.summary for state in run(case)][-1]
+    # 100 jumps of 200 cycles
+    assert abs(last.wear_volume - 2.2715e-5) < last.wear_error < 0.01 * last.wear_volume
+
+
+def test_the_error_of_unlike_bodies_in_a_line_contact_is_within_its_estimate():
+    case = line_case(
+        bodies=[STEEL, ALUMINIUM],
+        grid={"points": 64, "size": 0.4},
+        friction=0.3,
+        wear={"law": "energy", "alpha": 1e-7},
+        load_path=[{"P": 100.0}, {"Qx": 20.0, "increments": 2}, _represents(20000, ALTERNATING)],
+    )
+    last = [state.summary for state in run(case)][-1]
+    # 100 jumps of 200 cycles
+    assert abs(last.wear_volume - 3.1642e-6) < last.wear_error < 0.01 * last.wear_volume
 
 
 def test_like_bodies_pay_for_one_look():
