@@ -105,7 +105,8 @@ class Expression:
                 parts = args
             case _:
                 what = shown(ast.unparse(node))
-                raise QuantityError(f"{shown(self.text)}: {what} is not allowed; numbers, + - * / ** < > and {allowed}")
+                needed = f"numbers, + - * / ** < > and {allowed} are"
+                raise QuantityError(f"{shown(self.text)}: {what} is not allowed; {needed}")
         for part in parts:
             self._require_known(part)
 

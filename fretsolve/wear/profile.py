@@ -19,6 +19,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.model.load_control import LoadControl
@@ -79,7 +81,8 @@ def wear_over_jump(level: GridLevel, problem: ProfileProblem, compliance: Double
 def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray, parts: int) -> DoubleArray:
     """Return the depth that is worn over a jump in some equal parts."""
     solver = NormalSolver(CompliantOperator(level.operator, SHARE / parts * compliance), level.grid)
-    pressure, separation = problem.pressure, problem.separation
+    # The depth is summed up by itself: where there is no material, past the edge of a punch, the separation is infinite.
+    pressure, depth = problem.pressure, np.zeros_like(problem.pressure)
 
     def pressed(between: DoubleArray, estimate: DoubleArray) -> DoubleArray:
         found = estimate.copy()
@@ -94,8 +97,8 @@ def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray
         return found
 
     for _ in range(parts):
-        first = pressed(separation, pressure)
-        half = separation + (1.0 - SHARE) / parts * compliance * first
-        pressure = pressed(half, first)
-        separation = half + SHARE / parts * compliance * pressure
-    return separation - problem.separation
+        first = pressed(problem.separation + depth, pressure)
+        depth += (1.0 - SHARE) / parts * compliance * first
+        pressure = pressed(problem.separation + depth, first)
+        depth += SHARE / parts * compliance * pressure
+    return depth

@@ -131,6 +131,14 @@ def _ends_of_cycles(stages: Sequence[Stage]) -> Iterator[_End]:
             yield _End(cycle.key, before, after, pressed_at)
 
 
+def _as_written(name: str, value: str) -> str:
+    """Return a load component with its value as a stage of the case file has it."""
+    if not name.startswith("bulk_"):
+        return f"{name}: {value}"
+    body, component = name.rsplit("_", 1)
+    return f"{body}: {{{component}: {value}}}"
+
+
 def _open_cycles(
     ends: Iterable[_End], friction: float | None, dimensions: Mapping[str, Dimension]
 ) -> Iterator[tuple[KeyPath, str]]:
@@ -145,6 +153,6 @@ def _open_cycles(
                 yield (
                     key,
                     f"a cycle that represents others has to close, but {name} {stands} and {end:g}{unit} at its end;"
-                    f" a stage {{{name}: {end:g}{unit}}} before it would do",
+                    f" a stage {{{_as_written(name, f'{end:g}{unit}')}}} before it would do",
                 )
                 break

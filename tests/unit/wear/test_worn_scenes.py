@@ -76,6 +76,20 @@ def test_a_map_of_heights_wears_as_the_shape_that_it_gives(tmp_path: Path) -> No
     np.testing.assert_allclose(last.fields.wear_depth, sphere.fields.wear_depth, atol=1e-11)
 
 
+def test_a_sharp_punch_wears_though_nothing_stands_beside_it() -> None:
+    # Its shear has the shape of its pressure, so that it slips everywhere or nowhere (Cattaneo 1938).
+    stuck, sliding = (
+        wear(most, surface={"punch": {"radius": 0.2}}, grid={"points": CELLS, "size": 0.5})
+        for most in ({"Qx": 30.0}, {"delta_x": 0.005})
+    )
+    assert stuck.summary.wear_volume == pytest.approx(0.0, abs=1e-12 * sliding.summary.wear_volume)
+    depth = sliding.fields.wear_depth
+    worn = depth > 0.0
+    assert worn.sum() == sliding.summary.contact_cells > 0
+    assert depth[worn].min() > 0.1 * depth.max()
+    assert not worn[0].any() and not worn[:, 0].any()
+
+
 def test_bulk_stress_wears_one_side_more() -> None:
     last = wear({"Qx": 24.0, "bulk_2": {"xx": 142.281, "yy": 29.780}})
     depth, half = last.fields.wear_depth, CELLS // 2

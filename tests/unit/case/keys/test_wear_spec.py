@@ -127,7 +127,8 @@ def test_mistakes_of_the_law(tmp_path, wear, message):
         ),
         (
             "{represents: 10, stages: [{bulk_2: {xx: 70}}]}",
-            ": a cycle that represents others has to close, but bulk_2_xx is 0 MPa before it and 70 MPa at its end",
+            ": a cycle that represents others has to close, but bulk_2_xx is 0 MPa before it and 70 MPa at its end;"
+            " a stage {bulk_2: {xx: 70 MPa}} before it would do",
         ),
         (
             "{represents: 10, stages: [{Qx: -36 N}, {Qx: 36 N, friction: 0.2}]}",
