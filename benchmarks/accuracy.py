@@ -1,6 +1,6 @@
 """Whether an accuracy that is asked for is met: by the run's own error bars, and by the true error; and what it costs.
 
-    python benchmarks/accuracy.py --processes 2 # all cases, about an hour on one core
+    python benchmarks/accuracy.py --processes 2 # all cases, an hour and a half on one core
     python benchmarks/accuracy.py Mindlin II    # those whose names begin so
     python benchmarks/accuracy.py --into docs/accuracy.md    # also writes data/accuracy.csv beside it
 
