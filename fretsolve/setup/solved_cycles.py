@@ -58,8 +58,8 @@ def _expected(setup: ProblemSetup, most: dict[object, int]) -> dict[object, floa
 def _automatic(cycle: WornCycle) -> float:
     """Return about how many cycles are solved where the tolerance sets the jumps."""
     deepest = DEEPEST * cycle.depth_per_cycle * cycle.jumps.represents
-    if cycle.limit is not None and cycle.volume_at_first_rate > 0.0:
-        deepest *= min(1.0, cycle.limit.volume / cycle.volume_at_first_rate)
+    if (limit := cycle.likely_limit) is not None and cycle.volume_at_first_rate > 0.0:
+        deepest *= min(1.0, limit.volume / cycle.volume_at_first_rate)
     largest = cycle.jumps.max_depth or MOST_DEPTH * cycle.hertz.delta_z
     growing = math.log(MOST_DEPTH / FIRST_DEPTH) / math.log(MOST_GROWTH)
     jumps = min(growing, deepest / (FIRST_DEPTH * cycle.hertz.delta_z)) + deepest / largest

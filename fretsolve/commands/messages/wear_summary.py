@@ -72,6 +72,8 @@ def _partial_slip_lines(cycle: WornCycle) -> Iterator[str]:
         f"partial slip outside of c = {cycle.slip.stick_radius:.4g} mm; all cycles at that rate would wear"
         f" {cycle.volume_at_first_rate:.4g} mm^3 (T = {cycle.time:.3g})"
     )
+    if cycle.coupled:
+        yield "these are of like bodies: between unlike ones no closed form holds, and the stick zone may change"
     if (limit := cycle.limit) is not None:
         kept = f"delta_z = {in_small_unit(limit.delta_z, 4)}" if cycle.load_kept else f"P = {limit.load:.4g} N"
         yield (

@@ -45,7 +45,7 @@ class WornCycle:
     key: where it stands in the case file; stages: its first and last stage in the first repetition (from 1); hertz:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
     or of the displacement (mm), about mean; forced: whether it is that of the force; load_kept: whether P is imposed,
-    else the approach is.
+    else the approach is; coupled: whether pressure and shear change each other, which no closed form here includes.
     """
 
     key: KeyPath
@@ -60,6 +60,7 @@ class WornCycle:
     mean: float
     forced: bool
     load_kept: bool
+    coupled: bool = False
 
     @cached_property
     def slides(self) -> bool:
@@ -113,13 +114,22 @@ class WornCycle:
     @cached_property
     def limit(self) -> WornLimit | None:
         """The worn limit of partial slip about no mean; None where no closed form gives it."""
-        if self.slides or self.mean or self.forced != self.load_kept:
+        if self.slides or self.mean or self.coupled or self.forced != self.load_kept:
             return None
         radius = self.hertz.radii[0]
         if self.forced:
             return worn_limit_at_force(self.hertz.load, self.amplitude, self.friction, radius, self.contact_modulus)
         numbers = self.amplitude, self.friction, radius, self.contact_modulus, self.compliance
         return worn_limit_at_displacement(self.hertz.delta_z, *numbers)
+
+    @cached_property
+    def likely_limit(self) -> WornLimit | None:
+        """The worn limit of partial slip; where no closed form gives it, that of like bodies under P, as an estimate.
+        None of gross slip."""
+        if self.slides or self.limit is not None:
+            return self.limit
+        force, radius = abs(self.slip.shear_force), self.hertz.radii[0]
+        return worn_limit_at_force(self.hertz.load, force, self.friction, radius, self.contact_modulus)
 
     @cached_property
     def scar(self) -> WornByGrossSlip | None:
@@ -135,12 +145,10 @@ class WornCycle:
 
         It is (a0^4 + 4 R V/pi)^(1/4), or that of the worn limit. A ring may be up to a tenth wider.
         """
-        if self.slides:
+        if (end := self.likely_limit) is None:
             return _radius_with(self.hertz, self.volume_at_first_rate)
         growth = max(GROWTH_OF_RATE, math.sqrt(1.0 + self.time))
         reached = _radius_with(self.hertz, growth * self.volume_at_first_rate)
-        force, radius = abs(self.slip.shear_force), self.hertz.radii[0]
-        end = self.limit or worn_limit_at_force(self.hertz.load, force, self.friction, radius, self.contact_modulus)
         return min(reached, end.scar_radius)
 
     @property
@@ -237,6 +245,7 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         mean=0.5 * (most + least),
         forced=name[0] == "Q",
         load_kept="P" in loads[-1],
+        coupled=model.coupled,
     )
 
 

@@ -123,6 +123,18 @@ def test_lines_of_partial_slip():
     assert left_out.startswith("left out: debris between the surfaces, oxidation, plastic flow, the motion of worn")
 
 
+def test_unlike_bodies_have_no_worn_limit():
+    """Popov's closed form asks for equal elastic constants; the scar of like bodies is the estimate for the grid."""
+    like, unlike = (worn("Qx", 36.0, 1e9, **parts) for parts in ({}, {"bodies": DISSIMILAR}))
+    (cycle,) = worn_cycles(unlike.closed_forms)
+    assert cycle.coupled and cycle.limit is None
+    lines = list(wear_lines(unlike))
+    assert not any("worn limit" in line or "Popov" in line for line in lines)
+    assert "these are of like bodies: between unlike ones no closed form holds, and the stick zone may change" in lines
+    assert any("worn limit" in line for line in wear_lines(like))
+    assert unlike.grid.size[0] == pytest.approx(1.571002 * 2.4 * cycle.hertz.contact_radius, rel=1e-6)
+
+
 def test_lines_of_gross_slip():
     wear = {"law": "archard", "k": 1e-8, "share": [0.2, 0.8]}
     head, stands, _, gross, scar, *_ = wear_lines(worn("delta_x", 10e-3, 1e4, wear=wear))
