@@ -59,7 +59,24 @@ def test_show_has_the_changes_of_the_surfaces(worn: Path, result: Result) -> Non
     assert cycles in shown
     assert cycles.startswith("10000 cycles, for which ")
     assert f"{result.history['wear_volume'][-1]:.5g}" in cycles
+    first, last = (result.history["stick_area"][step - 1] for step in _first_and_last_change(result))
+    text = f"stick area at the end of the first solved cycle {first:.4g}, of the last one {last:.4g} mm^2"
+    assert stick == f"{text} ({100.0 * (last / first - 1.0):+.2g} %)"
+
+
+def _first_and_last_change(result: Result) -> tuple[int, int]:
+    changes = np.flatnonzero(result.history["jump"] > 0.0)
+    return int(changes[0]), int(changes[-1])
+
+
+def test_show_says_that_the_stick_area_of_unlike_bodies_has_no_error_estimate(tmp_path: Path) -> None:
+    path = write_case(tmp_path, WORN.replace("points: 24", "points: 16"))
+    unlike = "bodies.1.young_modulus=70 GPa"
+    assert invoke("run", path, "-q", "--set", unlike).exit_code == 0
+    with open_result(path.with_suffix(".h5")) as result:
+        _, stick = wear_totals(result)
     assert stick.startswith("stick area at the end of the first solved cycle 0.0")
+    assert stick.endswith(" %); its error is not estimated: compare a smaller tolerance")
 
 
 def test_columns_of_wear_in_all_formats(worn: Path, tmp_path: Path) -> None:
