@@ -31,6 +31,7 @@ from fretsolve.setup.cost_estimate import expected_increments
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.setup.warnings.resolution import warning_of_result
+from fretsolve.setup.warnings.wear import warning_of_slip
 from fretsolve.system.progress import json_line, key_value_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30
@@ -88,8 +89,10 @@ class QuietMessages:
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
             from fretsolve.export.wear_report import warning_of_wear  # few cases have wear
 
-            if (text := warning_of_wear(result, {one for one in jumps if one is not None})) is not None:
-                self.warn(text)
+            by_jumps = warning_of_wear(result, {one for one in jumps if one is not None})
+            for text in (by_jumps, warning_of_slip(self.setup, result.history)):
+                if text is not None:
+                    self.warn(text)
         if "spots" in result.history:
             from fretsolve.export.spots import spot_warnings  # few results have several
 

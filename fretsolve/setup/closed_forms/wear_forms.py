@@ -30,9 +30,6 @@ EXPLICIT_LIMIT = 1.161
 """Depth of a jump over p dx/E* from which an explicit update of the profile is unstable: 2 lam/(dx/E*), lam being the
 least eigenvalue of the normal compliance of square cells."""
 
-SLIP_PER_RADIUS = 0.1
-"""Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
-
 GROWTH_OF_RATE = 2.5
 """Least factor on the volume at the first rate of partial slip, for the size of the grid: with it, and with sqrt(1 + T)
 from T = 5 on, the scar fits in. At c = 0.2 a0 volumes are 1.7, 2.6 and 4.1 times that at T = 3, 10 and 30."""

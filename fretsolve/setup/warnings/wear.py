@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
 from fretsolve.setup.contact_size import AREA_MARGIN, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.system.arrays import DoubleArray
+
+LONG_SLIP = "wear: half a cycle slips"
+
+SLIP_PER_RADIUS = 0.1
+"""Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
 
 
 def about_wear(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
     if setup.case.wear is None:
         return
-    from fretsolve.setup.closed_forms.wear_forms import SLIP_PER_RADIUS, worn_cycles  # few cases have wear
+    from fretsolve.setup.closed_forms.wear_forms import worn_cycles  # few cases have wear
 
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
         yield (
@@ -23,12 +33,8 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         return
     cycles, grid = worn_cycles(setup.closed_forms), setup.grid
     for cycle in cycles:
-        if cycle.sliding_distance > SLIP_PER_RADIUS * cycle.hertz.contact_radius:
-            yield (
-                f"wear: half a cycle slips {cycle.sliding_distance:.3g} mm,"
-                f" {percent(cycle.sliding_distance / cycle.hertz.contact_radius)} of the contact radius, but worn"
-                f" profiles keep their places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
-            )
+        if (text := _long_slip(cycle.sliding_distance, cycle.hertz.contact_radius)) is not None:
+            yield text
             break
     if setup.case.grid.size is None:
         if not cycles:
@@ -40,3 +46,34 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
             f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"
         )
+
+
+def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) -> str | None:
+    """Warn if solved cycles slip too far for the contact, where no closed form could warn before the run.
+
+    The slip of a stage is the mean over its friction limit: the dissipated energy over the least that friction carries.
+    """
+    stages = setup.case.stages()
+    wearing = [place + 1 for place, one in enumerate(stages) if one.cycle is not None and one.cycle.jumps is not None]
+    if not wearing or any(text.startswith(LONG_SLIP) for text in about_wear(setup)):
+        return None
+    stage = history["stage"]
+    starts = np.flatnonzero(np.diff(stage, prepend=0))
+    carried = np.minimum(setup.model.friction * history["P"], history["max_shear"] * history["contact_area"])
+    limit, radius = (np.maximum.reduceat(column, starts) for column in (carried, history["contact_radius"]))
+    cycles = np.isin(stage[starts], wearing) & (limit > 0.0)
+    slip: DoubleArray = np.add.reduceat(history["work"], starts)[cycles] / limit[cycles]
+    if not len(slip):
+        return None
+    longest = int(np.argmax(slip / radius[cycles]))
+    return _long_slip(float(slip[longest]), float(radius[cycles][longest]))
+
+
+def _long_slip(slip: float, radius: float) -> str | None:
+    """Return the warning of a half cycle's slip (mm) that is long for a contact of some radius; None if it is not."""
+    if slip <= SLIP_PER_RADIUS * radius:
+        return None
+    return (
+        f"{LONG_SLIP} {slip:.3g} mm, {percent(slip / radius)} of the contact radius, but worn profiles keep their"
+        f" places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
+    )

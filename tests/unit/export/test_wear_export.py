@@ -11,13 +11,17 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke, refused
+from line_cases import LINE
 from small_cases import CASE, WORN, write_case
 from solving import build
 
+from fretsolve.case.loading import load_case
 from fretsolve.export.deformed_surfaces import DeformedSurfaces
 from fretsolve.export.wear_report import rows_of_wear, wear_totals
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.setup.warnings.wear import warning_of_slip
 from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
 ALPHA = 1e-7
@@ -196,11 +200,44 @@ def test_jumps_beyond_the_tolerance_are_warned_of(tmp_path: Path) -> None:
     assert "wear_error" not in invoke("run", path, "-q", "--overwrite").stderr
 
 
+@pytest.mark.parametrize(
+    ("surface", "told"),
+    [("ellipsoid: {radius_x: 10 mm, radius_y: 12 mm}", "slips 0.0583 mm, 19 %"), ("sphere: {radius: 10 mm}", "19 %")],
+)
+def test_long_slip_is_warned_of_once_whatever_the_surface(surface: str, told: str, tmp_path: Path) -> None:
+    """Closed forms tell of a sphere before the run, the dissipated energy of another surface after it."""
+    text = CASE.partition("load_path:")[0].replace("sphere: {radius: 10 mm}", surface) + (
+        "wear: {law: energy, alpha: 1e-4 mm^3/J}\nload_path: [{P: 400 N}, {delta_x: 30 um, increments: 1}, {cycle:"
+        " {represents: 4, jump: 2, stages: [{delta_x: -30 um, increments: 1}, {delta_x: 30 um, increments: 1}]}}]\n"
+    )
+    path = write_case(tmp_path, text.replace("points: 16", "points: 16, size: 1.2 mm"))
+    done = invoke("run", path, "-q")
+    assert done.exit_code == 0, done.output
+    assert done.stderr.count("wear: half a cycle slips") == 1
+    assert told in done.stderr
+    short = path.read_text().replace("30 um", "15 um")
+    assert "slips" not in invoke("run", write_case(tmp_path, short, "short.yaml"), "-q").stderr
+
+
+def test_slip_of_a_line_contact_is_that_of_its_energy(tmp_path: Path) -> None:
+    text = LINE.partition("load_path:")[0] + (
+        "wear: {law: energy, alpha: 1e-4 mm^3/J}\nload_path: [{P: 100 N/mm}, {Qx: 20 N/mm}, {cycle:"
+        " {represents: 10, stages: [{Qx: -20 N/mm}, {Qx: 20 N/mm}]}}]\n"
+    )
+    setup = set_up(load_case(write_case(tmp_path, text)))
+    history = {"stage": [1, 2, 3, 3, 4], "P": [100.0] * 5, "work": [0.0, 9.0, 0.3, 0.4, 0.5]}
+    history |= {"max_shear": [0.0, *[200.0] * 4], "contact_area": [0.3] * 5, "contact_radius": [0.15] * 5}
+    columns = {name: np.array(values) for name, values in history.items()}
+    # 0.7 mJ/mm over 30 N/mm; what is not of the cycle does not count
+    assert "half a cycle slips 0.0233 mm, 16 % of the contact radius" in str(warning_of_slip(setup, columns))
+    columns["work"] *= 0.5
+    assert warning_of_slip(setup, columns) is None
+    assert warning_of_slip(setup, {name: column[:0] for name, column in columns.items()}) is None
+
+
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
-    from fretsolve.case.loading import load_case
     from fretsolve.commands.messages.run_messages import TextMessages
     from fretsolve.setup.cost_estimate import expected_increments
-    from fretsolve.setup.problem_setup import set_up
 
     setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
     expected = expected_increments(setup)
