@@ -14,11 +14,11 @@ from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
 from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
+from fretsolve.increment.sheared_surfaces import ShearedSurfaces
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
-from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.rigid_modes import largest_error
@@ -50,14 +50,13 @@ class StaggeredIteration:
         self.level, self.model, self.max_iterations, self._tolerance = level, model, max_iterations, tolerance
         self._undeformed = separation
         self._coupled = model.terms.normal_tangential_coupling and model.has_shear
-        self._separation = np.array(separation) if self._coupled else separation
-        self._acceleration: AndersonAcceleration | None = None
         self._first = True
         shape = level.grid.shape
         if model.has_shear:
             self._elastic_slip, self._friction_limit = np.zeros((2, *shape)), np.zeros(shape)
+        self._surfaces: ShearedSurfaces | None = None
         if self._coupled:
-            self._uz, self._pressure, self._shear = np.zeros((1, *shape)), np.zeros(shape), np.zeros((2, *shape))
+            self._surfaces, self._pressure = ShearedSurfaces(level, separation), np.zeros(shape)
 
     def run(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> None:
         """Iterate until pressure and shear change each other by less than `target` and both are solved to it.
@@ -88,10 +87,11 @@ class StaggeredIteration:
             gap_error, shear_is_solved = 0.0, True
             # ST3: N1 to N8 between these surfaces
             if self._is_pressed_already(increment, start, work):
-                work.gap_scale, gap_error = self._largest_uz(start), self._tolerance
+                assert self._surfaces is not None  # only coupled increments start with a gap
+                work.gap_scale, gap_error = self._surfaces.largest_uz(start), self._tolerance
             elif self._coupled or work.staggered_iterations or start.normal != increment.normal:
                 found = self.level.normal.solve(
-                    self._separation,
+                    self._undeformed if self._surfaces is None else self._surfaces.separation,
                     increment.normal,
                     work.pressure,
                     tolerance,
@@ -137,10 +137,8 @@ class StaggeredIteration:
             if work.staggered_iterations == ENOUGH_ITERATIONS:
                 if solved_together():
                     return
-                if self._coupled:  # the attempt has used the arrays of the displacements
-                    self._acceleration = None
-                    self.level.operator.normal_from_shear(work.shear, self._uz[0])
-                    self._update_separation(work)
+                if self._surfaces is not None:
+                    self._surfaces.begin_again(work, self._friction_limit)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
 
@@ -175,29 +173,9 @@ class StaggeredIteration:
         unbalance = largest_error(modes.resultants(work.shear), control, capacity, modes.arms[3:])
         return unbalance <= self._tolerance
 
-    def _deform(self, start: InitialState, work: WorkingState) -> None:
-        """Compute `_uz`, the displacement that the shear in `work` causes.
-
-        Where the start has a gap, it tells the displacement by both tractions (T1). That goes to the normal solver as
-        the pressure's, and `_uz` is that of the change of the shear: two applications in double precision less.
-        """
-        if start.gap is None:
-            self.level.operator.normal_from_shear(work.shear, self._uz[0])
-            return
-        solver, material = self.level.normal, np.isfinite(self._undeformed)
-        uz, workspace = solver.uz[0], self.level.tangential.workspace
-        solver.modes.displacement(start.rigid[:3], uz)
-        np.add(uz, start.gap, out=uz, where=material)
-        np.subtract(uz, self._undeformed, out=uz, where=material)
-        self._uz.fill(0.0)
-        change = np.subtract(work.shear, start.shear, out=workspace.double)
-        allowed = self._target * self._largest_uz(start)
-        from_shear = type(self.level.operator).normal_from_shear
-        add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
-
     def _begin(self, start: InitialState, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
-        self._acceleration, self._target, self._last_slip_scale, self._first = None, target, 0.0, True
+        self._target, self._last_slip_scale, self._first = target, 0.0, True
         work.gap_scale = 0.0
         if self.model.has_shear:
             limit = self._friction.limit(work.pressure, out=self._friction_limit)
@@ -205,15 +183,10 @@ class StaggeredIteration:
             if work.slipping is not None:
                 slipping |= work.slipping
             self.level.tangential.slipping[:], work.slipping = slipping, None
-        if self._coupled:
+        if self._surfaces is not None:
             np.copyto(self._pressure, work.pressure)
-            self._deform(start, work)
-            self._update_separation(work)
+            self._surfaces.begin(start, work, target, self._friction_limit)  # ST4 computes the friction limit anew
             work.change = FIRST_TOLERANCE
-
-    def _largest_uz(self, start: InitialState) -> float:
-        """Return the largest normal displacement (mm) in the contact of the start, which the normal solver holds."""
-        return float(np.max(self.level.normal.uz[0], where=start.pressure > 0.0, initial=0.0))
 
     def _is_pressed_already(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether the normal problem is solved at the start: with its gap, and nothing that presses changes."""
@@ -231,41 +204,17 @@ class StaggeredIteration:
         self._first = work.slip_is_known = False
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
-        if self._coupled:
-            workspace = self.level.tangential.workspace
-            change = np.subtract(work.shear, self._shear, out=workspace.double)
-            allowed = self._kept_tolerance * work.gap_scale
-            from_shear = type(self.level.operator).normal_from_shear
-            add_displacement(self.level.operator, from_shear, self._uz, change, workspace, allowed)
-            work.change = self._update_separation(work)
+        if self._surfaces is None:
+            return
+        work.change = self._surfaces.follow(work, self._kept_tolerance * work.gap_scale, self._friction_limit)
         # from the second iteration on, as at first the zones still move
-        if self._acceleration is None and work.staggered_iterations > 1 and work.change > 0.1 * before:
-            self._acceleration = AndersonAcceleration()
-
-    def _update_separation(self, work: WorkingState) -> float:
-        """Deform the surfaces by `_uz`, the displacement that the shear causes, accelerated if that has begun.
-
-        Returns the largest change of the separation in the contact, over the scale of gaps.
-        """
-        np.copyto(self._shear, work.shear)
-        image, separation = self._friction_limit, self._separation  # borrowed: ST4 computes the friction limit anew
-        np.add(self._undeformed, self._uz[0], out=image)
-        contact = work.pressure > 0.0
-        if not contact.any():
-            contact = np.isfinite(separation)
-        change: float = self.level.operator.kernels.normal.largest_change(separation, image, contact)
-        if self._acceleration is not None:
-            material = np.isfinite(image)
-            image[material] = self._acceleration.next(
-                separation[material], image[material], contact[material].astype(np.float64)
-            )
-        separation[:] = image
-        return change / (work.gap_scale or 1.0)
+        if work.staggered_iterations > 1 and work.change > 0.1 * before:
+            self._surfaces.accelerate()
 
     @property
     def _kept_tolerance(self) -> float:
         """Tolerance that limits the rounding of reused displacements; 0 with acceleration, which would magnify it."""
-        return 0.0 if self._acceleration is not None else self._target
+        return 0.0 if self._surfaces is not None and self._surfaces.accelerated else self._target
 
     def _accept_pressure(self, found: SolverResult, work: WorkingState, tolerance: float) -> None:
         """Write the result of the normal problem into `work`, or raise an error if it is not solved."""

@@ -1,0 +1,95 @@
+"""The surfaces that the shear traction deforms, between which the normal problem is solved (ST1, ST7)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.elastic.incremental_update import add_displacement
+from fretsolve.increment.grid_hierarchy import GridLevel
+from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.solvers.anderson import AndersonAcceleration
+from fretsolve.system.arrays import FloatArray
+
+
+class ShearedSurfaces:
+    """The separation of surfaces that shear deforms.
+
+    undeformed: separation without shear and pressure, (nx, ny), on the grid of `level`. Methods that take a `borrowed`
+    array (nx, ny) overwrite it.
+    """
+
+    def __init__(self, level: GridLevel, undeformed: FloatArray):
+        self._level, self._undeformed = level, undeformed
+        self.separation = np.array(undeformed)
+        self._uz, self._shear = np.zeros((1, *undeformed.shape)), np.zeros((2, *undeformed.shape))
+        self._acceleration: AndersonAcceleration | None = None
+
+    @property
+    def accelerated(self) -> bool:
+        """Whether the separation is extrapolated from the last iterations, which would magnify rounding."""
+        return self._acceleration is not None
+
+    def begin(self, start: InitialState, work: WorkingState, target: float, borrowed: FloatArray) -> None:
+        """Deform the surfaces by the shear in `work`. target: error of the gap over its scale.
+
+        Where the start has a gap, it tells the displacement by both tractions (T1). That goes to the normal solver as
+        the pressure's, and `_uz` is that of the change of the shear: two applications in double precision less.
+        """
+        self._acceleration = None
+        if start.gap is None:
+            self._level.operator.normal_from_shear(work.shear, self._uz[0])
+        else:
+            solver, material = self._level.normal, np.isfinite(self._undeformed)
+            uz = solver.uz[0]
+            solver.modes.displacement(start.rigid[:3], uz)
+            np.add(uz, start.gap, out=uz, where=material)
+            np.subtract(uz, self._undeformed, out=uz, where=material)
+            self._uz.fill(0.0)
+            self._add_displacement(work.shear, start.shear, target * self.largest_uz(start))
+        self._update(work, borrowed)
+
+    def begin_again(self, work: WorkingState, borrowed: FloatArray) -> None:
+        """Deform the surfaces anew, without acceleration, after others have used the arrays of displacements."""
+        self._acceleration = None
+        self._level.operator.normal_from_shear(work.shear, self._uz[0])
+        self._update(work, borrowed)
+
+    def follow(self, work: WorkingState, allowed: float, borrowed: FloatArray) -> float:
+        """Deform the surfaces by the new shear; allowed: error of its displacement (mm).
+
+        Returns the largest change of the separation in the contact, over the scale of gaps.
+        """
+        self._add_displacement(work.shear, self._shear, allowed)
+        return self._update(work, borrowed)
+
+    def accelerate(self) -> None:
+        """Extrapolate the separation from now on."""
+        if self._acceleration is None:
+            self._acceleration = AndersonAcceleration()
+
+    def largest_uz(self, start: InitialState) -> float:
+        """Return the largest normal displacement (mm) in the contact of the start, which the normal solver holds."""
+        return float(np.max(self._level.normal.uz[0], where=start.pressure > 0.0, initial=0.0))
+
+    def _add_displacement(self, shear: FloatArray, before: FloatArray, allowed: float) -> None:
+        """Add to `_uz` the displacement that the change of the shear causes."""
+        workspace, operator = self._level.tangential.workspace, self._level.operator
+        change = np.subtract(shear, before, out=workspace.double)
+        add_displacement(operator, type(operator).normal_from_shear, self._uz, change, workspace, allowed)
+
+    def _update(self, work: WorkingState, image: FloatArray) -> float:
+        """Take up `_uz` in the separation, extrapolated where that has begun. Returns as `follow`."""
+        np.copyto(self._shear, work.shear)
+        separation = self.separation
+        np.add(self._undeformed, self._uz[0], out=image)
+        contact = work.pressure > 0.0
+        if not contact.any():
+            contact = np.isfinite(separation)
+        change: float = self._level.operator.kernels.normal.largest_change(separation, image, contact)
+        if self._acceleration is not None:
+            material = np.isfinite(image)
+            image[material] = self._acceleration.next(
+                separation[material], image[material], contact[material].astype(np.float64)
+            )
+        separation[:] = image
+        return change / (work.gap_scale or 1.0)
