@@ -152,9 +152,33 @@ def test_fatigue_takes_the_last_solved_cycle(worn: Path, result: Result, tmp_pat
     changed = int(np.flatnonzero(result.history["jump"] > 0.0)[-1])
     assert steps == tuple(range(changed, result.increments))
     assert cycle_ends(result) == steps
-    words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley")
-    done = invoke("fatigue", worn, *words, "-o", tmp_path / "worn.fatigue.h5")
+    mine = _findley(worn, tmp_path / "worn.fatigue.h5")
+    # another case presses and shears the worn surfaces anew; the unworn ones are loaded more at their edge
+    heights = tmp_path / "worn.heights.hdf5"
+    assert invoke("export", worn, "--to", "heights", "-o", heights).exit_code == 0
+    size = 24.0 * float(np.diff(result.x).mean())
+    head = CASE.partition("load_path:")[0].replace("points: 16", f"points: 24, size: {size!r}")
+    unworn = head + (
+        "load_path: [{P: 400 N}, {Qx: 36 N, increments: 1},"
+        " {cycle: {times: 1, stages: [{Qx: -36 N, increments: 1}, {Qx: 36 N, increments: 1}]}}]\n"
+    )
+    anew = unworn.replace("{sphere: {radius: 10 mm}}", "{heights: {file: worn.heights.hdf5, dataset: separation}}")
+    others = []
+    for name, text in {"anew": anew, "unworn": unworn}.items():
+        path = write_case(tmp_path, text, f"{name}.yaml")
+        assert invoke("run", path, "-q").exit_code == 0
+        others.append(_findley(path.with_suffix(".h5"), tmp_path / f"{name}.fatigue.h5"))
+    assert mine == pytest.approx(others[0], rel=1e-3)
+    assert mine < 0.96 * others[1]
+
+
+def _findley(result: Path, out: Path) -> float:
+    """Return the largest Findley parameter in body 2."""
+    words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "-q")
+    done = invoke("fatigue", result, *words, "-o", out)
     assert done.exit_code == 0, done.output
+    with h5py.File(out) as file:
+        return float(file["fatigue/body_2/findley"][()].max())
 
 
 @pytest.mark.parametrize("amplitude", [False, True])

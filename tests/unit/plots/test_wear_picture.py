@@ -10,10 +10,11 @@ import pytest
 from command_line import invoke
 from line_cases import LINE
 from matplotlib.figure import Figure
-from pictures import figure_texts, heading, legend_texts, panels
+from pictures import figure_texts, heading, image_of, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
+from fretsolve.plots.pictures.maps import film
 from fretsolve.plots.pictures.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
@@ -79,6 +80,22 @@ def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
     with open_result(path.with_suffix(".h5")) as result:
         assert len(panels(wear(result))) == 3
         assert panels(wear(result))[1].get_ylabel() == "worn volume (mm³/mm)"
+
+
+def test_a_frame_of_the_film_of_the_worn_depth(worn: Path) -> None:
+    with open_result(worn) as result:
+        frames = film(result, fields=["wear_depth"], most=2)
+        last, (first_shown, last_shown) = result.increments - 1, frames.steps
+        (axes,) = panels(frames.figure)
+        assert axes.get_title() == "worn depth (µm)"
+        frames.show(last)
+        shown = image_of(axes)
+        assert last_shown == last
+        drawn = ~np.ma.getmaskarray(shown)
+        np.testing.assert_allclose(shown.data[drawn], 1e3 * np.asarray(result.field("wear_depth", last)).T[drawn])
+        assert shown.max() == pytest.approx(1e3 * result.history["wear_depth_max"][-1])
+        frames.show(first_shown)
+        assert not image_of(axes).any()  # in the same colours, before any wear
 
 
 def test_results_without_wear(results: dict[str, Result]) -> None:
