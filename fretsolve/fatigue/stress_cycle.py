@@ -27,7 +27,7 @@ from fretsolve.system.arrays import DoubleArray
 class StressCycle:
     """The stresses of a body over one cycle; path: their file.
 
-    chosen: positions in the file of the cycle's increments; the first of them is the state before the cycle.
+    chosen: positions in the file of the cycle's increments; before them that of the state with which it begins.
     """
 
     path: Path
@@ -78,16 +78,20 @@ class StressCycle:
 
 
 def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
-    """Return the positions of the increments of the last cycle in a file of stresses, and of the one before it.
+    """Return the positions of the increments of the last cycle in a file of stresses, after that of its beginning.
 
-    All increments of the file if its load path has no `cycle`. attributes: those of the file.
+    It begins with the state before it, or with its end where wear has changed the surfaces before it: cells that have
+    come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
+    increments of the file if its load path has no `cycle`. attributes: those of the file.
     """
-    everything = tuple(range(len(body.steps)))
-    found = cycle_stages(_case(attributes), int(body.stages.max(initial=0)))
-    if found is None:
+    everything, case = tuple(range(len(body.steps))), _case(attributes)
+    found = cycle_stages(case, int(body.stages.max(initial=0)))
+    if case is None or found is None:
         return everything
     inside = [index for index in everything if found[0] < body.stages[index] <= found[1]]
     before = [index for index in everything if body.stages[index] <= found[0]]
+    if before and case.wear is not None and case.stages()[found[0] - 1].wears is not None:
+        before = inside
     return (*before[-1:], *inside)
 
 

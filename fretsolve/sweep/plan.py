@@ -15,7 +15,7 @@ from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase, plac
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
 from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
-from fretsolve.sweep.quantity import CORRECTED_NAMES, key_beside, read_quantity, usual_quantities
+from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, key_beside, read_quantity, usual_quantities
 from fretsolve.sweep.spec import SweepSpec
 from fretsolve.sweep.status import missing
 
@@ -59,7 +59,9 @@ class _Survey:
         self.beginnings[prepared.id] = beginnings_of(setup, prepared.header, expected.seconds)
         self.warnings |= dict.fromkeys(setup.model.warnings)
         last = len(setup.load_path.last_steps)
-        self.usual = self.usual or tuple(one.name if one.stage == last else str(one) for one in usual_quantities(setup))
+        if not self.usual:
+            usual = (one.name if one.stage == last else str(one) for one in usual_quantities(setup))
+            self.usual = (*usual, *((ERROR_OF_WEAR,) if setup.case.wear is not None else ()))
         self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
         self.have_bars &= setup.case.solver.error_bars
         self.beside &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}

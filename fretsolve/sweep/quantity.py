@@ -16,7 +16,10 @@ from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES
 
-WEAR_NAMES = ("wear_volume", "wear_depth_max")
+USUAL_OF_WEAR, ERROR_OF_WEAR = ("wear_volume", "wear_depth_max"), "wear_error"
+"""Columns that are collected of cases with wear; the last one by sweeps alone, as grids have no order in it."""
+
+WEAR_NAMES = (*USUAL_OF_WEAR, ERROR_OF_WEAR)
 """Columns that can be collected of cases with wear."""
 
 NAMES = (
@@ -118,7 +121,7 @@ def _moved(setup: ProblemSetup) -> list[str]:
     names += ["max_pressure", "contact_radius"]
     if setup.model.has_shear and (moved & SHEARING or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]
-    return [*names, *(WEAR_NAMES if setup.case.wear is not None else ())]
+    return [*names, *(USUAL_OF_WEAR if setup.case.wear is not None else ())]
 
 
 def _refused(message: str, text: str) -> CaseError:

@@ -181,6 +181,16 @@ def _findley(result: Path, out: Path) -> float:
         return float(file["fatigue/body_2/findley"][()].max())
 
 
+def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: Result, tmp_path: Path) -> None:
+    """Not with the change of the surfaces, in which the cells that have just come into contact carry no shear."""
+    words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "--body", 2)
+    done = invoke("fatigue", worn, *words, "-o", tmp_path / "worn.fatigue.h5")
+    assert (done.exit_code, "not closed" in done.output) == (0, False)
+    _, *inside = last_cycle(result)
+    with h5py.File(tmp_path / "worn.fatigue.h5") as file:
+        assert file["fatigue/body_2"].attrs["steps"].tolist() == [inside[-1], *inside]
+
+
 @pytest.mark.parametrize("amplitude", [False, True])
 def test_the_last_cycle_of_a_path(amplitude: bool) -> None:
     """The change of the surfaces after it is none of its stages."""

@@ -20,14 +20,15 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("quantities", ["", "quantities: [wear_volume, wear_depth_max, delta_z@2]\n"])
-def test_volume_and_depth_are_collected(quantities: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("quantities", ["", "quantities: [wear_volume, wear_error, wear_depth_max, delta_z@2]\n"])
+def test_volume_its_error_and_depth_are_collected(quantities: str, tmp_path: Path) -> None:
     write_case(tmp_path, WORN.replace("points: 24", "points: 16"), "worn.yaml")
     done = invoke("sweep", "run", write_case(tmp_path, SWEEP + quantities, "sweep.yaml"))
     assert done.exit_code == 0, done.output
     assert invoke("sweep", "collect", tmp_path / "sweep.sweep").exit_code == 0
     little, much = rows(tmp_path / "sweep.sweep" / "table.csv")
     assert float(much["wear_volume (mm^3)"]) == pytest.approx(10.0 * float(little["wear_volume (mm^3)"]), rel=0.05)
+    assert 0.0 < float(much["wear_error (mm^3)"]) < float(much["wear_volume (mm^3)"])
     assert 0.0 < float(little["wear_depth_max (mm)"]) < float(much["wear_depth_max (mm)"])
 
 
