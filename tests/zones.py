@@ -6,8 +6,8 @@ import numpy as np
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
-from fretsolve.simulation.zone_areas import zone_area
-from fretsolve.simulation.zone_edges import contact_edge, stick_edge
+from fretsolve.simulation.zones.zone_areas import zone_area
+from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
 
 
 def contact_area(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: Compliances) -> float:

@@ -25,8 +25,8 @@ from fretsolve.model.surface import map_border, map_spans
 from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
 from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.area_contact import UNMEASURED, AreaContact
 from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
+from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.system.arrays import DoubleArray, FloatArray, Vector, vector_lengths
 
 LARGEST_GROWTH = 3.0
@@ -40,7 +40,7 @@ LEAST_CELLS = 96 * 96
 of the time. Up to 64 x 64 a saved run takes as long either way, since the estimate's part is saved, too."""
 
 if TYPE_CHECKING:
-    from fretsolve.simulation.line_contact import LineContact
+    from fretsolve.simulation.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
@@ -219,7 +219,7 @@ def _contact(setup: ProblemSetup, solver: IncrementSolver) -> AreaContact | Line
     """Return the contact of a problem."""
     if not setup.model.line:
         return AreaContact(setup, solver)
-    from fretsolve.simulation.line_contact import LineContact  # other cases need none of it
+    from fretsolve.simulation.zones.line_contact import LineContact  # other cases need none of it
 
     return LineContact.of(setup, solver)
 

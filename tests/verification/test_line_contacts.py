@@ -31,7 +31,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.result.state import Zone
-from fretsolve.simulation.line_edges import line_zones, width
+from fretsolve.simulation.zones.line_edges import line_zones, width
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 BETA = 0.1938462

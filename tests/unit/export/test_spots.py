@@ -13,7 +13,7 @@ from small_cases import write_case
 from fretsolve import open_result
 from fretsolve.case.history import FEWEST_SPOT_CELLS
 from fretsolve.export.spots import may_have_spots, spot_warnings, spots_of
-from fretsolve.simulation.area_contact import spot_counts
+from fretsolve.simulation.zones.area_contact import spot_counts
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0}]
 surface: {heights: {file: bumps.npy, spacing: 0.025 mm}}

@@ -11,8 +11,8 @@ from fretsolve.model.grid import Grid
 from fretsolve.reference.hertz import hertz_elliptic
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zone_edges import contact_edge, stick_edge
-from fretsolve.simulation.zone_extents import Extent, zone_extent
+from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
+from fretsolve.simulation.zones.zone_extents import Extent, zone_extent
 
 SHEARED = [{"P": LOAD}, {"Qx": 25.0, "increments": 1}]
 C = cattaneo_mindlin(HERTZ, FRICTION, 25.0, MATERIAL.tangential).stick_radius

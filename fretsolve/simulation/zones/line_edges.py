@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zone_edges import (
+from fretsolve.simulation.zones.zone_edges import (
     LEVER_ALONG,
     MARGIN_CELLS,
     CellPart,

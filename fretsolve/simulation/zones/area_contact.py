@@ -12,9 +12,9 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.result.layout import may_have_spots
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.zone_areas import zone_area
-from fretsolve.simulation.zone_edges import ZoneEdge, contact_edge, stick_edge
-from fretsolve.simulation.zone_extents import Extent, zone_extent
+from fretsolve.simulation.zones.zone_areas import zone_area
+from fretsolve.simulation.zones.zone_edges import ZoneEdge, contact_edge, stick_edge
+from fretsolve.simulation.zones.zone_extents import Extent, zone_extent
 from fretsolve.system.arrays import FloatArray, Vector
 
 UNMEASURED = {

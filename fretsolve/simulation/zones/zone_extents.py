@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.simulation.zone_edges import MARGIN_CELLS, ZoneEdge
+from fretsolve.simulation.zones.zone_edges import MARGIN_CELLS, ZoneEdge
 from fretsolve.system.arrays import FloatArray
 
 

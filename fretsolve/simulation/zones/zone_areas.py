@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from fretsolve.elastic.rounding import TINY
-from fretsolve.simulation.zone_edges import ZoneEdge
+from fretsolve.simulation.zones.zone_edges import ZoneEdge
 from fretsolve.system.arrays import FloatArray
 
 

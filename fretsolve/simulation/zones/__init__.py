@@ -1,0 +1,4 @@
+"""The zones of one increment: edges, areas and extents of the contact and of its stick zone, to a part of a cell.
+
+`area_contact` and `line_contact` solve an increment and measure its zones by the other modules.
+"""
