@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,20 +13,20 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
-from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.increment.certificate import Solution
+from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.required_terms import Model
-from fretsolve.model.surface import map_border, map_spans
-from fretsolve.result.state import Change, Fields, State, Summary, Zone, nothing
-from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, worn_reach
+from fretsolve.model.surface import map_border
+from fretsolve.result.state import Change, State, Summary, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
+from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
+from fretsolve.simulation.located_errors import locate
+from fretsolve.simulation.slip_and_work import mean_pressure
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
-from fretsolve.system.arrays import DoubleArray, FloatArray, Vector, vector_lengths
+from fretsolve.system.arrays import DoubleArray, Vector
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""
@@ -75,7 +74,7 @@ def states_of(
     """
     load_wisdom()
     limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
-    separation, precision = setup.separation(), _precision(setup)
+    separation, precision = setup.separation(), precision_of(setup)
     border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     kernels = load(setup.compiled)
     solver = _solver_type(setup.model)(
@@ -83,7 +82,7 @@ def states_of(
     )
     contact = _contact(setup, solver)
     friction = setup.friction_on_grid()
-    fields, displacement = (start.fields, start.displacement) if start is not None else _unloaded(separation)
+    fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     change = start.change if start is not None else None
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
     starts_with_gap = _starts_with_gap(setup)
@@ -117,7 +116,7 @@ def states_of(
             if friction is not None:
                 friction.require_known(solved.solution.pressure > 0.0, setup.grid, setup.case)
         except NoSolutionError as error:
-            _locate(error, setup, increment)
+            locate(error, setup, increment)
             raise
         if measured_plans() > plans:
             # Before the state is yielded: a resumed run must transform by the same plans.
@@ -128,7 +127,7 @@ def states_of(
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
         last = fields
-        fields, displacement, work = _fields(solved, last, setup)
+        fields, displacement, work = fields_of(solved, last, setup)
         change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
         work_total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
@@ -136,7 +135,7 @@ def states_of(
         if wear is not None:
             pressure = mean_pressure(last.pressure, fields.pressure)
             summary = wear.count(increment, summary, last, fields, solved.solution, pressure, path, summaries)
-            fields = _read_only(wear.fields(fields, setup.case.output.fields))
+            fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
@@ -239,94 +238,6 @@ def _working_seconds() -> float:
     return time.perf_counter() - readying_seconds()
 
 
-def _unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
-    """Return fields and displacement before the first increment: the surfaces touch at their nearest points."""
-    nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
-    gap = separation - (nearest if np.isfinite(nearest) else 0.0)
-    scalar, vector = nothing(separation.shape), nothing((2, *separation.shape))
-    return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
-
-
-def _fields(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields, FloatArray, float]:
-    """Return fields and displacement after an increment, and the energy dissipated in it."""
-    solution, evidence = solved.solution, solved.evidence
-    slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
-    if setup.model.may_slip:
-        slip_path, work_density, work = _accumulate(solved, before, setup)
-    kept = partial(_kept, precision=_precision(setup))
-    friction, bound = _friction_fields(solution, setup)
-    fields = Fields(
-        pressure=kept(solution.pressure),
-        shear=kept(solution.shear),
-        slip=kept(evidence.slip),
-        slip_path=kept(slip_path),
-        work_density=kept(work_density),
-        zone=evidence.zone,
-        gap=kept(evidence.gap),
-        friction=None if friction is None else kept(friction),
-        shear_bound=None if bound is None else kept(bound),
-    )
-    displacement = kept(solution.displacement)
-    displacement.flags.writeable = False
-    return _read_only(fields), displacement, work
-
-
-def _read_only(fields: Fields) -> Fields:
-    """Return the fields as arrays that cannot be written to: the next increment starts from these very arrays."""
-    for array in vars(fields).values():
-        if array is not None:
-            array.flags.writeable = False
-    return fields
-
-
-def _friction_fields(solution: Solution, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
-    stored, coefficient = setup.case.output.fields, setup.model.friction
-    friction = bound = None
-    if "friction" in stored and solution.friction is None:
-        friction = np.full(setup.grid.shape, coefficient)
-    elif "friction" in stored and solution.friction is not None:
-        friction = np.array(np.broadcast_to(solution.friction.coefficient_at(solution.pressure), setup.grid.shape))
-    if "shear_bound" in stored:
-        bound = solution.friction_limit(coefficient)
-    return friction, bound
-
-
-def _precision(setup: ProblemSetup) -> type[np.floating]:
-    """Return the precision of the elastic operator and of the fields of the states."""
-    return np.float32 if setup.case.solver.precision == "single" else np.float64
-
-
-def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
-    """Return `field` in the precision of the states; `nothing` stays `nothing`."""
-    if not any(field.strides):
-        return np.broadcast_to(precision(0.0), field.shape)
-    return field.astype(precision, copy=False)
-
-
-def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[FloatArray, FloatArray, float]:
-    """Return the slip path and the dissipated energy per area since the start, and the increment's dissipated energy.
-
-    Turns the slip of the increment in `solved` into the slip since the start, in place.
-    """
-    solution, evidence = solved.solution, solved.evidence
-    slip = evidence.slip
-    modulus = setup.model.compliances.contact_modulus
-    parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
-    slip_path = vector_lengths(slip)
-    mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
-    work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
-    orthotropy = setup.model.orthotropy
-    work_density *= slip_path if orthotropy is None else vector_lengths(orthotropy.times(slip))
-    # The slip of a sticking cell is the certificate's residual, not slip.
-    work_density *= (evidence.zone == Zone.SLIP) | parted
-    work = float(work_density.sum()) * setup.grid.cell_area
-    slip += before.slip
-    slip_path += before.slip_path
-    work_density += before.work_density
-    return slip_path, work_density, work
-
-
 def _summary(
     solved: Solved, increment: Increment, sizes: dict[str, Any], work: float, work_total: float, wall_time: float
 ) -> Summary:
@@ -355,44 +266,3 @@ def _summary(
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
     )
-
-
-def _locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
-    """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
-    stage = increment.stage
-    key: KeyPath = stage.place(error.component)
-    if isinstance(error, GridEdgeError):
-        on_grid = error.component is None
-        key = ("grid", "size") if on_grid else ("surface",)
-        error.message += _advised_size(setup, increment) if on_grid else ""
-    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
-    place = setup.case.source.problem(message, key)
-    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
-
-
-def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
-    """Return advice about a contact at the grid's edge: a size that holds it on all of the load path."""
-    loads = [increment.normal, *setup.load_path.normal_loads()]
-    surfaces, materials = setup.case.surface, setup.model.compliances
-    try:
-        center, first = setup.grid.center, max(setup.grid.size)
-        size = contact_size(surfaces, materials, loads, center, first, setup.model.line)
-    except CaseError:
-        return "; no size would hold it"
-    contact = tuple(side / AREA_MARGIN for side in size)
-    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
-        return "; no size would do, since the height map ends too soon: a larger map is needed"
-    worn = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms)
-    size = (max(size[0], worn), max(size[1], worn))
-    if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
-        if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
-            return "; the size would do with more points, which resolve the contact"
-        wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
-        return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
-    return f"; {_size_in_words(size, setup)} would do"
-
-
-def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
-    """Return the key `size` of a case, which is one number in a line contact."""
-    sides = [f"{side:.3g} mm" for side in size]
-    return f"size: {sides[0]}" if setup.model.line else f"size: [{', '.join(sides)}]"

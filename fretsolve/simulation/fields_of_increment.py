@@ -1,0 +1,102 @@
+"""The fields of a state, from the solution of its increment and the fields before it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from fretsolve.increment.certificate import Solution
+from fretsolve.increment.increment import Solved
+from fretsolve.result.state import Fields, Zone, nothing
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.slip_and_work import limit_to_contact, mean_pressure
+from fretsolve.system.arrays import FloatArray, vector_lengths
+
+
+def unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
+    """Return fields and displacement before the first increment: the surfaces touch at their nearest points."""
+    nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
+    gap = separation - (nearest if np.isfinite(nearest) else 0.0)
+    scalar, vector = nothing(separation.shape), nothing((2, *separation.shape))
+    return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
+
+
+def fields_of(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields, FloatArray, float]:
+    """Return fields and displacement after an increment, and the energy dissipated in it."""
+    solution, evidence = solved.solution, solved.evidence
+    slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
+    if setup.model.may_slip:
+        slip_path, work_density, work = _accumulate(solved, before, setup)
+    kept = partial(_kept, precision=precision_of(setup))
+    friction, bound = _friction_fields(solution, setup)
+    fields = Fields(
+        pressure=kept(solution.pressure),
+        shear=kept(solution.shear),
+        slip=kept(evidence.slip),
+        slip_path=kept(slip_path),
+        work_density=kept(work_density),
+        zone=evidence.zone,
+        gap=kept(evidence.gap),
+        friction=None if friction is None else kept(friction),
+        shear_bound=None if bound is None else kept(bound),
+    )
+    displacement = kept(solution.displacement)
+    displacement.flags.writeable = False
+    return read_only(fields), displacement, work
+
+
+def read_only(fields: Fields) -> Fields:
+    """Return the fields as arrays that cannot be written to: the next increment starts from these very arrays."""
+    for array in vars(fields).values():
+        if array is not None:
+            array.flags.writeable = False
+    return fields
+
+
+def _friction_fields(solution: Solution, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
+    stored, coefficient = setup.case.output.fields, setup.model.friction
+    friction = bound = None
+    if "friction" in stored and solution.friction is None:
+        friction = np.full(setup.grid.shape, coefficient)
+    elif "friction" in stored and solution.friction is not None:
+        friction = np.array(np.broadcast_to(solution.friction.coefficient_at(solution.pressure), setup.grid.shape))
+    if "shear_bound" in stored:
+        bound = solution.friction_limit(coefficient)
+    return friction, bound
+
+
+def precision_of(setup: ProblemSetup) -> type[np.floating]:
+    """Return the precision of the elastic operator and of the fields of the states."""
+    return np.float32 if setup.case.solver.precision == "single" else np.float64
+
+
+def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
+    """Return `field` in the precision of the states; `nothing` stays `nothing`."""
+    if not any(field.strides):
+        return np.broadcast_to(precision(0.0), field.shape)
+    return field.astype(precision, copy=False)
+
+
+def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[FloatArray, FloatArray, float]:
+    """Return the slip path and the dissipated energy per area since the start, and the increment's dissipated energy.
+
+    Turns the slip of the increment in `solved` into the slip since the start, in place.
+    """
+    solution, evidence = solved.solution, solved.evidence
+    slip = evidence.slip
+    modulus = setup.model.compliances.contact_modulus
+    parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
+    slip_path = vector_lengths(slip)
+    mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
+    work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
+    orthotropy = setup.model.orthotropy
+    work_density *= slip_path if orthotropy is None else vector_lengths(orthotropy.times(slip))
+    # The slip of a sticking cell is the certificate's residual, not slip.
+    work_density *= (evidence.zone == Zone.SLIP) | parted
+    work = float(work_density.sum()) * setup.grid.cell_area
+    slip += before.slip
+    slip_path += before.slip_path
+    work_density += before.work_density
+    return slip_path, work_density, work

@@ -1,0 +1,50 @@
+"""The place in the case file of what no increment can solve, and what would be right there."""
+
+from __future__ import annotations
+
+from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.model.load_path import Increment
+from fretsolve.model.surface import map_spans
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, worn_reach
+from fretsolve.setup.problem_setup import ProblemSetup
+
+
+def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
+    """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
+    stage = increment.stage
+    key: KeyPath = stage.place(error.component)
+    if isinstance(error, GridEdgeError):
+        on_grid = error.component is None
+        key = ("grid", "size") if on_grid else ("surface",)
+        error.message += _advised_size(setup, increment) if on_grid else ""
+    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
+    place = setup.case.source.problem(message, key)
+    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
+
+
+def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
+    """Return advice about a contact at the grid's edge: a size that holds it on all of the load path."""
+    loads = [increment.normal, *setup.load_path.normal_loads()]
+    surfaces, materials = setup.case.surface, setup.model.compliances
+    try:
+        center, first = setup.grid.center, max(setup.grid.size)
+        size = contact_size(surfaces, materials, loads, center, first, setup.model.line)
+    except CaseError:
+        return "; no size would hold it"
+    contact = tuple(side / AREA_MARGIN for side in size)
+    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
+        return "; no size would do, since the height map ends too soon: a larger map is needed"
+    worn = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms)
+    size = (max(size[0], worn), max(size[1], worn))
+    if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
+        if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
+            return "; the size would do with more points, which resolve the contact"
+        wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
+        return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
+    return f"; {_size_in_words(size, setup)} would do"
+
+
+def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
+    """Return the key `size` of a case, which is one number in a line contact."""
+    sides = [f"{side:.3g} mm" for side in size]
+    return f"size: {sides[0]}" if setup.model.line else f"size: [{', '.join(sides)}]"
