@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.case.history import BULK, EXTENTS, FEWEST_SPOT_CELLS
 from fretsolve.result import Result
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import DoubleArray, IndexArray
 
 _COLUMNS = (
     *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
@@ -62,6 +62,15 @@ def stored_step(result: Result, step: int) -> int:
     return found
 
 
+def rows_of_stick_zones(history: Mapping[str, DoubleArray]) -> IndexArray:
+    """Return for each increment the one whose stick zone to show: itself, or that before a change by wear.
+
+    Cells that such a change has just brought into contact stick in its increment, whatever the load.
+    """
+    rows = np.arange(len(history["step"]))
+    return rows - (history["jump"] > 0.0) if "jump" in history else rows
+
+
 def relevant_columns(result: Result) -> list[str]:
     """Return the names of the columns above round-off; `P` and `delta_z` always, unless unknown.
 
@@ -88,6 +97,8 @@ def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
     zone, columns = name.split("_")[0], [history[name]]
     if "_width_" in name:
         columns = [history[f"{zone}_half_width_{axis}"] - history[f"{zone}_radius"] for axis in "xy"]
+    if zone == "stick":
+        columns = [column[rows_of_stick_zones(history)] for column in columns]
     cells = history["contact_cells"]
     told = np.nan_to_num(np.abs(columns)) > NOT_ROUND * history["contact_radius"]
     return bool((told & (cells >= min(FEWEST_SPOT_CELLS, cells.max(initial=0)))).any())

@@ -15,8 +15,8 @@ from rich.table import Table
 from fretsolve.case.dimensions import cell_counts, counted, in_small_unit, smaller_unit
 from fretsolve.case.history import DISPLACEMENTS, FEWEST_SPOT_CELLS, moment_sign
 from fretsolve.errors import printable
-from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, total_cost
-from fretsolve.export.wear_report import has_wear, rows_of_wear, wear_totals
+from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, rows_of_stick_zones, total_cost
+from fretsolve.export.wear_report import about_rows, has_wear, rows_of_wear, wear_totals
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of
@@ -101,8 +101,8 @@ def history_tables(
     """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
 
     One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
-    cycle are left out, of which the row of the change after it tells. columns: by default all but
-    those of round-off.
+    cycle are left out, of which the row of the change after it tells, with the stick zone at the cycle's end. columns:
+    by default all but those of round-off.
     """
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
@@ -112,10 +112,12 @@ def history_tables(
     if not every_increment and len(rows) > MOST_STAGES:
         rows = np.concatenate([rows[:FIRST_STAGES], rows[FIRST_STAGES - MOST_STAGES :]])
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
+    of_stick = rows_of_stick_zones(result.history)[rows]
     shown: list[TextColumn] = []
     for name in relevant_columns(result) if columns is None else columns:
         least, (unit, factor) = round_off(result, name), unit_for_people(result, name)
-        cells = ("0" if abs(value) <= least else f"{factor * value:.4g}" for value in result.history[name][rows])
+        values = result.history[name][of_stick if name.startswith("stick_") else rows]
+        cells = ("0" if abs(value) <= least else f"{factor * value:.4g}" for value in values)
         shown.append((*_heading(name), unit, *cells))
     if columns is None:
         shown.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
@@ -262,6 +264,7 @@ def _totals(result: Result) -> list[str]:
     left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
     return [
         *left_out,
+        *about_rows(result),
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",
         f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",

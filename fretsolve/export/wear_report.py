@@ -25,6 +25,12 @@ def rows_of_wear(result: Result, ends: IndexArray) -> IndexArray:
     return chosen
 
 
+def about_rows(result: Result) -> Iterator[str]:
+    """Yield a line on what the rows of the table are in which the surfaces change."""
+    if has_wear(result) and result.history["jump"].any():
+        yield "rows with a jump: the surfaces change after a solved cycle, at whose end the stick zone is given"
+
+
 def wear_totals(result: Result) -> Iterator[str]:
     """Yield lines on the cycles that were solved and represented, on volume and depth, and on the stick area."""
     if not has_wear(result) or not result.increments:

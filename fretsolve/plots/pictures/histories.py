@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
-from fretsolve.export.selection import RESIDUALS
+from fretsolve.export.selection import RESIDUALS, rows_of_stick_zones
 from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
@@ -82,8 +82,9 @@ def loop(result: Result, ax: Target = None) -> Figure:
 def stick_history(result: Result, ax: Target = None) -> Figure:
     """Draw c/a, stick radius over contact radius, over each tangential load that the path moves, or else over P.
 
-    Bulk stress is one of them where it moves without the others. Radii are those of circles of equal area. Closed forms
-    for the computed forces are drawn where they apply. Raises PictureError.
+    Bulk stress is one of them where it moves without the others. Radii are those of circles of equal area, and those at
+    the end of the cycle before where wear changes the surfaces. Closed forms for the computed forces are drawn where
+    they apply. Raises PictureError.
     """
     require_increments(result)
     if not np.any(result.history["max_shear"]) and not np.any(result.history["stick_radius"]):
@@ -167,6 +168,7 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     unit = unit_of(result, name)
     load, contact = result.history[name] * unit.factor, result.history["contact_radius"]
     ratio = result.history["stick_radius"] / np.where(contact > 0.0, contact, np.nan)
+    ratio = ratio[rows_of_stick_zones(result.history)]
     found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
     # a curve also between few increments; under displacement control the forces between them are not known
@@ -176,7 +178,7 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
     elif form is not None:
         # values at the increments alone; in gross slip the force does not tell them
-        values = np.where(result.history["stick_radius"] > 0.0, form[1], np.nan)
+        values = np.where(ratio > 0.0, form[1], np.nan)
         axes.plot(load, values, label=f"{form[0]} (closed form)", **CLOSED_FORM_POINTS)
     size = "half-width" if len(result.y) == 1 else "radius"
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel=f"stick {size} over contact {size}, c/a")

@@ -17,6 +17,7 @@ from solving import build
 
 from fretsolve.case.loading import load_case
 from fretsolve.export.deformed_surfaces import DeformedSurfaces
+from fretsolve.export.selection import rows_of_stick_zones
 from fretsolve.export.wear_report import rows_of_wear, wear_totals
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -81,6 +82,21 @@ def test_show_says_that_the_stick_area_of_unlike_bodies_has_no_error_estimate(tm
         _, stick = wear_totals(result)
     assert stick.startswith("stick area at the end of the first solved cycle 0.0")
     assert stick.endswith(" %); its error is not estimated: compare a smaller tolerance")
+
+
+def test_stick_zones_of_changes_are_those_of_the_cycle_before(worn: Path, result: Result) -> None:
+    """In a change the cells that it brings into contact stick, whatever the load."""
+    history = result.history
+    changes = np.flatnonzero(history["jump"] > 0.0)
+    assert (history["stick_radius"][changes] != history["stick_radius"][changes - 1]).all()
+    expected = np.arange(result.increments)
+    expected[changes] -= 1
+    np.testing.assert_array_equal(rows_of_stick_zones(history), expected)
+    lines = invoke("show", worn).stdout.splitlines()
+    for step in changes:
+        row = next(line for line in lines if line.split()[:2] == [str(step), str(history["stage"][step])])
+        assert f" {history['stick_radius'][step - 1]:.4g} " in row
+    assert "rows with a jump: the surfaces change after a solved cycle, at whose end the stick zone is given" in lines
 
 
 def test_columns_of_wear_in_all_formats(worn: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.pictures.maps import film
+from fretsolve.plots.pictures.histories import stick_history
 from fretsolve.plots.pictures.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
@@ -45,6 +46,18 @@ def test_scar_volume_and_depth(worn: Path) -> None:
         np.testing.assert_allclose(volume.lines[-1].get_ydata()[1:], history["wear_volume"][grown])
         np.testing.assert_allclose(depth.lines[-1].get_ydata()[-1], 1e3 * history["wear_depth_max"][-1])
         assert f"after 10000 cycles: worn volume {history['wear_volume'][-1]:.4g}" in heading(figure)
+
+
+def test_stick_zones_are_those_of_solved_cycles(worn: Path) -> None:
+    """The changes of the surfaces between them are no states of the loading."""
+    with open_result(worn) as result:
+        history = result.history
+        ratio = history["stick_radius"] / history["contact_radius"]
+        solved = set(np.round(ratio[history["jump"] == 0.0], 9))
+        (axes,) = panels(stick_history(result))
+        drawn = {value for line in axes.lines[:2] for value in np.round(np.asarray(line.get_ydata()), 9)}
+    assert len(solved) < len(ratio)
+    assert drawn <= solved
 
 
 def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
