@@ -14,8 +14,8 @@ from pictures import figure_texts, heading, image_of, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.pictures.maps import film
 from fretsolve.plots.pictures.histories import stick_history
+from fretsolve.plots.pictures.maps import film
 from fretsolve.plots.pictures.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
