@@ -134,7 +134,7 @@ def states_of(
         summary = contact.with_displacements(summary, solved)
         if wear is not None:
             pressure = mean_pressure(last.pressure, fields.pressure)
-            summary = wear.count(increment, summary, last, fields, solved.solution, pressure, path, summaries)
+            summary = wear.count(summary, fields, solved.solution, pressure)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)

@@ -208,22 +208,18 @@ def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[CyclePass, int, int
 
 def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> WornCycle | None:
     """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro."""
-    loads, model, wear = forms.loads[max(first - 1, 0) : last + 1], forms.model, forms.case.wear
-    hertz, line = forms.hertz[last], model.line
-    if (
-        wear is None
-        or cycle.jumps is None
-        or wear.exponent is not None
-        or line
-        or hertz is None
-        or not hertz.is_circle
-        or not first
-    ):
+    case, model, wear = forms.case, forms.model, forms.case.wear
+    if wear is None or wear.exponent is not None or cycle.jumps is None:
         return None
-    if any(forms.hertz[stage] != hertz for stage in range(first - 1, last + 1)):
+    if case.friction_varies or case.friction.pair is not None or model.bulk is not None:
         return None
-    if forms.case.friction_varies or forms.case.friction.pair is not None or model.bulk is not None:
+    hertz = forms.hertz[last]
+    if model.line or hertz is None or not hertz.is_circle:
         return None
+    # the stage before the cycle is at the loads with which it ends
+    if not first or any(forms.hertz[stage] != hertz for stage in range(first - 1, last + 1)):
+        return None
+    loads = forms.loads[first - 1 : last + 1]
     moved = _alternating(loads)
     if moved is None:
         return None
