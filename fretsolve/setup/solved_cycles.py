@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
+from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import Stage
+from fretsolve.errors import KeyPath
 from fretsolve.setup.closed_forms.wear_forms import WornCycle, worn_cycles
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.wear.jumps import FIRST_DEPTH, MOST_DEPTH, MOST_GROWTH
@@ -19,6 +22,25 @@ USUAL_CYCLES = 40
 TO_SETTLE = 3
 """Solved cycles before the first jump, and one more after it."""
 
+PER_TOLERANCE = 0.02
+"""Solved cycles times a small tolerance, about: 0.007 in gross slip and 0.024 to 0.036 in partial slip measured at
+tolerances of 1e-3 and 1e-4."""
+
+MANY = 300
+"""Solved cycles that are most likely not meant."""
+
+
+@dataclass(frozen=True)
+class ManyCycles:
+    """A cycle of which very many repetitions are likely to be solved.
+
+    key: of the value that is the cause; expected: about how many; most: how many there may be.
+    """
+
+    key: KeyPath
+    expected: float
+    most: int
+
 
 def stage_weights(setup: ProblemSetup) -> list[float]:
     """Return for each stage the share of its increments that is likely to be solved, 1 where all are."""
@@ -29,38 +51,60 @@ def stage_weights(setup: ProblemSetup) -> list[float]:
     return [1.0 if key is None else solved[key] / most[key] for key in keys]
 
 
-def _repetitions(stages: Iterable[Stage]) -> dict[object, int]:
+def _repetitions(stages: Iterable[Stage]) -> dict[KeyPath, int]:
     """Return the most repetitions of each cycle that stands for others, by its place in the case file."""
-    most: dict[object, int] = {}
+    most: dict[KeyPath, int] = {}
     for stage in stages:
         if stage.wears is not None:
             most[stage.wears.key] = most.get(stage.wears.key, 0) + 1
     return most
 
 
-def _expected(setup: ProblemSetup, most: dict[object, int]) -> dict[object, float]:
+def _expected(setup: ProblemSetup, most: dict[KeyPath, int]) -> dict[KeyPath, float]:
     """Return about how many repetitions of each of these cycles are solved."""
-    stages = setup.case.stages()
-    known: dict[object, WornCycle] = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)}
+    known = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)}
     found = {}
-    for key in most:
-        jumps = next(stage.wears.jumps for stage in stages if stage.wears is not None and stage.wears.key == key)
-        assert jumps is not None
+    for key, jumps in _jumps(setup).items():
         if jumps.jump is not None:
             found[key] = jumps.represents / jumps.jump + TO_SETTLE
-        elif (cycle := known.get(key)) is not None:
-            found[key] = _automatic(cycle)
         else:
-            found[key] = USUAL_CYCLES
+            found[key] = min(jumps.represents, max(_automatic(jumps, known.get(key)).values()))
+    return {key: found[key] for key in most}
+
+
+def _jumps(setup: ProblemSetup) -> dict[KeyPath, WearJumps]:
+    """Return how cycles stand for others, by their places in the case file."""
+    cycles = (stage.wears for stage in setup.case.stages() if stage.wears is not None)
+    return {one.key: one.jumps for one in cycles if one.jumps is not None}
+
+
+def _automatic(jumps: WearJumps, cycle: WornCycle | None) -> dict[str, float]:
+    """Return about how many cycles are solved where the depth, `tolerance` and `max_depth` set the jumps, by the key.
+
+    cycle: what closed forms say of it, None if they do not.
+    """
+    by_tolerance = PER_TOLERANCE / jumps.tolerance
+    if cycle is None:
+        return {"represents": USUAL_CYCLES, "tolerance": by_tolerance}
+    deepest = DEEPEST * cycle.depth_per_cycle * jumps.represents
+    if cycle.limit is not None and cycle.volume_at_first_rate > 0.0:
+        deepest *= min(1.0, cycle.limit.volume / cycle.volume_at_first_rate)
+    growing = math.log(MOST_DEPTH / FIRST_DEPTH) / math.log(MOST_GROWTH)
+    first = TO_SETTLE + min(growing, deepest / (FIRST_DEPTH * cycle.hertz.delta_z))
+    found = {"represents": first + deepest / (MOST_DEPTH * cycle.hertz.delta_z), "tolerance": by_tolerance}
+    if jumps.max_depth is not None:
+        found["max_depth"] = first + deepest / jumps.max_depth
     return found
 
 
-def _automatic(cycle: WornCycle) -> float:
-    """Return about how many cycles are solved where the tolerance sets the jumps."""
-    deepest = DEEPEST * cycle.depth_per_cycle * cycle.jumps.represents
-    if (limit := cycle.likely_limit) is not None and cycle.volume_at_first_rate > 0.0:
-        deepest *= min(1.0, limit.volume / cycle.volume_at_first_rate)
-    largest = cycle.jumps.max_depth or MOST_DEPTH * cycle.hertz.delta_z
-    growing = math.log(MOST_DEPTH / FIRST_DEPTH) / math.log(MOST_GROWTH)
-    jumps = min(growing, deepest / (FIRST_DEPTH * cycle.hertz.delta_z)) + deepest / largest
-    return TO_SETTLE + jumps
+def many_cycles(setup: ProblemSetup) -> Iterator[ManyCycles]:
+    """Yield the cycles of which `tolerance` or `max_depth` have very many solved."""
+    most = _repetitions(setup.case.stages())
+    known = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)}
+    for key, jumps in _jumps(setup).items():
+        if jumps.jump is not None:
+            continue
+        needed = {name: min(count, jumps.represents) for name, count in _automatic(jumps, known.get(key)).items()}
+        name = max(needed, key=lambda one: needed[one])
+        if needed[name] > MANY and name != "represents":
+            yield ManyCycles((*key, name), needed[name], most[key])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
+from fretsolve.errors import dotted
 from fretsolve.setup.contact_size import AREA_MARGIN, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
@@ -31,6 +32,7 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
             " represents in place of times changes them"
         )
         return
+    yield from _about_jumps(setup)
     cycles, grid = worn_cycles(setup.closed_forms), setup.grid
     for cycle in cycles:
         if (text := _long_slip(cycle.sliding_distance, cycle.hertz.contact_radius)) is not None:
@@ -45,6 +47,18 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         yield (
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
             f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"
+        )
+
+
+def _about_jumps(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of cycles of which a small tolerance or jump depth has very many solved."""
+    from fretsolve.setup.solved_cycles import many_cycles  # few cases have wear
+
+    for found in many_cycles(setup):
+        ends = f", but there may be {found.most}, so that the run would end before its last cycle"
+        yield (
+            f"{dotted(found.key)}: about {float(f'{found.expected:.1g}'):g} cycles would have to be solved"
+            f"{ends if found.expected > found.most else ''}; a larger {found.key[-1]} needs fewer"
         )
 
 

@@ -20,9 +20,10 @@ SLIDING = cattaneo_mindlin(HERTZ, FRICTION, FRICTION * LOAD, MATERIAL.tangential
 V0 = volume_scale(HERTZ)
 
 
-def worn(name, value, cycles, *, wear=WEAR, pressed=None, jump="auto", **parts):
+def worn(name, value, cycles, *, wear=WEAR, pressed=None, jump="auto", jumps=None, **parts):
     path = [pressed or {"P": LOAD}, {name: value}]
-    path.append({"cycle": {"represents": cycles, "jump": jump, "stages": [{name: -value}, {name: value}]}})
+    stages = [{name: -value}, {name: value}]
+    path.append({"cycle": {"represents": cycles, "jump": jump, **(jumps or {}), "stages": stages}})
     return set_up(build(**{"grid": {"points": 32}, "wear": wear, "load_path": path, **parts}))
 
 
@@ -166,3 +167,30 @@ def test_pressing_alone_wears_only_unlike_bodies():
     with pytest.raises(CaseError, match="the load path shears nothing, so that nothing wears; a stage that moves Qx"):
         set_up(build(grid={"points": 16}, wear=WEAR, load_path=path))
     assert set_up(build(grid={"points": 16}, wear=WEAR, load_path=path, bodies=DISSIMILAR)).model.has_shear
+
+
+@pytest.mark.parametrize(
+    ("jumps", "told"),
+    [
+        ({"tolerance": 0.001}, None),
+        ({"tolerance": 2e-5}, "tolerance: about 1000 cycles would have to be solved; a larger tolerance needs fewer"),
+        ({"tolerance": 1e-9}, "tolerance: about 100000 cycles would have to be solved, but there may be 1000, so that"),
+        ({"max_depth": 1e-5}, None),  # 0.01 um
+        ({"max_depth": 1e-6}, "max_depth: about "),
+        (
+            {"max_depth": 1e-12},
+            "max_depth: about 100000 cycles would have to be solved, but there may be 1000, so that",
+        ),
+        ({"jump": 500}, None),
+    ],
+)
+def test_jumps_that_need_very_many_solved_cycles_are_told(jumps, told):
+    texts = [text for text in case_warnings(worn("Qx", 36.0, 1e5, jumps=jumps)) if "to be solved" in text]
+    assert len(texts) == (told is not None)
+    if told is not None:
+        assert texts[0].startswith(f"load_path.2.cycle.{told}")
+
+
+def test_a_small_tolerance_is_told_of_without_a_closed_form():
+    warned = case_warnings(worn("Mz", 20.0, 1e5, jumps={"tolerance": 1e-9}))
+    assert any("cycle.tolerance: about 100000 cycles would have to be solved" in text for text in warned)
