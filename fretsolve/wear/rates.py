@@ -13,7 +13,8 @@ from fretsolve.wear.law import WearLaw
 
 LEAST_PRESSURE = 0.1
 """Pressure, over the mean one in contact, at which the law of wear holds for cells that hardly touch or do not touch
-yet, where it depends on the pressure."""
+yet, where it depends on the pressure. A power of no pressure would give a rate of zero, or one without limit. With
+the exponent 2 half or twice of it changes volumes by less than 0.1 %."""
 
 MOST_RATE = 2.0
 """Largest rate of a cell over that of its path of slip. Where the pressure at the end of a cycle is less than half of

@@ -33,7 +33,9 @@ from fretsolve.wear.rates import owed, rate_over_jump, rates_of
 from fretsolve.wear.settling import excess, require_periodic
 
 PROFILE_SHARE = 0.2
-"""Part of the tolerance that the error may have which the change of the pressure over a jump causes."""
+"""Part of the tolerance that the error may have which the change of the pressure over a jump causes. No cycle is solved
+for it, only normal problems, so it may be small; in gross slip `wear_error` is 0.28 % with it, 0.20 % with half of it
+and 0.38 % with twice as much, at a tolerance of 1 %."""
 
 ERROR_SHARE = 1.0
 """Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
