@@ -166,7 +166,7 @@ class Repetition(CaseModel):
     tolerance: Annotated[float, InUnits(NUMBER, above=0, below=1)] | None = Field(
         default=None,
         description="with until: the change that counts as none, over the energy and the ranges of the cycle; with"
-        " represents: the error of the worn volume by the jumps; 1 % if it is left out",
+        " represents: the error of the worn volume by the jumps, which a given jump may exceed; 1 % if it is left out",
         examples=["1 %"],
     )
 

@@ -38,7 +38,8 @@ class WearSpec(CaseModel):
     )
     alpha: Annotated[float, InUnits(WEAR_COEFFICIENT, above=0)] | None = Field(
         default=None,
-        description="worn volume of both bodies per dissipated energy, with law: energy, such as 1e-4 mm^3/J",
+        description="worn volume of both bodies per dissipated energy, with law: energy, such as 1e-4 mm^3/J; a number"
+        " without a unit is 1000 times as much, in mm^3/(N mm)",
     )
     k: Annotated[float, InUnits(WEAR_COEFFICIENT, above=0)] | None = Field(
         default=None,
@@ -149,10 +150,13 @@ def _open_cycles(
             begin = before.get(name, free)
             if begin is None or not math.isclose(begin, end, rel_tol=LEAST_CHANGE, abs_tol=0.0):
                 unit = f" {dimensions[name].unit}" if name in dimensions else ""
+                advice = f"a stage {{{_as_written(name, f'{end:g}{unit}')}}} before it would do"
+                if name == "P" and end == 0.0:  # a cycle that begins so is refused, too
+                    advice = "let it begin and end where the bodies are pressed together"
                 stands = "is imposed in it alone" if begin is None else f"is {begin:g}{unit} before it"
                 yield (
                     key,
                     f"a cycle that represents others has to close, but {name} {stands} and {end:g}{unit} at its end;"
-                    f" a stage {{{_as_written(name, f'{end:g}{unit}')}}} before it would do",
+                    f" {advice}",
                 )
                 break

@@ -29,9 +29,9 @@ def about_sliding(setup: ProblemSetup) -> Iterator[str]:
     if "friction" not in setup.case.model_fields_set:  # then the missing friction is the warning
         return
     varies = setup.case.friction_varies
-    limit, of_torque = ("int b dA", "int b r dA") if varies else ("mu P", "3 pi mu P a/16")
-    if varies and setup.model.line:
-        limit = "int b dx"
+    limit, of_torque = (
+        ("sum of the friction limit", "sum of the friction limit times r") if varies else ("mu P", "3 pi mu P a/16")
+    )
     seen = set[object]()
     for stage, load, hertz in zip(stages, forms.loads, forms.hertz, strict=True):
         if (same := tuple(sorted(load.items()))) in seen:  # repeated cycles come back to the same ones

@@ -109,7 +109,9 @@ def test_a_stage_that_lowers_friction_too_far_is_warned_of():
     path = [{"P": 400.0}, {"Qx": 36.0}, {"friction": 0.08}]
     setup = set_up(build(friction=0.2, grid={"points": 64}, load_path=path))
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
-    assert warning.startswith("load_path.2: 36 N is not below the 32 N (int b dA) that friction carries")
+    assert warning.startswith(
+        "load_path.2: 36 N is not below the 32 N (sum of the friction limit) that friction carries"
+    )
     held = set_up(build(friction=0.2, grid={"points": 64}, load_path=[*path[:2], {"friction": 0.1}]))
     assert not [text for text in case_warnings(held) if "gross slip" in text]
 
@@ -123,7 +125,7 @@ def test_a_force_beyond_is_warned_of():
         )
     )
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
-    assert "30 N is not below the 26.3437 N (int b dA) that friction carries" in warning
+    assert "30 N is not below the 26.3437 N (sum of the friction limit) that friction carries" in warning
 
 
 @pytest.mark.parametrize(
@@ -142,7 +144,7 @@ def test_a_force_beyond_is_warned_of_without_a_closed_form(friction, loads, most
         return [text for text in case_warnings(set_up(case)) if "gross slip" in text]
 
     (warning,) = warnings(1.0)
-    found = re.search(r"not below the (\S+) N \(int b dA\)", warning)
+    found = re.search(r"not below the (\S+) N \(sum of the friction limit\)", warning)
     assert found is not None
     assert float(found[1]) == pytest.approx(most, rel=1e-4)
     assert warnings(0.98) == []
@@ -189,4 +191,6 @@ class TestLineContact:
         friction = {"expression": "0.1"}
         setup = set_up(line_case(friction=friction, bodies=SIMILAR, grid={"points": 64}, load_path=path))
         (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
-        assert warning.startswith("load_path.1.Qx: 15 N/mm is not below the 10 N/mm (int b dx) that friction carries")
+        assert warning.startswith(
+            "load_path.1.Qx: 15 N/mm is not below the 10 N/mm (sum of the friction limit) that friction carries"
+        )

@@ -122,6 +122,11 @@ def test_mistakes_of_the_law(tmp_path, wear, message):
             " {Qx: 35 N} before it would do",
         ),
         (
+            "{represents: 10, stages: [{Qx: 36 N}, {P: 0 N}]}",
+            ": a cycle that represents others has to close, but P is 400 N before it and 0 N at its end; let it begin"
+            " and end where the bodies are pressed together",
+        ),
+        (
             "{represents: 10, stages: [{Qx: -36 N}, {delta_x: 1 um}]}",
             ": a cycle that represents others has to close, but delta_x is imposed in it alone and 0.001 mm at its end",
         ),
