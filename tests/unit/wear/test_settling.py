@@ -150,6 +150,24 @@ def test_the_error_is_within_its_estimate_where_the_load_oscillates_with_the_for
     assert abs(last.wear_volume - 2.2715e-5) < last.wear_error < 0.01 * last.wear_volume
 
 
+@pytest.mark.parametrize(("lower", "volume"), [(STEEL, 5.2081e-6), (ALUMINIUM, 9.8589e-6)], ids=["like", "unlike"])
+def test_the_error_is_within_its_estimate_where_the_load_is_out_of_phase_with_the_force(lower, volume):
+    stages = [{"P": 400.0, "Qx": -40.0, "increments": 3}, {"P": 300.0, "Qx": 40.0, "increments": 3}]
+    case = Case.model_validate(
+        {
+            "bodies": [STEEL, lower],
+            "surface": {"sphere": {"radius": 10.0}},
+            "grid": {"points": 16, "size": 0.9},
+            "friction": 0.3,
+            "wear": {"law": "energy", "alpha": 1e-7},
+            "load_path": [{"P": 300.0}, {"Qx": 40.0, "increments": 2}, _represents(20000, stages)],
+        }
+    )
+    last = [state.summary for state in run(case)][-1]
+    # 100 jumps of 200 cycles
+    assert abs(last.wear_volume - volume) < last.wear_error < 0.01 * last.wear_volume
+
+
 def test_the_error_of_unlike_bodies_in_a_line_contact_is_within_its_estimate():
     case = line_case(
         bodies=[STEEL, ALUMINIUM],
