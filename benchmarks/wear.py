@@ -58,7 +58,7 @@ LIMIT_STICK = (0.2, 0.464159, 0.5, 0.8)
 """c/a0 of the worn limits that are reached by wear."""
 
 LIMIT_TIME, LIMIT_JUMPS = 100.0, 10
-"""T that reaches the limit, and the equal jumps to it, of which the limit does not depend."""
+"""T that reaches the limit, and the equal jumps to it, on which the limit does not depend."""
 
 EDGE_SIZES = (3.3, 3.35, 3.4, 3.45, 3.5)
 """Sides of the grid over a0, on which the edge of the stick zone cuts the cells each time elsewhere."""
