@@ -18,7 +18,7 @@ import numpy as np
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 PART_CELLS = 2**16
-"""About as many cells has a part. With half of it calls take 2 % of an increment of mode I.3 on 1024 x 1024 points."""
+"""Cells of a part, about. With half of it calls take 2 % of an increment of mode I.3 on 1024 x 1024 points."""
 
 WHOLE = {"y", "rigid", "motions", "amplitudes"}
 """Arguments of passes that all parts take as a whole: those without cells, and what belongs to columns."""
@@ -190,6 +190,7 @@ def in_parts(module: ModuleType, kind: str, compiled: bool, parts: Sequence[tupl
     """Return kernels that call those of `module` for each of the `parts`, from one row up to another."""
 
     def bound(name: str, join: Callable[[Sequence[Any]], Any]) -> Pass:
+        """Return the kernel `name` over all parts; join: what the parts return, in their order."""
         of_rows = getattr(module, name) if compiled else _of_rows(getattr(module, name))
 
         def kernel(*arguments: Any) -> Any:

@@ -9,7 +9,7 @@ from pydantic_core import CoreSchema
 
 from fretsolve.case.base import CaseModel, PositiveLength, each_once, refused_at
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.case.keys.stress_spec import Depth
+from fretsolve.case.keys.stress_spec import Bodies, Depths
 from fretsolve.case.quantities import refused
 
 CriterionName = Literal["crossland", "dang-van", "findley", "mcdiarmid", "fatemi-socie", "swt"]
@@ -69,14 +69,8 @@ class FatigueSpec(CaseModel):
     average: AverageSpec | None = Field(
         default=None, description="average stresses first", examples=[{"point": "20 um"}]
     )
-    bodies: tuple[Literal[1, 2], ...] = Field(
-        default=(), description="bodies; none for body 2, or 1 if that is rigid", examples=[[1, 2]]
-    )
-    depths: tuple[Depth, ...] = Field(
-        default=(),
-        description="depths below the surface; none for the surface and graded ones to two contact radii",
-        examples=[["0 mm", "5 um", "20 um"]],
-    )
+    bodies: Bodies = ()
+    depths: Depths = ()
 
     @field_validator("criteria", "bodies", "depths")
     @classmethod

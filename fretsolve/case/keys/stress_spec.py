@@ -11,6 +11,16 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import InUnits
 
 Depth = Annotated[float, InUnits(LENGTH, least=0)]
+Bodies = Annotated[
+    tuple[Literal[1, 2], ...], Field(description="bodies; none for body 2, or 1 if that is rigid", examples=[[1, 2]])
+]
+Depths = Annotated[
+    tuple[Depth, ...],
+    Field(
+        description="depths below the surface; none for the surface and graded ones to two contact radii",
+        examples=[["0 mm", "5 um", "20 um"]],
+    ),
+]
 StressComponent = Literal["xx", "yy", "zz", "xy", "xz", "yz"]
 
 ALL_COMPONENTS: tuple[StressComponent, ...] = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -19,14 +29,8 @@ ALL_COMPONENTS: tuple[StressComponent, ...] = ("xx", "yy", "zz", "xy", "xz", "yz
 class StressSpec(CaseModel):
     """Stresses below the surface, computed at the end of the run and written beside the result (`NAME.stress.h5`)."""
 
-    bodies: tuple[Literal[1, 2], ...] = Field(
-        default=(), description="bodies; none for body 2, or 1 if that is rigid", examples=[[1, 2]]
-    )
-    depths: tuple[Depth, ...] = Field(
-        default=(),
-        description="depths below the surface; none for the surface and graded ones to two contact radii",
-        examples=[["0 mm", "5 um", "20 um"]],
-    )
+    bodies: Bodies = ()
+    depths: Depths = ()
     every: Annotated[Count | None, auto("10")] = Field(
         default=None,
         description="every n-th increment, if its fields are stored, and the last one, or auto: the ends of stages",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ from fretsolve.setup.contact_size import AREA_MARGIN, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
-LONG_SLIP = "wear: half a cycle slips"
+if TYPE_CHECKING:
+    from fretsolve.setup.closed_forms.wear_forms import WornCycle
 
 SLIP_PER_RADIUS = 0.1
 """Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
@@ -24,8 +25,6 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
     if setup.case.wear is None:
         return
-    from fretsolve.setup.closed_forms.wear_forms import worn_cycles  # few cases have wear
-
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
         yield (
             "wear: no cycle represents others, so that worn depth is counted and the surfaces keep their shape;"
@@ -33,11 +32,9 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         )
         return
     yield from _about_jumps(setup)
-    cycles, grid = worn_cycles(setup.closed_forms), setup.grid
-    for cycle in cycles:
-        if (text := _long_slip(cycle.sliding_distance, cycle.hertz.contact_radius)) is not None:
-            yield text
-            break
+    cycles, grid = _worn_cycles(setup), setup.grid
+    if (text := _slip_before_the_run(cycles)) is not None:
+        yield text
     if setup.case.grid.size is None:
         if not cycles:
             yield "grid.size: auto does not know how far wear widens this contact; a size that leaves room is needed"
@@ -69,7 +66,7 @@ def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) ->
     """
     stages = setup.case.stages()
     wearing = [place + 1 for place, one in enumerate(stages) if one.cycle is not None and one.cycle.jumps is not None]
-    if not wearing or any(text.startswith(LONG_SLIP) for text in about_wear(setup)):
+    if not wearing or _slip_before_the_run(_worn_cycles(setup)) is not None:
         return None
     stage = history["stage"]
     starts = np.flatnonzero(np.diff(stage, prepend=0))
@@ -83,11 +80,24 @@ def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) ->
     return _long_slip(float(slip[longest]), float(radius[cycles][longest]))
 
 
+def _worn_cycles(setup: ProblemSetup) -> tuple[WornCycle, ...]:
+    """Return what closed forms know of the cycles that stand for others."""
+    from fretsolve.setup.closed_forms.wear_forms import worn_cycles  # few cases have wear
+
+    return worn_cycles(setup.closed_forms)
+
+
+def _slip_before_the_run(cycles: Sequence[WornCycle]) -> str | None:
+    """Return the warning of the first of the cycles that slips far for its contact; None if none does."""
+    texts = (_long_slip(cycle.sliding_distance, cycle.hertz.contact_radius) for cycle in cycles)
+    return next((text for text in texts if text is not None), None)
+
+
 def _long_slip(slip: float, radius: float) -> str | None:
     """Return the warning of a half cycle's slip (mm) that is long for a contact of some radius; None if it is not."""
     if slip <= SLIP_PER_RADIUS * radius:
         return None
     return (
-        f"{LONG_SLIP} {slip:.3g} mm, {percent(slip / radius)} of the contact radius, but worn profiles keep their"
-        f" places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
+        f"wear: half a cycle slips {slip:.3g} mm, {percent(slip / radius)} of the contact radius, but worn profiles"
+        f" keep their places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
     )
