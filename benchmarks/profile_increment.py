@@ -57,6 +57,8 @@ PARTS = {
         "simulation",
         "slip_and_work",
         "zone_edges",
+        "edge_shares",
+        "cell_front",
         "zone_areas",
         "zone_extents",
         "state",

@@ -6,6 +6,7 @@ import numpy as np
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.zone_areas import zone_area
 from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
 
@@ -27,4 +28,5 @@ def stick_area(
 ) -> float:
     """The area of the stick zone, no larger than that of the contact."""
     edge = contact_edge(pressure, gap, grid, materials)
-    return min(zone_area(stick_edge(pressure, gap, shear, limit, slip, zone, grid, materials, edge)), contact)
+    fields = ZoneFields(pressure, gap, shear, limit, slip, zone)
+    return min(zone_area(stick_edge(fields, grid, materials, edge)), contact)

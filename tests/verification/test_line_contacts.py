@@ -31,6 +31,7 @@ from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.result.state import Zone
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
@@ -271,7 +272,8 @@ def one_way_stick_ratio(hertz, friction, cells, increments):
     slipping = solver.slipping
     zone = np.where(pressure > 0.0, np.where(slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
     slip[0] += found.rigid[0]
-    zones = line_zones(pressure, gap, shear, friction * pressure, slip, zone, grid, model.compliances)
+    fields = ZoneFields(pressure, gap, shear, friction * pressure, slip, zone)
+    zones = line_zones(fields, grid, model.compliances)
     return 0.5 * width(zones.stick) / hertz.half_width
 
 

@@ -12,6 +12,7 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.result.layout import may_have_spots
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.zone_areas import zone_area
 from fretsolve.simulation.zones.zone_edges import ZoneEdge, contact_edge, stick_edge
 from fretsolve.simulation.zones.zone_extents import Extent, zone_extent
@@ -70,8 +71,8 @@ class AreaContact:
         shear, slip, orthotropy = solution.shear, evidence.slip, setup.model.orthotropy
         if orthotropy is not None:
             shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
-        fields = solution.pressure, evidence.gap, shear, limit, slip, evidence.zone
-        stick = stick_edge(*fields, setup.grid, setup.model.compliances, contact.edge)
+        fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone)
+        stick = stick_edge(fields, setup.grid, setup.model.compliances, contact.edge)
         found = [("contact", contact.area, contact.extent)]
         if stick is contact.edge:
             found.append(("stick", contact.area, contact.extent))

@@ -10,6 +10,7 @@ from fretsolve.increment.line_increment import LineIncrementSolver, SunkenPoint
 from fretsolve.model.grid import LineGrid
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 from fretsolve.system.arrays import Vector
 
@@ -39,19 +40,12 @@ class LineContact:
 
     def sizes(self, solved: Solved) -> dict[str, float]:
         """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""
-        solution, evidence, grid = solved.solution, solved.evidence, self.setup.grid
+        solution, evidence, model = solved.solution, solved.evidence, self.setup.model
+        limit = solution.friction_limit(model.friction)
+        fields = ZoneFields(solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone)
+        grid = self.setup.grid
         assert isinstance(grid, LineGrid)
-        model = self.setup.model
-        zones = line_zones(
-            solution.pressure,
-            evidence.gap,
-            solution.shear,
-            solution.friction_limit(model.friction),
-            evidence.slip,
-            evidence.zone,
-            grid,
-            model.compliances,
-        )
+        zones = line_zones(fields, grid, model.compliances)
         sizes: dict[str, float] = {}
         for zone, intervals in (("contact", zones.contact), ("stick", zones.stick)):
             area = min(width(intervals), sizes.get("contact_area", math.inf))

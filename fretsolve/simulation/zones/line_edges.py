@@ -1,6 +1,6 @@
 """Edges of a line contact and of its stick zone to a small part of a cell, from the fields of one increment.
 
-The laws are those of `zone_edges` for a front along the cells.
+The laws are those of `edge_shares` for a front along the cells.
 """
 
 from __future__ import annotations
@@ -10,22 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.zone_edges import (
-    LEVER_ALONG,
-    MARGIN_CELLS,
-    CellPart,
-    Links,
-    Share,
-    contact_share,
-    inset_by,
-    stick_share,
-)
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.simulation.zones.cell_front import MARGIN_CELLS, CellPart, Links, Share
+from fretsolve.simulation.zones.edge_shares import LEVER_ALONG, ZoneFields, contact_share, inset_by, stick_share
+from fretsolve.system.arrays import BoolArray
 
 Interval = tuple[float, float]
 
@@ -43,26 +34,17 @@ def width(intervals: tuple[Interval, ...]) -> float:
     return math.fsum(right - left for left, right in intervals)
 
 
-def line_zones(
-    pressure: FloatArray,
-    gap: FloatArray,
-    shear: FloatArray,
-    limit: FloatArray,
-    slip: FloatArray,
-    zone: NDArray[np.uint8],
-    grid: LineGrid,
-    materials: Compliances,
-) -> LineZones:
-    """Return the zones of an increment. slip: its slip increment, (2, nx, 1); limit: of friction
-    (MPa); the others (nx, 1), shear (2, nx, 1)."""
-    sticking, slipping = zone == Zone.STICK, zone == Zone.SLIP
+def line_zones(fields: ZoneFields, grid: LineGrid, materials: Compliances) -> LineZones:
+    """Return the zones of an increment. fields: (nx, 1), shear and slip (2, nx, 1)."""
+    sticking = fields.zone == Zone.STICK
     contact = _intervals(
-        zone != Zone.OPEN, grid, lambda part, links: contact_share(part, links, pressure, gap, materials)
+        fields.zone != Zone.OPEN,
+        grid,
+        lambda part, links: contact_share(part, links, fields.pressure, fields.gap, materials),
     )
-    if not sticking.any() or not slipping.any():
+    if not sticking.any() or not np.any(fields.zone == Zone.SLIP):
         return LineZones(contact, contact if sticking.any() else ())
-    fields = pressure, gap, shear, limit, slip, slipping
-    stick = _intervals(sticking, grid, lambda part, links: stick_share(part, links, *fields, materials))
+    stick = _intervals(sticking, grid, lambda part, links: stick_share(part, links, fields, materials))
     return LineZones(contact, stick)
 
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.simulation.zones.zone_edges import MARGIN_CELLS, ZoneEdge
+from fretsolve.simulation.zones.cell_front import MARGIN_CELLS
+from fretsolve.simulation.zones.zone_edges import ZoneEdge
 from fretsolve.system.arrays import FloatArray
 
 

@@ -17,6 +17,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import derive_model
 from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 
 PARTS = {
@@ -198,7 +199,7 @@ class TestEdges:
         shear = np.zeros((2, 9, 1)) if shear is None else shear
         slip = np.zeros((2, 9, 1)) if slip is None else slip
         states = np.array(zone, np.uint8)[:, None]
-        return line_zones(field, gap, shear, 0.3 * field, slip, states, self.GRID, MATERIAL)
+        return line_zones(ZoneFields(field, gap, shear, 0.3 * field, slip, states), self.GRID, MATERIAL)
 
     def test_without_contact_there_are_none(self):
         zones = self.zones([0] * 9, [Zone.OPEN] * 9)

@@ -11,6 +11,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.reference.hertz import hertz_elliptic
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import Zone
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
 from fretsolve.simulation.zones.zone_extents import Extent, zone_extent
 
@@ -81,7 +82,7 @@ def test_mirrored_fields_have_mirrored_extents():
     assert (fields.zone == Zone.SLIP).any()
 
     def extent(arrays, grid):
-        return zone_extent(stick_edge(*arrays, grid, MATERIAL, contact_edge(*arrays[:2], grid, MATERIAL)))
+        return zone_extent(stick_edge(ZoneFields(*arrays), grid, MATERIAL, contact_edge(*arrays[:2], grid, MATERIAL)))
 
     half_x, half_y, x, y = extent(arrays, grid)
     mirrored = Grid(grid.nx, grid.ny, grid.dx, grid.dy, -grid.x0, grid.y0)
