@@ -46,10 +46,10 @@ class ManyCycles:
 def stage_weights(setup: ProblemSetup) -> list[float]:
     """Return for each stage the share of its increments that is likely to be solved, 1 where all are."""
     stages = setup.case.stages()
-    most = _repetitions(stages)
-    solved = {key: min(count, float(most[key])) for key, count in _expected(setup, most).items()}
+    most, solved = _repetitions(stages), _solved(setup)
+    shares = {key: min(max(counts.values()), float(most[key])) / most[key] for key, counts in solved.items()}
     keys = [None if (one := stage.cycle or stage.wears) is None or one.jumps is None else one.key for stage in stages]
-    return [1.0 if key is None else solved[key] / most[key] for key in keys]
+    return [1.0 if key is None else shares[key] for key in keys]
 
 
 def _repetitions(stages: Iterable[Stage]) -> dict[KeyPath, int]:
@@ -61,22 +61,19 @@ def _repetitions(stages: Iterable[Stage]) -> dict[KeyPath, int]:
     return most
 
 
-def _expected(setup: ProblemSetup, most: dict[KeyPath, int]) -> dict[KeyPath, float]:
-    """Return about how many repetitions of each of these cycles are solved."""
+def _solved(setup: ProblemSetup) -> dict[KeyPath, dict[str, float]]:
+    """Return for each of these cycles about how many repetitions each key that sets the jumps has solved."""
     known = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)}
-    found = {}
-    for key, jumps in _jumps(setup).items():
+    found: dict[KeyPath, dict[str, float]] = {}
+    for stage in setup.case.stages():
+        if stage.wears is None or stage.wears.key in found or (jumps := stage.wears.jumps) is None:
+            continue
         if jumps.jump is not None:
-            found[key] = jumps.represents / jumps.jump + TO_SETTLE
+            found[stage.wears.key] = {"jump": jumps.represents / jumps.jump + TO_SETTLE}
         else:
-            found[key] = min(jumps.represents, max(_automatic(jumps, known.get(key)).values()))
-    return {key: found[key] for key in most}
-
-
-def _jumps(setup: ProblemSetup) -> dict[KeyPath, WearJumps]:
-    """Return how cycles stand for others, by their places in the case file."""
-    cycles = (stage.wears for stage in setup.case.stages() if stage.wears is not None)
-    return {one.key: one.jumps for one in cycles if one.jumps is not None}
+            counts = _automatic(jumps, known.get(stage.wears.key))
+            found[stage.wears.key] = {name: min(count, jumps.represents) for name, count in counts.items()}
+    return found
 
 
 def _automatic(jumps: WearJumps, cycle: WornCycle | None) -> dict[str, float]:
@@ -101,11 +98,7 @@ def _automatic(jumps: WearJumps, cycle: WornCycle | None) -> dict[str, float]:
 def many_cycles(setup: ProblemSetup) -> Iterator[ManyCycles]:
     """Yield the cycles of which `tolerance` or `max_depth` have very many solved."""
     most = _repetitions(setup.case.stages())
-    known = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)}
-    for key, jumps in _jumps(setup).items():
-        if jumps.jump is not None:
-            continue
-        needed = {name: min(count, jumps.represents) for name, count in _automatic(jumps, known.get(key)).items()}
-        name = max(needed, key=lambda one: needed[one])
-        if needed[name] > MANY and name != "represents":
-            yield ManyCycles((*key, name), needed[name], most[key])
+    for key, counts in _solved(setup).items():
+        name = max(counts, key=lambda one: counts[one])
+        if counts[name] > MANY and name not in ("jump", "represents"):
+            yield ManyCycles((*key, name), counts[name], most[key])
