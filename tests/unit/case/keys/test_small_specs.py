@@ -1,0 +1,98 @@
+"""The small mappings of a case file: solver, output, stress; and the annotations that all mappings share."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+from small_cases import CASE, case_error, write_case
+
+from fretsolve.case.base import Named, Repeated, auto, each_once, refused_at
+from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec
+from fretsolve.case.keys.solver_spec import LEVELS, SINGLE_TOLERANCE, SolverSpec
+from fretsolve.case.keys.stress_spec import ALL_COMPONENTS, StressSpec
+from fretsolve.case.loading import load_case
+
+
+def test_defaults():
+    solver, output, stress = SolverSpec(), OutputSpec(), StressSpec()
+    assert (solver.accuracy, solver.tolerance, solver.precision) == (None, 1e-6, "double")
+    assert (solver.max_iterations, solver.error_bars) == (2000, False)
+    assert (output.fields, output.every, output.stress, output.fatigue) == (DEFAULT_FIELDS, 1, None, None)
+    assert (stress.bodies, stress.depths, stress.every) == ((), (), None)
+    assert (stress.window, stress.components) == ("auto", ALL_COMPONENTS)
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_a_name_stands_for_an_accuracy(name):
+    assert SolverSpec.model_validate({"accuracy": name}).accuracy == LEVELS[name]
+
+
+def test_single_precision_has_a_tolerance_of_its_own():
+    assert SolverSpec.model_validate({"precision": "single"}).tolerance == SINGLE_TOLERANCE
+    assert SolverSpec.model_validate({"precision": "single", "tolerance": 1e-5}).tolerance == 1e-5
+
+
+def test_stresses_with_units():
+    spec = StressSpec.model_validate({"bodies": [2, 1], "depths": ["0 mm", "5 um"], "every": "auto", "components": []})
+    assert (spec.bodies, spec.depths, spec.every, spec.components) == ((2, 1), (0.0, pytest.approx(5e-3)), None, ())
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "message"),
+    [
+        (
+            "solver: {precision: single, tolerance: 1e-7}",
+            "solver.tolerance",
+            "1e-07 is less than single precision can certify; 1e-05 or more is needed, or precision: double",
+        ),
+        ("solver: {accuracy: rough}", "solver.accuracy", "'rough' is not allowed; draft, standard, reference or"),
+        (
+            "solver: {accuracy: 30 %}",
+            "solver.accuracy",
+            "'30 %' is out of range; a number >= 0.0001 and <= 0.2 is needed",
+        ),
+        ("solver: {max_iterations: 0}", "solver.max_iterations", "0 is too small; a whole number >= 1 is needed"),
+        ("output: {fields: [pressure, gap, pressure]}", "output.fields.2", "'pressure' is named twice; once is enough"),
+        ("output: {every: 2.5}", "output.every", "2.5 is not allowed; a whole number such as 10 is needed"),
+        ("output: {stress: {bodies: [1, 1]}}", "output.stress.bodies.1", "1 is named twice; once is enough"),
+        ("output: {stress: {depths: [-1 um]}}", "output.stress.depths.0", "-1 um"),
+        ("output: {stress: {every: often}}", "output.stress.every", "'often' is not allowed; auto or a value such as"),
+    ],
+)
+def test_wrong_values_are_named_with_their_line(tmp_path, text, key, message):
+    error = case_error(write_case(tmp_path, CASE + text + "\n"))
+    assert ".".join(map(str, error.key)) == key
+    assert error.line == len(CASE.splitlines()) + 1
+    assert message in error.message
+
+
+def test_output_is_read_with_a_case(tmp_path):
+    text = "output: {fields: [shear, pressure], every: 3, stress: {window: all, every: 2, components: [xz, xx]}}\n"
+    output = load_case(write_case(tmp_path, CASE + text)).output
+    assert (output.fields, output.every) == (("shear", "pressure"), 3)
+    assert output.stress is not None
+    assert (output.stress.window, output.stress.every, output.stress.components) == ("all", 2, ("xz", "xx"))
+
+
+class TestAnnotations:
+    def test_a_single_value_stands_for_several(self):
+        assert Repeated(2).expand(7) == (7, 7)
+        assert Repeated(2).expand([1, 2]) == [1, 2]
+        assert Repeated(3).expand(None) is None
+
+    def test_words(self):
+        named = Named({"auto": None, "half": 0.5}, "is not allowed; auto, half or a number")
+        assert [named.read(value) for value in ("auto", "half", "1 mm", 3)] == [None, 0.5, "1 mm", 3]
+        assert [named.write(value) for value in (None, 0.25)] == ["auto", 0.25]
+        with pytest.raises(ValueError, match="'none' is not allowed; auto, half or a number is needed"):
+            named.read("none")
+
+    def test_auto_names_an_example(self):
+        with pytest.raises(ValueError, match="'on' is not allowed; auto or a value such as 5 mm is needed"):
+            auto("5 mm").read("on")
+
+    def test_problems_are_raised_together(self):
+        refused_at([])
+        with pytest.raises(ValidationError) as caught:
+            each_once((1, 2, 1, 2))
+        assert [line["loc"] for line in caught.value.errors()] == [(2,), (3,)]
