@@ -1,0 +1,111 @@
+"""The header of a run as text: it comes back whole, and damage and other runs are told apart."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_states import fake_header
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.result.header import (
+    CHECKSUM,
+    LARGEST_HEADER,
+    RunHeader,
+    is_same_run,
+    present_case,
+    require_header_texts,
+    require_same_run,
+    sealed,
+    unsealed,
+)
+
+
+def test_text_and_back() -> None:
+    header = fake_header(errors=True)
+    again = RunHeader.from_json(header.to_json())
+    assert again.to_json() == header.to_json()
+    assert (again.fields, again.every, again.errors, again.shape) == (header.fields, 1, True, (6, 5))
+    assert np.array_equal(again.x, header.x)
+    assert again.digest == header.digest
+
+
+def test_a_changed_text_is_damage() -> None:
+    text = sealed({"a": 1, "b": [2.5]})
+    assert {name: value for name, value in unsealed(text).items() if name != CHECKSUM} == {"a": 1, "b": [2.5]}
+    with pytest.raises(ValueError, match="the checksum does not match"):
+        unsealed(text.replace("2.5", "2.6"))
+    with pytest.raises(ValueError, match="a JSON object is needed"):
+        unsealed("[1]")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("every", 0, "every must be a number of increments"),
+        ("errors", 1, "every must be a number of increments, errors true or false"),
+        ("x", [0.0, float("nan")], "x and y must be numbers"),
+        ("effective_case", "[]", "effective_case is not a case"),
+        ("effective_case", '{"grid": 3}', "effective_case is not a case"),
+        ("coupling", None, "coupling is not a text"),
+    ],
+)
+def test_values_that_no_run_has(name: str, value: object, message: str) -> None:
+    values = json.loads(fake_header().to_json())
+    del values[CHECKSUM]
+    with pytest.raises(ValueError, match=message):
+        RunHeader.from_json(sealed(values | {name: value}))
+
+
+def test_a_status_is_one_of_four() -> None:
+    attributes = fake_header().attributes("failed", ("no solution", "sliding"))
+    require_header_texts(attributes)
+    assert (attributes["failure"], attributes["failure_kind"]) == ("no solution", "sliding")
+    with pytest.raises(ValueError, match="the status is 'done'; one of complete, failed, running, stopped is needed"):
+        require_header_texts(attributes | {"status": "done"})
+
+
+def test_which_increments_keep_their_fields() -> None:
+    header = fake_header(every=3)
+    assert [step for step in range(7) if header.stores_fields(step)] == [2, 5]
+
+
+def test_what_changes_no_number_may_change() -> None:
+    """Title, expected values and the most iterations of a run that goes on."""
+    one, other = (fake_header(**more).attributes("running") for more in ({}, {"title": "b", "max_iterations": 5}))
+    assert is_same_run(one, other)
+    require_same_run(Path("a.h5"), one, fake_header(title="c", max_iterations=7))
+
+
+def test_another_case_is_named_by_its_keys() -> None:
+    header = fake_header(increments=7, tolerance=1e-5)
+    with pytest.raises(FileError) as caught:
+        require_same_run(Path("a.h5"), fake_header().attributes("stopped"), header)
+    assert "a.h5: holds a run of another case: load_path.0.increments is 6 there, 7 now" in str(caught.value)
+    assert "solver.tolerance is 1e-06 there, 1e-05 now; give another -o" in str(caught.value)
+    assert not is_same_run(fake_header().attributes("stopped"), header.attributes("running"))
+
+
+def test_another_version_may_have_other_numbers() -> None:
+    with pytest.raises(FileError, match=r"was begun by fretsolve 0\.0\.1, this is .*: finish it with that version"):
+        require_same_run(Path("a.h5"), replace(fake_header(), version="0.0.1").attributes("stopped"), fake_header())
+
+
+def test_files_that_the_case_names_count() -> None:
+    one, other = fake_header(), replace(fake_header(), inputs=json.dumps({"map.npy": "0f"}))
+    with pytest.raises(FileError, match=r'content of\.map\.npy is absent there, "0f" now'):
+        require_same_run(Path("a.h5"), one.attributes("stopped"), other)
+
+
+def test_a_former_key_is_read_as_the_present_one() -> None:
+    assert present_case('{"solver": {"error_estimate": true}}') == {"solver": {"error_bars": True}}
+    assert present_case('{"grid": {}}') == {"grid": {}}
+
+
+def test_a_header_that_could_not_be_read_again_is_refused() -> None:
+    fake_header().require_modest()
+    with pytest.raises(CaseError, match="shorten its title or comments"):
+        replace(fake_header(), case_yaml="#" * LARGEST_HEADER).require_modest()
