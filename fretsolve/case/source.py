@@ -19,6 +19,7 @@ from fretsolve.case.quantities import shown
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.system.foreign_files import read_bytes, read_pipe
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _LARGEST_FILE = 4 * 1024 * 1024
 _DEEPEST_NESTING = 50
 _LARGEST_SIZE = 100_000
@@ -145,6 +146,8 @@ def read_text(path: Path, *, pipe: bool = False) -> str:
             content = read_bytes(path, _LARGEST_FILE)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise FileError(f"cannot be read: {getattr(error, 'strerror', None) or error}{_meant(path)}", path) from None
+    if content.startswith(_HDF5):
+        raise CaseError("an HDF5 file, such as the result of a run; a case, a YAML text file, is needed", (), path)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -20,13 +21,17 @@ def cycles_of_little_change(
 ) -> float:
     """Return the number of cycles, at least 1, over which no cell's coefficient changes much; infinite for any.
 
+    A cell that dissipates half as much as the one that dissipates most may change twice as much.
+
     cycles, fields: at the end of the last cycle; energy: dissipated per area (mJ/mm^2), path: of slip (mm) in it.
     """
     if spec.initial is not None and spec.final is not None:
         largest, drop = max(spec.initial, spec.final), abs(spec.final - spec.initial)
         scale = spec.slip or spec.energy or 1.0
         so_far, more = (fields.slip_path, path) if spec.slip else (fields.work_density, energy)
-        in_a_cycle = float((drop * np.exp(-so_far / scale) * more / scale).max())
+        # a cell counts by what it dissipates: of those that have just come into contact there are always some
+        weight = energy / max(float(energy.max()), sys.float_info.min)
+        in_a_cycle = float((weight * drop * np.exp(-so_far / scale) * more / scale).max())
         return max(1.0, MOST_CHANGE * largest / in_a_cycle) if in_a_cycle > 0.0 else math.inf
     for (before, low), (after, high) in pairwise(spec.cycles or ()):
         if cycles < before:

@@ -179,7 +179,8 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath) -> DoubleArray:
     """Return `values` as floats, NaN where not finite."""
     if values.ndim != 2 or min(values.shape) < 2:
         shape = " x ".join(map(str, values.shape)) or "scalar"
-        raise CaseError(f"{file.name!r} holds a {shape} array; at least 2 x 2 heights are needed", key)
+        held = f"{values.size} values in a row" if values.ndim == 1 else f"a {shape} array"
+        raise CaseError(f"{file.name!r} holds {held}; at least 2 x 2 heights are needed", key)
     if values.dtype.kind not in "iuf":
         raise CaseError(f"{file.name!r} holds values of type {values.dtype}; real numbers are needed", key)
     checked = values.astype(np.float64, copy=not values.flags.writeable)  # a second copy of a large map may not fit

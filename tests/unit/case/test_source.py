@@ -196,3 +196,11 @@ def test_byte_order_mark_is_no_part_of_the_text(tmp_path: Path) -> None:
 def test_source_survives_pickling() -> None:
     source = CaseSource(Path("case.yaml"), TEXT, parse(TEXT).place)
     assert pickle.loads(pickle.dumps(source)).locate(("load_path", 0, "Qx")) == 5
+
+
+def test_a_result_in_the_place_of_a_case_is_named_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(64))
+    with pytest.raises(CaseError) as caught:
+        read_text(path)
+    assert str(caught.value).startswith(f"{path}: an HDF5 file, such as the result of a run; a case, a YAML text file")

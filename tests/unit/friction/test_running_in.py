@@ -38,3 +38,11 @@ RUNNING_IN = {"initial": 0.2, "final": 0.7}
 def test_a_solved_cycle_stands_for_as_many_as_change_the_coefficient_by_5_percent(friction, cycles, state, expected):
     spec = FrictionSpec.model_validate(friction)
     assert cycles_of_little_change(spec, cycles, fields(**state), ENERGY, PATH) == pytest.approx(expected)
+
+
+def test_a_cell_that_has_just_come_into_contact_counts_by_what_it_dissipates():
+    spec = FrictionSpec.model_validate({**RUNNING_IN, "slip": 1.0})
+    state = fields(slip_path=100.0)
+    state.slip_path[0, 0] = 0.0
+    path, energy = np.full((2, 2), 0.1), np.array([[0.01, 1.0], [1.0, 1.0]])
+    assert cycles_of_little_change(spec, 1.0, state, energy, path) == pytest.approx(0.05 * 0.7 / (0.01 * 0.5 * 0.1))

@@ -180,6 +180,7 @@ class TestFaults:
         [
             (np.zeros((2, 3, 4)), "holds a 2 x 3 x 4 array; at least 2 x 2 heights"),
             (np.zeros((1, 9)), "holds a 1 x 9 array"),
+            (np.zeros(5), "holds 5 values in a row; at least 2 x 2 heights"),
             (np.array(1.0), "holds a scalar array"),
             (np.full((3, 3), np.nan), "holds no finite height"),
             (np.ones((3, 3), dtype=complex), "values of type complex128; real numbers"),
