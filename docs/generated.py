@@ -12,17 +12,15 @@ import dataclasses
 import enum
 import importlib
 import inspect
-import json
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
+from generated_case import case_file, line_case_file, table
 
-from fretsolve.case.quantities import UNIT_NOTE
-from fretsolve.case.schema import area_schema, line_schema
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
 from fretsolve.reference.materials import LIBRARY
@@ -38,13 +36,14 @@ from fretsolve.result.layout import (
     Quantity,
 )
 
-Schema = Mapping[str, Any]
-
 PAGES = Path(__file__).parent / "reference"
 
-KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
-SHORTHANDS = ("SurfaceEntry", "CycleSpec", "LineSurfaceEntry", "LineCycleSpec", "LineExpectation")
-"""Definitions that only wrap others, each under a key of its own."""
+ERROR_ENDINGS = {
+    "_corrected_error": "estimated error of the corrected value",
+    "_corrected": "value corrected for the number of increments",
+    "_error": "estimated error",
+}
+"""What the endings of columns of error bars mean, a longer ending before the one that it ends with."""
 
 FUNCTIONS = {"fretsolve": ("load_case", "case_from_dict", "run", "run_with_error_bars", "open_result")}
 RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "Fields", "Zone")}
@@ -55,11 +54,6 @@ CLOSED_FORMS = tuple(
 )
 
 
-def case_file() -> Iterator[str]:
-    """Return the keys of the case file: those of the top, then a section for each kind of mapping."""
-    yield from _sections(area_schema())
-
-
 def materials() -> Iterator[str]:
     """Return a table of the library of materials."""
     rows = []
@@ -67,103 +61,7 @@ def materials() -> Iterator[str]:
         limit = "" if one.yield_stress is None else f"{one.yield_stress:g}"
         names = "`" + "`, `".join((one.name, *one.others)) + "`"
         rows.append((names, f"{1e-3 * one.young_modulus:g}", f"{one.poisson_ratio:g}", limit, one.source))
-    yield from _table(("name", "E (GPa)", "nu", "yield (MPa)", "source"), rows)
-
-
-def line_case_file() -> Iterator[str]:
-    """Return the keys of a line contact that differ: those of the top, then a section for each kind of mapping."""
-    yield from _sections(line_schema(), known=area_schema()["$defs"])
-
-
-def _sections(schema: Schema, known: Collection[str] = ()) -> Iterator[str]:
-    yield from _mapping(schema)
-    for name in _mentioned(schema["properties"], schema["$defs"]):
-        if name not in SHORTHANDS and name not in known:
-            yield f"\n## {_heading(name)}\n"
-            yield from _mapping(schema["$defs"][name])
-
-
-def _mentioned(node: Schema, definitions: Schema) -> list[str]:
-    """Return the names of the definitions that a part of the schema leads to, in the order of their appearance."""
-    waiting, found = [node], dict[str, None]()
-    while waiting:
-        for name in re.findall(r"#/\$defs/(\w+)", json.dumps(waiting.pop(0))):
-            if name not in found:
-                found[name] = None
-                waiting.append(definitions[name])
-    return list(found)
-
-
-def _mapping(schema: Schema) -> Iterator[str]:
-    if "anyOf" in schema:
-        schema = next(part for part in schema["anyOf"] if "properties" in part)
-        yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
-    yield schema["description"] + "\n"
-    required = dict.fromkeys(schema.get("required", ()), "needed")
-    if "then" in schema:
-        without = schema["if"]["not"]["required"][0]
-        required |= dict.fromkeys(schema["then"]["required"], f"needed without `{without}`")
-    rows = []
-    for key, node in schema["properties"].items():
-        default = required[key] if key in required else _default(node)
-        meaning = node.get("description", "").partition(UNIT_NOTE)[0]
-        rows.append((f"`{key}`", _value(node), default, meaning))
-    yield from _table(KEY_HEADINGS, rows)
-
-
-def _heading(name: str) -> str:
-    """Return a heading such as ``Elastic body`` for ``ElasticBody``; for a surface its key."""
-    words = re.findall("[A-Z][a-z]+", name.removesuffix("Spec"))
-    if words[0] == "Line":
-        return f"Line contact: {' '.join(words[1:]).lower()}"
-    return f"Surface: {words[0].lower()}" if words[-1] == "Surface" else " ".join(words).capitalize()
-
-
-def _default(node: Schema) -> str:
-    if "default" not in node:
-        return ""
-    value = node["default"]
-    if isinstance(value, Mapping):
-        return f"`{next(iter(value.values()))}`" if len(value) == 1 else "those below"
-    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
-
-
-def _value(node: Schema) -> str:
-    """Return what may stand for a key, in words."""
-    if "$ref" in node:
-        name = node["$ref"].rpartition("/")[2]
-        if name.endswith("SurfaceEntry"):
-            return "one of the surfaces below"
-        heading = _heading("Expectation" if name == "LineExpectation" else name)
-        return f"[{heading}](#{re.sub('[^a-z]+', '-', heading.lower())})"
-    if "const" in node:
-        return f"`{node['const']}`"
-    if "enum" in node:
-        return ", ".join(f"`{value}`" for value in node["enum"])
-    plain = ("number", "string", "integer") if "anyOf" in node else ("number", "string")
-    if "examples" in node and all(part.get("type") in plain for part in node.get("anyOf", [node])):
-        return " or ".join(f"`{value}`" for value in node["examples"])
-    for kind in ("anyOf", "oneOf"):
-        if kind in node:
-            found = dict.fromkeys(_value(part) for part in node[kind] if "pattern" in part or not _is_bare(part, node))
-            return ", or ".join(found)
-    if node.get("type") == "array":
-        return _list(node)
-    words = {"integer": "whole number", "boolean": "`true`, `false`", "string": "text", "number": "number"}
-    least = f" from {node['minimum']} on" if node.get("type") == "integer" and "minimum" in node else ""
-    return words[node["type"]] + least
-
-
-def _is_bare(part: Schema, node: Schema) -> bool:
-    """Return whether `part` is the bare number beside a text with a unit."""
-    texts = any("examples" in other for other in node["anyOf"]) if "anyOf" in node else False
-    return part.get("type") == "number" and texts
-
-
-def _list(node: Schema) -> str:
-    if "prefixItems" in node:
-        return f"list of {len(node['prefixItems'])}, each {_value(node['prefixItems'][0])}"
-    return f"list of {_value(node['items'])}"
+    yield from table(("name", "E (GPa)", "nu", "yield (MPa)", "source"), rows)
 
 
 def history() -> Iterator[str]:
@@ -172,8 +70,18 @@ def history() -> Iterator[str]:
 
 
 def errors() -> Iterator[str]:
-    """Return the columns of the error bars."""
-    yield from _quantities(ERRORS)
+    """Return the columns of the error bars: those of many quantities in one row, then the others."""
+    of, others = {ending: list[str]() for ending in ERROR_ENDINGS}, []
+    for quantity in ERRORS:
+        ending = next((ending for ending in ERROR_ENDINGS if quantity.name.endswith(ending)), None)
+        if ending is None:
+            others.append((f"`{quantity.name}`", quantity.units, quantity.long_name))
+        else:
+            of[ending].append(f"`{quantity.name.removesuffix(ending)}`")
+    rows = [
+        (f"`NAME{ending}`", "of NAME", f"{ERROR_ENDINGS[ending]}: {', '.join(names)}") for ending, names in of.items()
+    ]
+    yield from table(("dataset", "units", "meaning"), (*rows, *others))
 
 
 def cycles() -> Iterator[str]:
@@ -188,12 +96,7 @@ def fields() -> Iterator[str]:
 
 def _quantities(quantities: Sequence[Quantity]) -> Iterator[str]:
     rows = [(f"`{quantity.name}`", quantity.units, quantity.long_name) for quantity in quantities]
-    yield from _table(("dataset", "units", "meaning"), rows)
-
-
-def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    for row in (headings, ["---"] * len(headings), *rows):
-        yield f"| {' | '.join(row)} |"
+    yield from table(("dataset", "units", "meaning"), rows)
 
 
 def commands(group: click.Group = main, name: str = "fretsolve") -> Iterator[str]:
@@ -217,7 +120,7 @@ def _command(command: click.Command, name: str) -> Iterator[str]:
     yield f"{_paragraphs(command.help or '')}\n"
     options = [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
     if options:
-        yield from _table(("option", "meaning"), [(_option(each), _meaning(each)) for each in options])
+        yield from table(("option", "meaning"), [(_option(each), _meaning(each)) for each in options])
         yield ""
 
 
@@ -270,7 +173,7 @@ def python_closed_forms() -> Iterator[str]:
         for name, subject in vars(importlib.import_module(module)).items():
             if callable(subject) and subject.__module__ == module and name[0] != "_":
                 rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
-    yield from _table(("function or class", "meaning"), rows)
+    yield from table(("function or class", "meaning"), rows)
 
 
 def python_errors() -> Iterator[str]:
@@ -283,7 +186,7 @@ def python_errors() -> Iterator[str]:
         if kind.__module__ == FretsolveError.__module__:
             base = kind.__bases__[0].__name__
             rows.append((f"`{kind.__name__}`", f"`{base}`", _in_a_cell(_first_paragraph(kind))))
-    yield from _table(("error", "a kind of", "meaning"), rows)
+    yield from table(("error", "a kind of", "meaning"), rows)
 
 
 def _found(module: str, name: str) -> Any:
@@ -305,7 +208,7 @@ def _described(subject: Any, name: str) -> Iterator[str]:
         yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
     rows = list(_members(subject)) if inspect.isclass(subject) else []
     if rows:
-        yield from _table(("member", "meaning"), rows)
+        yield from table(("member", "meaning"), rows)
         yield ""
 
 

@@ -157,10 +157,13 @@ def test_reference_has_every_key_and_dataset() -> None:
     assert "None" not in case_page
     result_page = (DOCS / "reference/result.md").read_text(encoding="utf-8")
     names = [
-        quantity.name
-        for quantity in (*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *ERRORS, *FIELDS, *DERIVED_FIELDS)
+        quantity.name for quantity in (*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *FIELDS, *DERIVED_FIELDS)
     ]
     assert not [name for name in names if f"\n| `{name}` | " not in result_page]
+    shared = dict(re.findall(r"\n\| `NAME(\w+)` \|(.*)", result_page))
+    for quantity in ERRORS:
+        name, ending = re.fullmatch(r"(\w+?)(_corrected_error|_corrected|_error|)", quantity.name).groups()
+        assert f"`{name}`" in (shared[ending] if ending else result_page)
 
 
 def test_stale_reference_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
