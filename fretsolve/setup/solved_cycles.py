@@ -23,9 +23,14 @@ friction runs in."""
 TO_SETTLE = 3
 """Solved cycles before the first jump, and one more after it."""
 
-PER_TOLERANCE = 0.02
-"""Solved cycles times a small tolerance, about: 0.007 in gross slip and 0.024 to 0.036 in partial slip measured at
-tolerances of 1e-3 and 1e-4."""
+PER_ROOT, PER_ROOT_FROM = 1.5, 10.0
+"""Solved cycles times the root of the tolerance, about, and the T of partial slip below which they go with its root: at
+T = 0.1, 1 and 10 0.1 to 0.4, 0.3 to 0.6 and 1.5 to 1.7 measured at tolerances of 1e-2 to 3e-5; in gross slip 0.5 to
+1.6."""
+
+PER_TOLERANCE = 0.1
+"""Solved cycles times the tolerance between unlike bodies, where a jump's error falls with its first power only; 0.09
+to 0.16 measured at tolerances of 1e-2 to 1e-3."""
 
 MANY = 300
 """Solved cycles that are most likely not meant."""
@@ -71,17 +76,18 @@ def _solved(setup: ProblemSetup) -> dict[KeyPath, dict[str, float]]:
         if jumps.jump is not None:
             found[stage.wears.key] = {"jump": jumps.represents / jumps.jump + TO_SETTLE}
         else:
-            counts = _automatic(jumps, known.get(stage.wears.key))
+            counts = _automatic(jumps, known.get(stage.wears.key), setup.model.coupled)
             found[stage.wears.key] = {name: min(count, jumps.represents) for name, count in counts.items()}
     return found
 
 
-def _automatic(jumps: WearJumps, cycle: WornCycle | None) -> dict[str, float]:
+def _automatic(jumps: WearJumps, cycle: WornCycle | None, coupled: bool) -> dict[str, float]:
     """Return about how many cycles are solved where the depth, `tolerance` and `max_depth` set the jumps, by the key.
 
-    cycle: what closed forms say of it, None if they do not.
+    cycle: what closed forms say of it, None if they do not; coupled: whether pressure and shear change each other.
     """
-    by_tolerance = PER_TOLERANCE / jumps.tolerance
+    slow = 1.0 if cycle is None or cycle.slides else min(1.0, math.sqrt(cycle.time / PER_ROOT_FROM))
+    by_tolerance = PER_TOLERANCE / jumps.tolerance if coupled else slow * PER_ROOT / math.sqrt(jumps.tolerance)
     if cycle is None:
         return {"represents": USUAL_CYCLES, "tolerance": by_tolerance}
     deepest = DEEPEST * cycle.depth_per_cycle * jumps.represents

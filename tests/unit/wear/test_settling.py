@@ -102,9 +102,10 @@ def test_a_contact_wears_away_in_few_jumps_under_a_held_approach():
     assert rows[-1].wear_error < 0.01 * cap
 
 
-def rows_of(lower: dict[str, float], jump: float | str, friction: float = 0.1, force: float = 30.0) -> list[Summary]:
-    """Return the history of a sphere of steel that wears over 20000 cycles."""
-    tolerance = {"tolerance": 0.01} if jump == "auto" else {}
+def rows_of(
+    lower: dict[str, float], jump: float | str, friction: float = 0.1, force: float = 30.0, tolerance: float = 0.01
+) -> list[Summary]:
+    """Return the history of a sphere of steel that wears over 20000 cycles; tolerance: of automatic jumps."""
     stages: list[Any] = [{"Qx": -force, "increments": 2}, {"Qx": force, "increments": 2}]
     case = Case.model_validate(
         {
@@ -116,7 +117,14 @@ def rows_of(lower: dict[str, float], jump: float | str, friction: float = 0.1, f
             "load_path": [
                 {"P": 400.0},
                 {"Qx": force, "increments": 2},
-                {"cycle": {"represents": 20000, "jump": jump, "stages": stages, **tolerance}},
+                {
+                    "cycle": {
+                        "represents": 20000,
+                        "jump": jump,
+                        "stages": stages,
+                        **({"tolerance": tolerance} if jump == "auto" else {}),
+                    }
+                },
             ],
         }
     )
@@ -179,6 +187,15 @@ def test_the_error_of_unlike_bodies_in_a_line_contact_is_within_its_estimate():
     last = [state.summary for state in run(case)][-1]
     # 100 jumps of 200 cycles
     assert abs(last.wear_volume - 3.1642e-6) < last.wear_error < 0.01 * last.wear_volume
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4])
+def test_a_small_tolerance_is_met_in_few_jumps(tolerance):
+    rows = rows_of(STEEL, "auto", tolerance=tolerance)
+    jumps = sum(row.jump > 1.0 for row in rows)
+    assert jumps < 0.5 / math.sqrt(tolerance)  # the error of a jump falls with the second power
+    exact = 1.117507e-5  # 200 jumps of 100 cycles
+    assert abs(rows[-1].wear_volume - exact) < rows[-1].wear_error < tolerance * exact
 
 
 def test_like_bodies_pay_for_one_look():
