@@ -105,7 +105,9 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield f"{cells_across(setup):.1f} cells across the contact"
     force, torque, displacement = forms.gross_slip(contact.load, hertz)
     limit, source = (
-        ("mu P", "Cattaneo-Mindlin") if not setup.case.friction_varies else ("int b dA", "slip from the rim")
+        ("mu P", "Cattaneo-Mindlin")
+        if not setup.case.friction_varies
+        else ("sum of the friction limit", "slip from the rim")
     )
     if force and math.isfinite(force):
         or_torque = f" or at Mz = {torque:.6g} N mm" if math.isfinite(torque) else ""
@@ -181,7 +183,7 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
     force, _, _ = forms.gross_slip(contact.load)
     varies = setup.case.friction_varies
     if force and math.isfinite(force):
-        yield f"gross slip begins at Q = {'int b dx' if varies else 'mu P'} = {force:.6g} N/mm"
+        yield f"gross slip begins at Q = {'sum of the friction limit' if varies else 'mu P'} = {force:.6g} N/mm"
     if varies:
         if setup.model.has_shear:
             yield "no closed form holds for partial slip under this friction"

@@ -24,6 +24,8 @@ def friction_warnings(
         yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
     if spec.initial is not None or len(spec.cycles or ()) > 1:
         yield from _about_periodic_cycles(stages)
+    if spec.expression is not None:
+        yield from _about_infinite_friction(spec.expression)
 
 
 def largest_share(spec: FrictionSpec, Qx: float, Qy: float) -> float:
@@ -45,6 +47,17 @@ def _about_weakening(spec: FrictionSpec, growth: float) -> Iterator[str]:
         f"friction.{name}: friction falls {growth:.3g} times as fast with slip as the elastic surfaces hold against it,"
         f" which ends the run; {growth * (value or 0.0):.3g} {unit} or more would not, nor weakening: allow"
     )
+
+
+def _about_infinite_friction(formula: str) -> Iterator[str]:
+    from fretsolve.case.expression import Expression  # few cases have one
+
+    middle = np.zeros(1)
+    if np.isinf(Expression(formula)(x=middle, y=middle, r=middle)).any():
+        yield (
+            "friction.expression: the coefficient is infinite at x = y = 0, and the mean over a cell there depends on"
+            " the cell's size; bound it, as in min(..., 1)"
+        )
 
 
 def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:

@@ -189,11 +189,7 @@ def map_canvas(
     ) as drawn:
         yield drawn
         drawn.heading(title_of(snapshot.result), step_text(snapshot.result, snapshot.step))
-        key = [
-            Line2D([], [], color="black", linewidth=1.3, linestyle=line, label=f"edge of the {name}")
-            for name, _, line in _outlines(snapshot)
-        ]
-        drawn.legend(key, columns=2)
+        drawn.legend(outline_key(snapshot), columns=2)
         for axes in drawn.axes if drawn.own else ():
             place = axes.get_subplotspec()
             if place is not None and not place.is_first_col():
@@ -305,6 +301,14 @@ def cells_inside(result: Result, box: Bbox) -> list[IndexArray]:
     """Return the indices along x and along y of the cells whose centres lie in `box`."""
     sides = ((result.x, box.intervalx), (result.y, box.intervaly))
     return [np.flatnonzero((centres >= low) & (centres <= high)) for centres, (low, high) in sides]
+
+
+def outline_key(snapshot: Snapshot) -> list[Line2D]:
+    """Return the lines of a legend that name the outlines of the zones."""
+    return [
+        Line2D([], [], color="black", linewidth=1.3, linestyle=line, label=f"edge of the {name}")
+        for name, _, line in _outlines(snapshot)
+    ]
 
 
 def _outlines(snapshot: Snapshot) -> Iterator[tuple[str, BoolArray, Any]]:

@@ -10,7 +10,7 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import CLOSED_FORM, MOST_INCREMENTS, marks, unit_of
 from fretsolve.plots.pictures.line_profiles import ProfileLine
-from fretsolve.plots.pictures.maps import draw_panel, scale_of
+from fretsolve.plots.pictures.maps import draw_panel, outline_key, scale_of
 from fretsolve.plots.reference import worn_limit
 from fretsolve.plots.snapshot import Snapshot, chosen_step, middle, require_field, view_box
 from fretsolve.result import Result
@@ -25,6 +25,9 @@ ALIKE = 0.95
 MOST_TICKS = 5
 """Intervals between the ticks of the cycles, so that numbers of six digits stay apart."""
 
+VISIBLE = 0.01
+"""Error over the largest volume above which its band is wider than the line of the volume; the heading has any."""
+
 WIDTH, HEIGHT = 3.7, 2.6
 """Inches of a panel."""
 
@@ -32,8 +35,8 @@ WIDTH, HEIGHT = 3.7, 2.6
 def wear(result: Result, ax: Target = None) -> Figure:
     """Draw the worn depth along x through the middle over the cycles, its map at the end, volume and depth over cycles.
 
-    The depth is that of both bodies together. Volume has its estimated error as a band, and the worn limit of partial
-    slip if a closed form gives it. A line contact has no map. Raises PictureError.
+    The depth is that of both bodies together. Volume has its estimated error as a band where it is wide enough to be
+    seen, and the worn limit of partial slip if a closed form gives it. A line contact has no map. Raises PictureError.
     """
     last = chosen_step(result, None)
     if "wear_volume" not in result.history:
@@ -55,7 +58,8 @@ def wear(result: Result, ax: Target = None) -> Figure:
             draw_panel(drawn, axes[1], snapshot, scale_of(result, "wear_depth", depth), box)
         for panel, draw in zip(axes[1 if is_line else 2 :], (_draw_volume, _draw_depth), strict=False):
             draw(panel, result)
-        drawn.legend(axes[0].get_legend_handles_labels()[0], columns=3)
+        key = outline_key(snapshot) if not is_line and len(axes) > 1 else []
+        drawn.legend([*axes[0].get_legend_handles_labels()[0], *key], columns=3)
         _heading(drawn, result)
     return drawn.figure
 
@@ -105,7 +109,7 @@ def _draw_volume(axes: Axes, result: Result) -> None:
     limit = worn_limit(result)
     if limit is not None and limit.volume < 5.0 * volume.max():
         axes.axhline(limit.volume, label="worn limit (closed form)", **CLOSED_FORM)
-    if error.any():
+    if error.max() > VISIBLE * volume.max():
         band = volume - error, volume + error
         axes.fill_between(cycles, *band, color="0.6", alpha=0.5, linewidth=0, label="estimated error")
     _draw_line(axes, cycles, volume)

@@ -127,6 +127,8 @@ class FrictionForms:
         r = np.linspace(0.0, self.hertz.contact_radius, RADII)[:, None]
         turn = (np.arange(ANGLES) + 0.3) * (2.0 * math.pi / ANGLES)
         values = self.friction.coefficient(r * np.cos(turn), r * np.sin(turn))
+        if not np.isfinite(values).all():
+            return False
         return bool(np.ptp(values, axis=1).max() <= 1e-9 * np.abs(values).max())
 
     def _on_radius(self, r: DoubleArray) -> DoubleArray:

@@ -93,7 +93,7 @@ def test_a_round_formula_about_the_contact_has_one():
     [
         (
             "{coefficient: 0.1, shear_limit: 100 MPa}",
-            ["gross slip begins at Q = int b dA = 26.3437 N or at Mz = 5.0958", "(slip from the rim)"],
+            ["gross slip begins at Q = sum of the friction limit = 26.3437 N or at Mz = 5.0958", "(slip from the rim)"],
         ),
         ("{expression: '0.1 + y**2'}", ["no closed form holds for partial slip under this friction"]),
         ("{coefficient: [0.2, 0.1]}", ["gross slip begins at Q = 80 N along the first axis, 40 N along the second"]),
@@ -126,6 +126,15 @@ def test_a_force_beyond_is_warned_of():
     )
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
     assert "30 N is not below the 26.3437 N (sum of the friction limit) that friction carries" in warning
+
+
+@pytest.mark.parametrize(
+    ("formula", "told"), [("0.1 mm/r", True), ("min(0.1 mm/r, 1)", False), ("0.1*sin(r)/r", False)]
+)
+def test_a_formula_without_a_bound_is_warned_of(formula, told):
+    setup = set_up(build(friction={"expression": formula}, grid={"points": 64}, load_path=[{"P": 400.0}, {"Qx": 3.0}]))
+    texts = [text for text in case_warnings(setup) if text.startswith("friction.expression: the coefficient is inf")]
+    assert len(texts) == told
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from small_cases import WORN, write_case
 from fretsolve.errors import PictureError
 from fretsolve.plots.pictures.histories import stick_history
 from fretsolve.plots.pictures.maps import film
-from fretsolve.plots.pictures.worn_scar import HEIGHT, WIDTH, _draw_line, profile_steps, wear
+from fretsolve.plots.pictures.worn_scar import HEIGHT, VISIBLE, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
 
@@ -39,7 +39,8 @@ def test_scar_volume_and_depth(worn: Path) -> None:
         np.testing.assert_allclose(scar.lines[-1].get_ydata(), 1e3 * middle)
         assert scar.get_ylim()[0] > scar.get_ylim()[1]  # depth points down
         assert scar.get_ylabel().startswith("worn depth (")
-        assert figure_texts(figure)[-1] == "after 10000 cycles"
+        named = figure_texts(figure)[-3:]
+        assert named == ["after 10000 cycles", "edge of the contact", "edge of the stick zone"]
         assert plan.images[-1].get_array().max() == pytest.approx(1e3 * result.field("wear_depth", last).max())
         grown = np.flatnonzero(np.diff(history["cycles"]) > 0.0) + 1
         np.testing.assert_allclose(volume.lines[-1].get_xdata()[1:], history["cycles"][grown])
@@ -67,6 +68,16 @@ def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
         volume = panels(wear(result))[2]
         assert "worn limit (closed form)" in legend_texts(volume)
         assert float(np.ptp(volume.lines[0].get_ydata())) == 0.0
+
+
+@pytest.mark.parametrize(("jumps", "visible"), [("1e4, jump: 5000", False), ("4e5, jump: 1e5", True)])
+def test_an_error_that_can_be_seen_has_a_band(tmp_path: Path, jumps: str, visible: bool) -> None:
+    path = write_case(tmp_path, WORN.replace("1e4, jump: 5000", jumps))
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as result:
+        share = result.history["wear_error"][-1] / result.history["wear_volume"][-1]
+        assert (share > VISIBLE) == visible
+        assert ("estimated error" in panels(wear(result))[2].get_legend_handles_labels()[1]) == visible
 
 
 @pytest.mark.parametrize("cycles", [3, 20000, 75555, 100000, 999999, 2e7])
