@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-from generated_case import case_file, line_case_file, table
+from generated_case import MOST_NAMED, case_file, line_case_file, table
 
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
@@ -205,7 +205,8 @@ def _described(subject: Any, name: str) -> Iterator[str]:
     yield f"{_paragraphs(inspect.getdoc(subject) or '')}\n"
     if dataclasses.is_dataclass(subject):
         names = [field.name for field in dataclasses.fields(subject) if not field.name.startswith("_")]
-        yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
+        if len(names) <= MOST_NAMED:  # those of the history are on its page
+            yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
     rows = list(_members(subject)) if inspect.isclass(subject) else []
     if rows:
         yield from table(("member", "meaning"), rows)
