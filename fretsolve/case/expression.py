@@ -61,7 +61,7 @@ class Expression:
 
     @property
     def varies(self) -> bool:
-        """Return whether a variable stands in it."""
+        """True if a variable stands in it."""
         return any(map(self.uses, self.names))
 
     def uses(self, name: str) -> bool:

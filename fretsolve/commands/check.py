@@ -79,7 +79,7 @@ class CheckedCase:
 
     @property
     def exit_code(self) -> int:
-        """That of the error, else 1 if a value is outside its tolerance."""
+        """The exit code of the error, else 1 if a value is outside its tolerance."""
         if self.error is not None:
             return self.error.exit_code
         return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED

@@ -26,7 +26,7 @@ class ShearedSurfaces:
 
     @property
     def accelerated(self) -> bool:
-        """Whether the separation is extrapolated from the last iterations, which would magnify rounding."""
+        """True if the separation is extrapolated from the last iterations, which would magnify rounding."""
         return self._acceleration is not None
 
     def begin(self, start: InitialState, work: WorkingState, target: float, borrowed: FloatArray) -> None:

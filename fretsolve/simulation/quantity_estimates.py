@@ -1,4 +1,4 @@
-"""What the error bars assume of each quantity."""
+"""Constants of the error bars of each quantity."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ class NormalSolver:
         self._gram = self.modes.gram(self._contact)
 
     def _press_on_one_side(self, control: LoadControl, pressure: FloatArray) -> None:
-        """If moments are imposed and no cell is in contact, let the side that they press down touch (N1, N6)."""
+        """Let the side that imposed moments press down touch, if no cell is in contact (N1, N6)."""
         _, mx, my = control.imposed_resultant
         if not (mx or my) or self._contact.any():
             return
@@ -267,7 +267,7 @@ class NormalSolver:
                     yield axis, places, point, 1 if point > ends.max() else -1
 
     def _widen(self, control: LoadControl, pressure: FloatArray) -> None:
-        """If the cells in contact cannot balance the load, let their neighbours join, up to where it acts."""
+        """Let the neighbours of the cells in contact join, up to where the load acts, if those cannot balance it."""
         if not any(self._loaded_sides(control, self._contact)) and not is_singular(self._gram, control.forced_index):
             return
         wider = grown(self._contact)

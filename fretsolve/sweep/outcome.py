@@ -1,4 +1,4 @@
-"""What a sweep or study collects of a result: values of quantities with their error bars, cost, running condition."""
+"""Collect the results of a sweep or study: values of quantities with their error bars, cost, running condition."""
 
 from __future__ import annotations
 

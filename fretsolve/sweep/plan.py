@@ -32,7 +32,7 @@ class SweepPlan:
 
 @dataclass
 class _Survey:
-    """What a sweep needs of its cases, gathered one by one, since their setups take too much memory to be kept.
+    """The needs of a sweep's cases, gathered one by one, since their setups take too much memory to be kept.
 
     file_bytes, seconds_saved (by compiling), beginnings: by the name of the case; warnings: each once; usual: the
     quantities of the first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have

@@ -48,7 +48,7 @@ jump to be possible at all; runs within their tolerance do not meet it."""
 
 @dataclass(frozen=True)
 class JumpLimits:
-    """What limits a jump besides its error.
+    """The limits of a jump besides its error.
 
     depth: largest depth that the last cycle wears; scale: largest elastic displacement (mm); left: the cycles that are
     left, without the last one; most: those over which friction stays nearly the same.

@@ -29,7 +29,7 @@ class SolvedCycle:
 
 @dataclass(frozen=True)
 class Worn:
-    """What all repetitions of a cycle have worn so far (mm^3), and the estimated error of it."""
+    """The volume that all repetitions of a cycle have worn so far (mm^3), and its estimated error."""
 
     volume: float
     error: float

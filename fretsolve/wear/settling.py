@@ -1,4 +1,4 @@
-"""How far a solved cycle is from those that would follow it between the same surfaces.
+"""The distance of a solved cycle from those that would follow it between the same surfaces.
 
 Only a cycle that repeats itself may stand for others: what it dissipates more than they would is worn as often as it
 stands for. Such an excess stays behind from the first loading, and comes anew with each jump, since the surfaces then

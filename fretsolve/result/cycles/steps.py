@@ -1,4 +1,4 @@
-"""Where the cycles of a load path are in a history, and what changes from one to the next.
+"""Find the cycles of a load path in a history, and compute the change from one to the next.
 
 A cycle is one repetition of an innermost `cycle` of the load path.
 """

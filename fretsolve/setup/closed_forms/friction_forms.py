@@ -47,7 +47,7 @@ class FrictionOnContact:
 
     @property
     def is_known(self) -> bool:
-        """Return whether the coefficient is a number or a formula."""
+        """True if the coefficient is a number or a formula."""
         return self.number is not None or self.case.friction.expression is not None
 
     @cached_property
@@ -92,7 +92,7 @@ class FrictionForms:
 
     @cached_property
     def is_fixed(self) -> bool:
-        """Return whether the limit depends on place and pressure alone, alike in all directions."""
+        """True if the limit depends on place and pressure alone, alike in all directions."""
         case = self.friction.case
         number = isinstance(case.friction.coefficient, float) and not stage_friction(case.load_path)
         return number or case.friction.expression is not None

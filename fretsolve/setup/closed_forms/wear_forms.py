@@ -1,4 +1,4 @@
-"""What closed forms say of wear before a run: depth and volume of a cycle, the scar after all of them."""
+"""Predict wear before a run by closed forms: depth and volume of a cycle, the scar after all of them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class WornCycle:
 
     @cached_property
     def slides(self) -> bool:
-        """Return whether the contact slips as a whole in each half cycle."""
+        """True if the contact slips as a whole in each half cycle."""
         return self.amplitude >= (self._limit if self.forced else self._sliding.delta_x)
 
     @cached_property
