@@ -112,15 +112,19 @@ _CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u206
 """Characters that move the cursor, end lines, or change the order of text, and halves of characters."""
 
 
+LONGEST = 160
+"""Characters of a library's message that are printed."""
+
+
 def printable(text: str, kept: str = "") -> str:
     """Return a text from a user or a file for the console, its control characters but `kept` as in ``\\u001b``."""
     return _CONTROLS.sub(lambda match: match[0] if match[0] in kept else f"\\u{ord(match[0]):04x}", text)
 
 
-def shortened(text: str, most: int = 160) -> str:
+def shortened(text: str) -> str:
     """Return the message of a library on one line, without its middle if it is long."""
     line = " ".join(text.split())
-    return line if len(line) <= most else f"{line[: most - 60]} ... {line[-55:]}"
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - 60]} ... {line[-55:]}"
 
 
 def dotted(key: KeyPath) -> str:

@@ -22,7 +22,7 @@ OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field
 
 @dataclass(frozen=True)
 class Shown:
-    """The part of a result that a picture shows: increments, a point (mm), fields, a body; without one what is usual."""
+    """The part of a result that is drawn: increments, a point (mm), fields, a body; without one what is usual."""
 
     steps: tuple[int, ...] = ()
     at: tuple[float, float] | None = None

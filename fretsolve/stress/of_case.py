@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from fretsolve.case.keys.stress_spec import StressSpec
@@ -39,9 +39,7 @@ def increments_of(result: Result, every: int | None) -> tuple[int, ...]:
     return tuple(step for step in result.steps if step in ends or step == result.steps[-1])
 
 
-def write_case_stress(
-    result: Result, spec: StressSpec, threads: int = 1, show: Callable[[], object] = lambda: None
-) -> Path:
+def write_case_stress(result: Result, spec: StressSpec, threads: int) -> Path:
     """Write the stresses of a finished run beside its result, and return the name of the file.
 
     Raises CaseError, FileError.
@@ -49,7 +47,7 @@ def write_case_stress(
     target = stress_path(result.path)
     tractions = TractionHistory(result)
     with writing(target):
-        write_stress(tractions, case_request(tractions, spec), target, threads, show)
+        write_stress(tractions, case_request(tractions, spec), target, threads)
     return target
 
 

@@ -14,7 +14,7 @@ from matplotlib.transforms import Bbox
 
 from fretsolve.case.dimensions import percent
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import MOST_COLUMNS, Target, canvas, one_line
+from fretsolve.plots.canvas import MOST_COLUMNS, canvas, one_line
 from fretsolve.plots.labels import line_colors, physical_name
 from fretsolve.study.assessment import AssessedRun, Assessment, front
 from fretsolve.study.report import TARGETS, key_names
@@ -32,7 +32,7 @@ INSIDE = (215.0, 150.0)
 """Size of a panel inside its axes (points), for labels that keep clear of each other."""
 
 
-def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
+def trade(study: Assessment, title: str) -> Figure:
     """Draw a panel for the worst error of each run and one per quantity, over the time of the run.
 
     Runs that no other one beats in both are joined and labelled. Raises PictureError.
@@ -45,7 +45,7 @@ def trade(study: Assessment, title: str = "", ax: Target = None) -> Figure:
         stages = study.stages_of(name)
         heading = f"{physical_name(name)}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
         panels.append((heading, [study.error_of(row, name) for row in rows]))
-    with canvas(ax, len(panels), (3.7, 2.9)) as drawn:
+    with canvas(None, len(panels), (3.7, 2.9)) as drawn:
         for axes, (heading, errors) in zip(drawn.axes, panels, strict=False):
             _draw(axes, study, rows, errors)
             axes.set_title(heading)

@@ -191,7 +191,7 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
                 ratios = values[1:] / values[:-1]
                 if np.ptp(ratios) < 1e-3 * ratios[0]:
                     set_scale("log")
-                    axis.set_major_locator(FixedLocator(_some(values, MOST_TICKS)))
+                    axis.set_major_locator(FixedLocator(_some(values)))
                     axis.set_major_formatter("{x:.4g}")
                     axis.set_minor_locator(NullLocator())
         yield sheet, axes
@@ -206,13 +206,13 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
         bar = sheet.colorbar(axes, ScalarMappable(Normalize(0.0, 1.0), line_colors()), _axis_label(other))
         # the lines have colours at equal distances, in the order of the table
         values = list(dict.fromkeys(other.values.tolist()))
-        shown = _some(range(len(values)), MOST_TICKS)
+        shown = _some(range(len(values)))
         bar.set_ticks([k / (len(values) - 1) for k in shown], labels=[f"{values[k]:.4g}" for k in shown])
 
 
-def _some(values: Sequence[Any] | DoubleArray, most: int) -> list[Any]:
-    """Return at most so many of the values, from the first to the last."""
-    places = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
+def _some(values: Sequence[Any] | DoubleArray) -> list[Any]:
+    """Return at most MOST_TICKS of the values, from the first to the last."""
+    places = np.linspace(0, len(values) - 1, min(len(values), MOST_TICKS)).round().astype(int)
     return [values[place] for place in places]
 
 

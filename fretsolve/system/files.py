@@ -29,9 +29,9 @@ def reported(problem: str, file: Path | str, advice: str = "") -> Iterator[None]
 
 
 @contextmanager
-def writing(file: Path | str, advice: str = "") -> Iterator[None]:
+def writing(file: Path | str) -> Iterator[None]:
     """Turn an OSError in the block, which writes `file`, into a FileError."""
-    with reported("cannot be written", file, advice):
+    with reported("cannot be written", file):
         try:
             yield
         except TakenError as error:

@@ -29,7 +29,7 @@ from fretsolve.sweep.manifest import read_manifest
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40
-INCREMENTS = 30 if WHOLE else 300
+INCREMENTS = 30 if WHOLE else 150
 SWEEP = many_cases(CASES)
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
 SHARES = (1, 3, 4)

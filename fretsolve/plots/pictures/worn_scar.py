@@ -72,13 +72,13 @@ def _heading(drawn: Canvas, result: Result) -> None:
     drawn.heading(title_of(result), f"after {cycles:g} cycles: worn volume {volume:.4g}{spread} {unit}")
 
 
-def profile_steps(result: Result, most: int = MOST_PROFILES) -> list[int]:
+def profile_steps(result: Result) -> list[int]:
     """Return increments with fields at which the worn volume is about equally spaced, the last one included."""
     steps = np.array(result.steps)
     volume = result.history["wear_volume"][steps]
     if not volume[-1]:
         return [int(steps[-1])]
-    wanted = volume[-1] * np.arange(1, most + 1) / most
+    wanted = volume[-1] * np.arange(1, MOST_PROFILES + 1) / MOST_PROFILES
     places = np.searchsorted(volume, wanted * (1.0 - 1e-9))
     chosen = sorted({int(steps[min(place, len(steps) - 1)]) for place in places} - {int(steps[-1])})
     # of those that hardly differ from the last one, that alone
