@@ -1,0 +1,56 @@
+"""An increment without a solution is told with its place in the case file, and with a size that would do."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+from small_cases import CASE, write_case
+
+from fretsolve import run
+from fretsolve.case.loading import load_case
+from fretsolve.errors import GridEdgeError, NoSolutionError, SlidingError
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.located_errors import locate
+
+
+def located(folder: Path, error: NoSolutionError, *sets: str, step: int) -> NoSolutionError:
+    setup = set_up(load_case(write_case(folder, CASE), sets))
+    before = [state.summary for state in islice(run(setup.case), step)]
+    increment = setup.load_path.increment(step, before)
+    locate(error, setup, increment)
+    return error
+
+
+def test_a_load_has_the_line_of_its_stage(tmp_path):
+    error = located(tmp_path, SlidingError("gross slip", "Qx"), step=1)
+    assert (error.key, error.line) == (("load_path", 1, "Qx"), 10)
+    assert error.message == "gross slip (increment 1, stage 2)"
+
+
+def test_a_contact_at_the_edge_of_the_grid(tmp_path):
+    error = located(tmp_path, GridEdgeError("reaches the edge"), "grid.size=0.4 mm", step=0)
+    assert error.key == ("grid", "size")
+    assert error.message.startswith("reaches the edge; size: [0.")
+    assert error.message.endswith("] would do (increment 0, stage 1)")
+
+
+@pytest.mark.parametrize(
+    ("sets", "advice"),
+    [
+        (
+            ("grid={points: 16, size: 4 mm}",),
+            "the size would hold the contact under the normal load alone: try size: [6 mm",
+        ),
+        (("grid={points: 4, size: 4 mm}",), "the size would do with more points, which resolve the contact"),
+    ],
+)
+def test_advice_where_the_size_is_not_too_small(tmp_path, sets, advice):
+    assert advice in located(tmp_path, GridEdgeError("reaches the edge"), *sets, step=0).message
+
+
+def test_the_end_of_a_map_is_a_matter_of_the_surface(tmp_path):
+    error = located(tmp_path, GridEdgeError("reaches the end of the map", "map"), step=0)
+    assert error.key == ("surface",)
+    assert error.message == "reaches the end of the map (increment 0, stage 1)"
