@@ -106,27 +106,35 @@ def cycle_table(
         return None
     pair = _pair(history, cycles)
     rows = [_measured(history, one, slip, pair) for one in cycles]
-    moments = pair is not None and pair[0].startswith("M")
-    known = {one.name: replace(one, units=_units(one, moments=moments, line=line)) for one in CYCLES}
-    names = [name for name in known if name in rows[0]]
-    columns = {name: np.array([row[name] for row in rows], known[name].dtype) for name in names}
-    units, meanings = {name: known[name].units for name in names}, {name: known[name].long_name for name in names}
     if "work_total" + CORRECTED_SUFFIX in history:
-        loops = _with_corrected_values(history)
+        corrected = _with_corrected_values(history)
         for row, one in zip(rows, cycles, strict=True):
-            found = _measured(loops, one, lambda step: None, pair)
+            found = _measured(corrected, one, lambda step: None, pair)
             for name in CORRECTED_CYCLE_NAMES:
                 as_run = name.removesuffix(CORRECTED_SUFFIX)
                 row |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
-        for name in CORRECTED_CYCLE_NAMES:
-            as_run = name.removesuffix(CORRECTED_SUFFIX)
-            columns[name] = np.array([row[name] for row in rows])
-            units[name], meanings[name] = units[as_run], f"{meanings[as_run]}, corrected for the number of increments"
-    for name in (name for name in (*WITH_ERRORS, *CORRECTED_CYCLE_NAMES) if name + ERROR_SUFFIX in rows[0]):
-        columns[name + ERROR_SUFFIX] = np.array([row[name + ERROR_SUFFIX] for row in rows])
-        units[name + ERROR_SUFFIX] = units[name]
-        meanings[name + ERROR_SUFFIX] = f"estimated error of {meanings[name]}"
-    return CycleTable(columns, units, meanings, tuple(_outcomes(history, cycles)))
+    moments = pair is not None and pair[0].startswith("M")
+    chosen = [one for one in _quantities(moments=moments, line=line) if one.name in rows[0]]
+    return CycleTable(
+        {one.name: np.array([row[one.name] for row in rows], one.dtype) for one in chosen},
+        {one.name: one.units for one in chosen},
+        {one.name: one.long_name for one in chosen},
+        tuple(_outcomes(history, cycles)),
+    )
+
+
+def _quantities(*, moments: bool, line: bool) -> list[Quantity]:
+    """Return all columns that a table may have: those of `CYCLES`, corrected values, and the error bars of both."""
+    known = {one.name: replace(one, units=_units(one, moments=moments, line=line)) for one in CYCLES}
+    for name in CORRECTED_CYCLE_NAMES:
+        as_run = known[name.removesuffix(CORRECTED_SUFFIX)]
+        known[name] = replace(
+            as_run, name=name, long_name=f"{as_run.long_name}, corrected for the number of increments"
+        )
+    for one in [known[name] for name in (*WITH_ERRORS, *CORRECTED_CYCLE_NAMES)]:
+        name = one.name + ERROR_SUFFIX
+        known[name] = replace(one, name=name, long_name=f"estimated error of {one.long_name}")
+    return list(known.values())
 
 
 def _with_corrected_values(history: History) -> dict[str, NDArray[Any]]:
