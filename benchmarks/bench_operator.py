@@ -1,4 +1,4 @@
-"""The elastic operator against the floor, in asv's shape; ``python benchmarks/bench_operator.py`` prints a table."""
+"""The elastic operator against the floor; ``python benchmarks/bench_operator.py`` prints a table."""
 
 from __future__ import annotations
 
@@ -20,43 +20,30 @@ PARTS = ("normal", "tangential", "all", "tangential, single", "preconditioner")
 """The last two are what an inner iteration applies to a shear, in single precision."""
 
 
-class Operator:
-    """Seconds and WU of an application, by grid and part of the operator."""
-
-    params = ((64, 128, 256, 512, 1024), PARTS)
-    param_names = ("points", "part")
-
-    def setup(self, points: int, part: str) -> None:
-        """Make the operator and arrays for its arguments."""
-        material = set_up(fretsolve.load_case(CASE)).model.compliances
-        terms, team = Terms(True, True, True), ThreadTeam(1, kernels_in_use())
-        self.operator = ElasticOperator((points, points), (0.01, 0.01), material, terms, team)
-        random = np.random.default_rng(0)
-        pressure, shear = random.random((points, points)), random.random((2, points, points))
-        inner = self.operator.inner
-        single, result = shear.astype(inner.dtype), np.empty(shear.shape, inner.dtype)
-        uz, displacement = np.empty_like(pressure), np.empty_like(shear)
-        self.apply = {
-            "normal": lambda: self.operator.normal(pressure, uz),
-            "tangential": lambda: self.operator.tangential(shear, displacement),
-            "all": lambda: self.operator.all(pressure, shear, uz, displacement),
-            "tangential, single": lambda: inner.tangential(single, result),
-            "preconditioner": lambda: self.operator.preconditioner.tangential(single, result),
-        }[part]
-        self.apply()
-
-    def time_application(self, points: int, part: str) -> None:
-        """Apply the operator once."""
-        self.apply()
-
-    def track_work_units(self, points: int, part: str) -> float:
-        """Return the WU of an application, both measured here."""
-        seconds = []
-        for _ in range(15):
-            began = time.process_time()
-            self.apply()
-            seconds.append(time.process_time() - began)
-        return float(np.median(seconds)) / work_unit(points)
+def work_units(points: int, part: str) -> float:
+    """Return the WU of an application on `points` per side, both measured here."""
+    material = set_up(fretsolve.load_case(CASE)).model.compliances
+    terms, team = Terms(True, True, True), ThreadTeam(1, kernels_in_use())
+    operator = ElasticOperator((points, points), (0.01, 0.01), material, terms, team)
+    random = np.random.default_rng(0)
+    pressure, shear = random.random((points, points)), random.random((2, points, points))
+    inner = operator.inner
+    single, result = shear.astype(inner.dtype), np.empty(shear.shape, inner.dtype)
+    uz, displacement = np.empty_like(pressure), np.empty_like(shear)
+    apply = {
+        "normal": lambda: operator.normal(pressure, uz),
+        "tangential": lambda: operator.tangential(shear, displacement),
+        "all": lambda: operator.all(pressure, shear, uz, displacement),
+        "tangential, single": lambda: inner.tangential(single, result),
+        "preconditioner": lambda: operator.preconditioner.tangential(single, result),
+    }[part]
+    apply()
+    seconds = []
+    for _ in range(15):
+        began = time.process_time()
+        apply()
+        seconds.append(time.process_time() - began)
+    return float(np.median(seconds)) / work_unit(points)
 
 
 def print_table(grids: list[int]) -> None:
@@ -64,13 +51,9 @@ def print_table(grids: list[int]) -> None:
     print("| points | WU, ms |", " | ".join(f"{part}, WU" for part in PARTS), "|")
     print("| --- " * (2 + len(PARTS)) + "|")
     for points in grids:
-        costs = []
-        for part in PARTS:
-            bench = Operator()
-            bench.setup(points, part)
-            costs.append(f"{bench.track_work_units(points, part):.2f}")
+        costs = [f"{work_units(points, part):.2f}" for part in PARTS]
         print(f"| {points} | {1e3 * work_unit(points):.3g} |", " | ".join(costs), "|", flush=True)
 
 
 if __name__ == "__main__":
-    print_table([int(argument) for argument in sys.argv[1:]] or list(Operator.params[0]))
+    print_table([int(argument) for argument in sys.argv[1:]] or [64, 128, 256, 512, 1024])

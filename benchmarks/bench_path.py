@@ -1,4 +1,4 @@
-"""Increments of the modes in WU and seconds, in asv's shape; ``python benchmarks/bench_path.py 256 512`` prints.
+"""Increments of the modes in WU and seconds; ``python benchmarks/bench_path.py 256 512`` prints a table.
 
 The base case on a square potential contact area of 0.9 mm, one thread, tolerance 1e-6, certificates met. `first` is an
 increment with all that it makes ready for later ones (influence coefficients, window, arrays; FFTW's plans from its
@@ -126,48 +126,13 @@ def compile_kernels() -> None:
             deque(islice(fretsolve.run(setup_of(job, points)), 3), maxlen=0)
 
 
-class PathCost:
-    """Cost of an increment by grid and job."""
+def bytes_per_cell(points: int) -> float:
+    """Return the peak memory of the first three increments of mode I.3, in a process of its own.
 
-    params = ((256, 512, 1024), tuple(job.name for job in JOBS))
-    param_names = ("points", "job")
-    timeout = 1200
-
-    def setup(self, points: int, name: str) -> None:
-        """Measure the cost, once kernels are compiled and FFTW's plans are known."""
-        compile_kernels()
-        job = next(job for job in JOBS if job.name == name)
-        self.cost, self.work_unit = cost(job, points), work_unit(points)
-
-    def track_applications(self, points: int, name: str) -> float:
-        """Return the operator applications."""
-        return self.cost.applications
-
-    def track_iterations(self, points: int, name: str) -> float:
-        """Return the normal and tangential iterations."""
-        return self.cost.iterations
-
-    def track_work_units_first(self, points: int, name: str) -> float:
-        """Return the WU with all that is made ready for later increments."""
-        return self.cost.first / self.work_unit
-
-    def track_work_units(self, points: int, name: str) -> float:
-        """Return the WU of the increment alone."""
-        return self.cost.again / self.work_unit
-
-
-class Memory:
-    """Peak memory per cell of the coupled problem, beyond what the interpreter and the libraries take."""
-
-    params = (512, 1024, 2048)
-    param_names = ("points",)
-    unit = "bytes"
-    timeout = 1200
-
-    def track_bytes_per_cell(self, points: int) -> float:
-        """Return the memory of the first three increments of mode I.3, in a process of its own."""
-        output = subprocess.run([sys.executable, __file__, "--memory", str(points)], capture_output=True, check=True)
-        return float(output.stdout)
+    It is per cell, beyond what the interpreter and the libraries take.
+    """
+    output = subprocess.run([sys.executable, __file__, "--memory", str(points)], capture_output=True, check=True)
+    return float(output.stdout)
 
 
 def peak_bytes() -> int:
@@ -177,7 +142,7 @@ def peak_bytes() -> int:
 
 
 def print_bytes_per_cell(points: int) -> None:
-    """Return what `Memory` asks its process for."""
+    """Print what `bytes_per_cell` asks its process for."""
     compile_kernels()
     before = peak_bytes()
     deque(islice(fretsolve.run(setup_of(JOBS[3], points)), 3), maxlen=0)
@@ -190,19 +155,17 @@ def _rounded(value: float) -> str:
 
 def print_table(grids: list[int]) -> None:
     """Print the cost of all jobs on some grids, and the memory."""
+    compile_kernels()
     print("| job | points | WU, ms | applications | first, WU | again, WU | again, s |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for job in JOBS:
         for points in grids:
             if job.increment is None and points > LARGEST_OF_PATHS:
                 continue
-            bench = PathCost()
-            bench.setup(points, job.name)
-            found = bench.cost
+            found, unit = cost(job, points), work_unit(points)
             print(
-                f"| {job.name} | {points} | {1e3 * bench.work_unit:.2f}"
-                f" | {found.applications:.0f} | {_rounded(found.first / bench.work_unit)}"
-                f" | {found.again / bench.work_unit:.0f} | {found.again:.3g} |",
+                f"| {job.name} | {points} | {1e3 * unit:.2f} | {found.applications:.0f}"
+                f" | {_rounded(found.first / unit)} | {found.again / unit:.0f} | {found.again:.3g} |",
                 flush=True,
             )
 
@@ -211,4 +174,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--memory"]:
         print_bytes_per_cell(int(sys.argv[2]))
     else:
-        print_table([int(argument) for argument in sys.argv[1:]] or list(PathCost.params[0]))
+        print_table([int(argument) for argument in sys.argv[1:]] or [256, 512, 1024])

@@ -1,4 +1,4 @@
-"""The two solvers alone, from nothing, on the whole grid; asv's shape, ``python benchmarks/bench_solvers.py`` prints.
+"""The two solvers alone, from nothing, on the whole grid; ``python benchmarks/bench_solvers.py`` prints a table.
 
 A sphere of the base case on 0.9 mm: the pressure at 400 N, and the shear at 36 N under that pressure, without window
 and coarse grids, so that iterations tell what the preconditioners do as the grid is refined.
@@ -25,15 +25,10 @@ STEEL = Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
 SOLVERS = ("normal", "tangential")
 
 
-class Solvers:
-    """Iterations, applications and cost of one solve, by grid and solver."""
+class Problem:
+    """The problems of both solvers on one grid."""
 
-    params = ((64, 128, 256, 512, 1024), SOLVERS)
-    param_names = ("points", "solver")
-    timeout = 600
-
-    def setup(self, points: int, solver: str) -> None:
-        """Make the operators, and the pressure for the tangential problem."""
+    def __init__(self, points: int):
         grid = Grid.from_size((points, points), (0.9, 0.9))
         team = ThreadTeam(1, kernels_in_use())
         self.operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), STEEL, Terms(True, True, False), team)
@@ -41,16 +36,6 @@ class Solvers:
         self.normal, self.tangential = NormalSolver(self.operator, grid), TangentialSolver(self.operator, grid)
         self.pressure = np.zeros(grid.shape)
         self.solve_normal(self.pressure)
-        self.result = self.solve(solver)
-        before = self.operator.total_applications
-        self.solve(solver)
-        self.applications = self.operator.total_applications - before
-        seconds = []
-        for _ in range(5):
-            began = time.process_time()
-            self.solve(solver)
-            seconds.append(time.process_time() - began)
-        self.seconds, self.work_unit = float(np.median(seconds)), work_unit(points)
 
     def solve_normal(self, pressure: np.ndarray) -> int:
         """Solve the normal problem from `pressure` and return its iterations."""
@@ -70,25 +55,20 @@ class Solvers:
         assert result.converged
         return result.iterations
 
-    def time_solve(self, points: int, solver: str) -> None:
-        """Solve once from zero tractions."""
-        self.solve(solver)
 
-    def peakmem_solve(self, points: int, solver: str) -> None:
-        """Solve once from zero tractions."""
-        self.solve(solver)
-
-    def track_iterations(self, points: int, solver: str) -> int:
-        """Return the iterations of conjugate gradients."""
-        return self.result
-
-    def track_applications(self, points: int, solver: str) -> int:
-        """Return the applications of the elastic operator, in single and in double precision."""
-        return self.applications
-
-    def track_work_units(self, points: int, solver: str) -> float:
-        """Return the WU of a solve, both measured here."""
-        return self.seconds / self.work_unit
+def cost(points: int, solver: str) -> tuple[int, int, float]:
+    """Return the iterations of a solve, its applications in single and double precision, and its seconds."""
+    problem = Problem(points)
+    iterations = problem.solve(solver)
+    before = problem.operator.total_applications
+    problem.solve(solver)
+    applications = problem.operator.total_applications - before
+    seconds = []
+    for _ in range(5):
+        began = time.process_time()
+        problem.solve(solver)
+        seconds.append(time.process_time() - began)
+    return iterations, applications, float(np.median(seconds))
 
 
 def print_table(grids: list[int]) -> None:
@@ -98,14 +78,10 @@ def print_table(grids: list[int]) -> None:
     print("| --- | --- | --- | --- | --- | --- |")
     for solver in SOLVERS:
         for points in grids:
-            bench = Solvers()
-            bench.setup(points, solver)
-            print(
-                f"| {solver} | {points} | {bench.result} | {bench.applications}"
-                f" | {bench.track_work_units(points, solver):.0f} | {bench.seconds:.3g} |",
-                flush=True,
-            )
+            iterations, applications, seconds = cost(points, solver)
+            units = seconds / work_unit(points)
+            print(f"| {solver} | {points} | {iterations} | {applications} | {units:.0f} | {seconds:.3g} |", flush=True)
 
 
 if __name__ == "__main__":
-    print_table([int(argument) for argument in sys.argv[1:]] or list(Solvers.params[0]))
+    print_table([int(argument) for argument in sys.argv[1:]] or [64, 128, 256, 512, 1024])

@@ -222,9 +222,7 @@ def print_residuals() -> None:
 def print_performance() -> None:
     """Return what the increments of the modes cost, and the memory of the coupled one."""
     bench_path.print_table([256, 512, 1024, 2048])
-    sizes = ", ".join(
-        f"{bench_path.Memory().track_bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048)
-    )
+    sizes = ", ".join(f"{bench_path.bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048))
     print(f"\nPeak memory of mode I.3 in bytes per cell, beyond the interpreter and its libraries: {sizes}.")
 
 
@@ -264,11 +262,6 @@ def print_savings() -> None:
 def print_programs() -> None:
     """Print the figures of other open programs on the base case, as far as they can be installed."""
     compare_programs.main([])
-
-
-def _run(case: str, *overrides: str) -> list[State]:
-    loaded = fretsolve.load_case(CASES / f"{case}.yaml", [*overrides, "expect=[]"])
-    return list(fretsolve.run(loaded))
 
 
 def print_run() -> None:

@@ -74,10 +74,6 @@ class RandomCase(CalibrationCase):
         points = [self.points * count for count in setup.grid.shape]
         return self._with(grid={**self.parts["grid"], "points": points}, load_path=stages)
 
-    def fine_counts(self) -> tuple[int, ...]:
-        """Increments per stage of the fine run."""
-        return tuple(count * finer(count) for count in set_up(self.case()).load_path.counts)
-
 
 def finer(count: int) -> int:
     """Return how many increments, an even number, of the fine run stand for one of a stage with `count` of them."""

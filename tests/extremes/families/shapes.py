@@ -20,7 +20,6 @@ from .pairs import PLAIN
 FloatArray = NDArray[np.float64]
 SHEARED = [{"P": LOAD}, {"Qx": 20.0, "increments": 2}]
 SIDE = np.linspace(-0.5, 0.5, 101)
-PARABOLOID = np.add.outer(SIDE**2, SIDE**2) / 20.0
 SPHERE = {"sphere": {"radius": 10.0}}
 
 
