@@ -88,6 +88,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         yield from line_form_lines(setup)
         return
     hertz, punch, stick = forms.largest, forms.punch, forms.smallest_stick
+    coupled = setup.model.has_shear and setup.model.terms.normal_tangential_coupling
     contact = hertz or punch
     if contact is None:
         yield from cylinder_lines(setup)
@@ -127,6 +128,8 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
             f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.source})"
         )
+    elif hertz is not None and coupled and not setup.case.friction_varies:
+        yield "no closed form gives the stick radius under a tangential load between unlike bodies"
 
 
 def _sphere_under_bulk(setup: ProblemSetup) -> str:

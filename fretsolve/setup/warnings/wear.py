@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 SLIP_PER_RADIUS = 0.1
 """Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
 
+SPARE_ROOM = 1.5
+"""Side of a grid that is advised where nothing tells the size of a scar, over that of the unworn contact's grid."""
+
 
 def about_wear(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
@@ -37,7 +40,11 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         yield text
     if setup.case.grid.size is None:
         if not cycles:
-            yield "grid.size: auto does not know how far wear widens this contact; a size that leaves room is needed"
+            taken = max(grid.size)
+            yield (
+                f"grid.size: auto takes {taken:.3g} mm, by the unworn contact, since no closed form tells how far wear"
+                f" widens it; {SPARE_ROOM * taken:.3g} mm would leave room for a scar"
+            )
         return
     reach = worn_reach(setup.closed_forms)
     if reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):

@@ -40,6 +40,14 @@ def test_report_on_a_sphere(tmp_path: Path) -> None:
     assert messages == ""
 
 
+def test_stick_radius_between_unlike_bodies_has_a_closed_form_under_p_alone(tmp_path: Path) -> None:
+    none = "no closed form gives the stick radius under a tangential load between unlike bodies"
+    assert none in validated(tmp_path, UNLIKE)[0]
+    assert none not in validated(tmp_path)[0]
+    pressed, _ = validated(tmp_path, UNLIKE, "load_path=[{P: 400 N}]", "expect=[]")
+    assert none not in pressed and "(Spence" in pressed
+
+
 def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:
     for sets in (NORMAL, (UNLIKE,)):
         output, _ = validated(tmp_path, "grid.points=64", *sets)

@@ -110,7 +110,7 @@ def test_where_no_closed_form_tells(parts):
     setup = worn("Qx", 20.0, 1e4, **parts)
     assert worn_cycles(setup.closed_forms) == ()
     assert "no closed form tells how much wears here" in list(wear_lines(setup))
-    assert any(text.startswith("grid.size: auto does not know how far wear widens") for text in case_warnings(setup))
+    assert any("no closed form tells how far wear widens it" in text for text in case_warnings(setup))
 
 
 def test_lines_of_partial_slip():
