@@ -158,12 +158,16 @@ def python_results() -> Iterator[str]:
 
 
 def python_pictures() -> Iterator[str]:
-    """Return the functions that draw."""
+    """Return what all functions that draw have in common, and a table of them."""
     module = importlib.import_module(PICTURES)
     yield _paragraphs(inspect.getdoc(module) or "") + "\n"
-    for name in module.__all__:
-        if name[0].islower():
-            yield from _described(_found(PICTURES, name), f"{PICTURES}.{name}")
+    yield "`help(fretsolve.plots.loop)`, and so on, has the arguments and what is drawn by default.\n"
+    found = {name: _found(PICTURES, name) for name in module.__all__ if name[0].islower()}
+    rows = [
+        (f"`{name}{_signature(one).partition(' -> ')[0]}`", _in_a_cell(_first_paragraph(one)).removeprefix("Draw "))
+        for name, one in found.items()
+    ]
+    yield from table(("function", "draws"), rows)
 
 
 def python_closed_forms() -> Iterator[str]:
