@@ -177,6 +177,14 @@ def case_model(data: Any) -> type[Case]:
     return LineCase
 
 
+def stored_case(effective_case: Any) -> Case | None:
+    """Return the case that an effective case says, None if this version does not understand it."""
+    try:
+        return case_model(effective_case).model_validate(effective_case)
+    except ValidationError:
+        return None
+
+
 def _present_keys(key: KeyPath, data: dict[str, Any]) -> Sequence[KeyPath]:
     """Return the keys that an override means: one, or with ``load_path.*`` one for each stage. Raises `LookupError`."""
     if key[:2] != ("load_path", "*"):

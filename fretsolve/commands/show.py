@@ -13,6 +13,7 @@ import numpy as np
 
 from fretsolve.case.problems import nearest
 from fretsolve.errors import CaseError
+from fretsolve.export.tables import csv_heading
 from fretsolve.export.text_report import print_report
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES
@@ -85,5 +86,5 @@ def write_csv(result: Result, names: list[str], *, every_increment: bool) -> Non
     history = _rows(result, names, every_increment=every_increment)
     units = {name: result.units(name) for name in history}
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow([name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()])
+    writer.writerow(csv_heading(units))
     writer.writerows(zip(*history.values(), strict=True))

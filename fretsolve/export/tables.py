@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +22,14 @@ def write_history_csv(result: Result, path: Path, *, exclusive: bool) -> None:
     units = {name: result.units(name) for name in result.history}
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow([name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()])
+    writer.writerow(csv_heading(units))
     writer.writerows(zip(*(column.tolist() for column in result.history.values()), strict=True))
     atomic_files.write_text(path, text.getvalue(), exclusive=exclusive)
+
+
+def csv_heading(units: Mapping[str, str]) -> list[str]:
+    """Return names with their units, such as ``P (N)``, as the first row of a table."""
+    return [name if unit == "1" else f"{name} ({unit})" for name, unit in units.items()]
 
 
 def write_npz(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:

@@ -10,17 +10,15 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.export.vtk import BYTE_ORDER, data_array, grids_folder
+from fretsolve.export.vtk import data_array, grids_folder, write_grid, write_index
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.stress.invariants import principal, von_mises
 from fretsolve.stress.names import ComputedFile
 from fretsolve.stress.stress_file import BodyStress, bodies_of
-from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
 
 VOLUME_NAME = re.compile(r".+\.[0-9]{6,}\.vtr(\.[0-9a-f]{16}\.tmp)?")
@@ -47,16 +45,13 @@ def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive
     """
     folder = grids_folder(path)
     folder.mkdir(exist_ok=True)
-    index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{BYTE_ORDER}">']
-    index.append("<Collection>")
+    grids = []
     volumes = _stresses(computed, source) if computed.kind == "stress" else _parameters(computed, source)
     for volume in volumes:
         grid = folder / f"{volume.kind}_body_{volume.body}.{volume.step:06d}.vtr"
         _write_grid(grid, volume)
-        name, file = quoteattr(f"body {volume.body}"), quoteattr(f"{folder.name}/{grid.name}")
-        index.append(f'<DataSet timestep="{volume.step}" part="{volume.body - 1}" name={name} file={file}/>')
-    with atomic_files.new_file(path, durable=False, exclusive=exclusive) as written:
-        written.write("\n".join([*index, "</Collection>", "</VTKFile>", ""]).encode())
+        grids.append((grid, volume.step, volume.body - 1, f"body {volume.body}"))
+    write_index(path, grids, exclusive=exclusive)
 
 
 def _stresses(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
@@ -101,16 +96,13 @@ def _write_grid(path: Path, volume: _Volume) -> None:
     axes: tuple[NDArray[np.float64], ...] = (volume.x, volume.y, volume.depths if up else -volume.depths[::-1])
     coordinates = "".join(data_array(name, values, blobs) for name, values in zip("xyz", axes, strict=True))
     extent = " ".join(f"0 {len(values) - 1}" for values in axes)
-    head = (
-        '<?xml version="1.0"?>\n'
-        f'<VTKFile type="RectilinearGrid" version="1.0" byte_order="{BYTE_ORDER}" header_type="UInt64"'
-        ' compressor="vtkZLibDataCompressor">\n'
+    write_grid(
+        path,
+        "RectilinearGrid",
         f'<RectilinearGrid WholeExtent="{extent}">\n<Piece Extent="{extent}">\n<PointData>\n{point_data}</PointData>\n'
-        f"<Coordinates>\n{coordinates}</Coordinates>\n</Piece>\n</RectilinearGrid>\n"
-        '<AppendedData encoding="raw">\n_'
+        f"<Coordinates>\n{coordinates}</Coordinates>\n</Piece>\n</RectilinearGrid>\n",
+        blobs,
     )
-    with atomic_files.new_file(path, durable=False) as file:
-        file.writelines([head.encode(), *blobs, b"\n</AppendedData>\n</VTKFile>\n"])
 
 
 def _ordered(field: DoubleArray, *, up: bool) -> DoubleArray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import sys
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -60,18 +60,26 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path, *, exclusive: bo
         surfaces, warnings = DeformedSurfaces(result), []
     except FlatError as error:
         surfaces, warnings = None, [f"the surfaces are left flat: {error}"]
-    index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{BYTE_ORDER}">']
-    index.append("<Collection>")
+    grids = []
     for step in steps:
         fields = _point_data(result, step)
         for part, body in enumerate(surfaces.at(step) if surfaces is not None else [_flat(result)]):
             grid = folder / f"{body.name.replace(' ', '_')}.{step:06d}.vts"
             _write_grid(grid, body, fields, step)
-            name, file = quoteattr(body.name), quoteattr(f"{folder.name}/{grid.name}")
-            index.append(f'<DataSet timestep="{step}" part="{part}" name={name} file={file}/>')
+            grids.append((grid, step, part, body.name))
+    write_index(path, grids, exclusive=exclusive)
+    return warnings
+
+
+def write_index(path: Path, grids: Iterable[tuple[Path, int, int, str]], *, exclusive: bool) -> None:
+    """Write the .pvd that ParaView opens; grids: in a folder beside it, each with increment, part and name."""
+    index = ['<?xml version="1.0"?>', f'<VTKFile type="Collection" version="1.0" byte_order="{BYTE_ORDER}">']
+    index.append("<Collection>")
+    for grid, step, part, name in grids:
+        file = quoteattr(f"{grid.parent.name}/{grid.name}")
+        index.append(f'<DataSet timestep="{step}" part="{part}" name={quoteattr(name)} file={file}/>')
     with atomic_files.new_file(path, durable=False, exclusive=exclusive) as written:
         written.write("\n".join([*index, "</Collection>", "</VTKFile>", ""]).encode())
-    return warnings
 
 
 def _point_data(result: Result, step: int) -> dict[str, NDArray[Any]]:
@@ -99,15 +107,23 @@ def _write_grid(path: Path, body: BodySurface, fields: Mapping[str, NDArray[Any]
         data["vtkGhostType"] = np.where(body.material, 0, 2).astype(np.uint8)  # 2: hidden
     point_data = "".join(data_array(name, values, blobs) for name, values in data.items())
     points = data_array("Points", body.points, blobs)
-    head = (
-        '<?xml version="1.0"?>\n'
-        f'<VTKFile type="StructuredGrid" version="1.0" byte_order="{BYTE_ORDER}" header_type="UInt64"'
-        ' compressor="vtkZLibDataCompressor">\n'
+    write_grid(
+        path,
+        "StructuredGrid",
         f'<StructuredGrid WholeExtent="{extent}">\n'
         f'<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time:g}</DataArray>'
         f'</FieldData>\n<Piece Extent="{extent}">\n'
-        f"<PointData>\n{point_data}</PointData>\n<Points>\n{points}</Points>\n</Piece>\n</StructuredGrid>\n"
-        '<AppendedData encoding="raw">\n_'
+        f"<PointData>\n{point_data}</PointData>\n<Points>\n{points}</Points>\n</Piece>\n</StructuredGrid>\n",
+        blobs,
+    )
+
+
+def write_grid(path: Path, kind: str, grid: str, blobs: Iterable[bytes]) -> None:
+    """Write a file of VTK with a grid of a kind; blobs: the arrays that it refers to. Raises OSError."""
+    head = (
+        '<?xml version="1.0"?>\n'
+        f'<VTKFile type="{kind}" version="1.0" byte_order="{BYTE_ORDER}" header_type="UInt64"'
+        f' compressor="vtkZLibDataCompressor">\n{grid}<AppendedData encoding="raw">\n_'
     )
     with atomic_files.new_file(path, durable=False) as file:
         file.writelines([head.encode(), *blobs, b"\n</AppendedData>\n</VTKFile>\n"])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.loading import case_model
+from fretsolve.case.loading import stored_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average, depth_weights
@@ -112,10 +112,7 @@ def _effective(attributes: Any) -> dict[str, Any]:
 
 
 def _case(attributes: Any) -> Case | None:
-    from pydantic import ValidationError
-
     try:
-        effective = _effective(attributes)
-        return case_model(effective).model_validate(effective)
-    except (ValidationError, json.JSONDecodeError):
+        return stored_case(_effective(attributes))
+    except json.JSONDecodeError:
         return None

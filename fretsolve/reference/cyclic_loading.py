@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
+
+Branch = TypeVar("Branch")
 
 SAME = 1e-6
 """Loads that differ by no more than this, relative to the load they go with, are equal."""
@@ -95,11 +97,8 @@ class CyclicLoading:
 
     @cached_property
     def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact | RimSlip]]:
-        """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
-        points, _ = turning_points(self.path, self._least)
-        lengths = [after - before for before, after in pairwise(points)]
-        first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
-        return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
+        """The branches, with a factor each, as of `masing_branches`."""
+        return masing_branches(self.path, self._least, self.on_loading)
 
     @property
     def _least(self) -> float:
@@ -118,6 +117,19 @@ class CyclicLoading:
         if self.bound is not None:
             return self.bound.under(load)
         return cattaneo_mindlin(self.hertz, self.friction, load, self.compliance)
+
+
+def masing_branches(
+    path: Sequence[float], least: float, on_loading: Callable[[float], Branch]
+) -> list[tuple[float, Branch]]:
+    """Return the branches of a path with a factor each: a later one is twice the first loading by half of its length.
+
+    That is Masing's rule. least: load up to which a change does not count; on_loading: the solution on first loading.
+    """
+    points, _ = turning_points(path, least)
+    lengths = [after - before for before, after in pairwise(points)]
+    first = [(1.0, on_loading(length)) for length in lengths[:1]]
+    return first + [(2.0, on_loading(0.5 * length)) for length in lengths[1:]]
 
 
 def cyclic_loading(

@@ -84,14 +84,9 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def case(self) -> Case | None:
         """The case with its defaults, None if this version does not understand it."""
-        from pydantic import ValidationError
+        from fretsolve.case.loading import stored_case
 
-        from fretsolve.case.loading import case_model
-
-        try:
-            return case_model(self.effective_case).model_validate(self.effective_case)
-        except ValidationError:
-            return None
+        return stored_case(self.effective_case)
 
     @cached_property
     def cycles(self) -> CycleTable | None:

@@ -66,14 +66,10 @@ def stages_of(effective_case: Mapping[str, Any]) -> tuple[Stage, ...]:
     """Return the stages of a case, none if it has no cycle or is not understood."""
     if not any("cycle" in step for step in effective_case.get("load_path", ())):
         return ()
-    from pydantic import ValidationError
+    from fretsolve.case.loading import stored_case
 
-    from fretsolve.case.loading import case_model
-
-    try:
-        return case_model(effective_case).model_validate(effective_case).stages()
-    except ValidationError:
-        return ()
+    case = stored_case(effective_case)
+    return () if case is None else case.stages()
 
 
 def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: bool = True) -> list[CycleSteps]:

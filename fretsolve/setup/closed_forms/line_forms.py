@@ -9,13 +9,12 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.reference.bulk_stress import LineUnderBulk
-from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, turning_points
+from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, masing_branches
 from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
 from fretsolve.setup.closed_forms.area_forms import ClosedForm, ClosedForms
 from fretsolve.setup.closed_forms.normal_forms import Load
@@ -41,11 +40,8 @@ class LineShear:
 
     @cached_property
     def branches(self) -> list[tuple[float, LinePartialSlip | LineUnderBulk]]:
-        """The branches, with a factor each: a later one is twice the first loading by half of its length (Masing)."""
-        points, _ = turning_points(self.path, self._least)
-        lengths = [after - before for before, after in pairwise(points)]
-        first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
-        return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
+        """The branches, with a factor each, as of `masing_branches`."""
+        return masing_branches(self.path, self._least, self.on_loading)
 
     @property
     def slips_one_way(self) -> bool:
