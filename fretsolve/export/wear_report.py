@@ -43,7 +43,10 @@ def wear_totals(result: Result) -> Iterator[str]:
     cycles, volume, error, depth = (
         float(history[name][-1]) for name in ("cycles", "wear_volume", "wear_error", "wear_depth_max")
     )
-    spread = f" ± {error:.1e} by the jumps" if error else ""
+    from fretsolve.setup.worn_volume import error_by_grid  # few results have wear
+
+    errors = {"the jumps": error or None, "the cells that stick": error_by_grid(result)}
+    spread = ",".join(f" ± {value:.1e} by {cause}" for cause, value in errors.items() if value is not None)
     unit = result.units("wear_volume")
     yield (
         f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g}{spread} {unit},"

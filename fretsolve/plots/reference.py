@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import derive_model
 from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_slip, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
@@ -16,6 +15,7 @@ from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.result import Result
 from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
 from fretsolve.setup.problem_setup import closed_forms_of
+from fretsolve.setup.worn_volume import only_worn_cycle
 from fretsolve.system.arrays import DoubleArray
 
 JUST_AFTER = 1e-3
@@ -46,14 +46,8 @@ def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
 
 def worn_limit(result: Result) -> WornLimit | None:
     """Return the worn limit of partial slip that the only cycle which stands for others leads to; None without one."""
-    case = result.case
-    if case is None or case.wear is None:
-        return None
-    from fretsolve.setup.closed_forms.wear_forms import worn_cycles
-
-    model = derive_model(case, 1.0 if case.friction_varies else None)
-    found = worn_cycles(closed_forms_of(case, model, LoadPath(case.stages(), model).imposed))
-    return found[0].limit if len(found) == 1 else None
+    cycle = only_worn_cycle(result)
+    return None if cycle is None else cycle.limit
 
 
 def shear_form(result: Result, step: int) -> Curve | None:

@@ -14,7 +14,7 @@ are those of `fretsolve.model.materials.Compliances`. Every function raises Valu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,14 @@ class WornLimit:
         nodes, weights = np.polynomial.legendre.leggauss(NODES)
         u = 0.5 * self._rim * (nodes + 1.0)
         return math.pi * self._rim * self.stick_radius**2 * float(np.sum(weights * u * self._depth(u)))
+
+    def with_stick_radius(self, radius: float, *, load_kept: bool) -> WornLimit:
+        """Return the limit with another stick radius (mm) under the same P, or else at the same approach."""
+        depth = self.delta_z
+        if load_kept:
+            depth = self.load / (2.0 * self.contact_modulus * radius) + radius**2 / (3.0 * self.radius)
+        largest = math.sqrt(depth * self.radius)
+        return replace(self, stick_radius=min(radius, largest), delta_z=depth)
 
     def shear_force(self, friction: float) -> float:
         """Return the largest tangential force of the cycle, 2 mu E* c (d - c^2/R) (N)."""

@@ -87,10 +87,12 @@ class QuietMessages:
             if text is not None:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
-            from fretsolve.export.wear_report import warning_of_wear  # few cases have wear
+            from fretsolve.export.wear_report import warning_of_wear
+            from fretsolve.setup.worn_volume import warning_of_the_grid  # few cases have wear
 
-            by_jumps = warning_of_wear(result, {one for one in jumps if one is not None})
-            for text in (by_jumps, warning_of_slip(self.setup, result.history)):
+            known = {one for one in jumps if one is not None}
+            errors = warning_of_wear(result, known), warning_of_the_grid(result, known)
+            for text in (*errors, warning_of_slip(self.setup, result.history)):
                 if text is not None:
                     self.warn(text)
         if "spots" in result.history:

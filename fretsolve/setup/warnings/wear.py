@@ -17,6 +17,12 @@ from fretsolve.system.arrays import DoubleArray
 if TYPE_CHECKING:
     from fretsolve.setup.closed_forms.wear_forms import WornCycle
 
+ASIDE = (0.31, 0.17)
+"""Place of a grid's middle in cells, with which no cells change from stick to slip by symmetry at once."""
+
+NEARLY = 0.02
+"""Half cells by which a middle may lie aside and count as centred."""
+
 SLIP_PER_RADIUS = 0.1
 """Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
 
@@ -36,6 +42,8 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         return
     yield from _about_jumps(setup)
     cycles, grid = _worn_cycles(setup), setup.grid
+    if (text := _about_stick_cells(setup, cycles)) is not None:
+        yield text
     if (text := _slip_before_the_run(cycles)) is not None:
         yield text
     if setup.case.grid.size is None:
@@ -64,6 +72,38 @@ def _about_jumps(setup: ProblemSetup) -> Iterator[str]:
             f"{dotted(found.key)}: about {float(f'{found.expected:.1g}'):g} cycles would have to be solved"
             f"{ends if found.expected > found.most else ''}; a larger {found.key[-1]} needs fewer"
         )
+
+
+def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[WornCycle]) -> str | None:
+    """Warn if cells that stick or slip as a whole are likely to change the worn volume by more than the tolerance."""
+    from fretsolve.wear.stick_cells import expected_error  # few cases have wear
+
+    grid, case = setup.grid, setup.case
+    for cycle in cycles:
+        if cycle.limit is None:
+            continue
+        volume = min(cycle.volume_at_first_rate, cycle.limit.volume)
+        centred = _is_centred(setup)
+        side = float(np.sqrt(grid.dx * grid.dy))
+        error = expected_error(cycle.limit, volume, side, centred=centred, load_kept=cycle.load_kept)
+        if error <= cycle.jumps.tolerance * volume:
+            continue
+        cells = f"c is {cycle.limit.stick_radius / side:.1f} cells, which stick or slip as a whole"
+        aside = ""
+        if centred:
+            x, y = case.grid.center[0] + ASIDE[0] * grid.dx, case.grid.center[1] + ASIDE[1] * grid.dy
+            aside = f", and half of that is likely with a center of [{x:.3g} mm, {y:.3g} mm], a part of a cell aside"
+        change = f"the worn volume may change by about {percent(error / volume, 1)}"
+        return f"grid.points: {cells}: {change}; more of them change it less{aside}"
+    return None
+
+
+def _is_centred(setup: ProblemSetup) -> bool:
+    """Return whether the sphere's middle lies on a corner of cells, or in the middle of one."""
+    surface = setup.case.surface[0]
+    middles = zip(surface.center, (setup.grid.x[0], setup.grid.y[0]), (setup.grid.dx, setup.grid.dy), strict=True)
+    halves = [2.0 * (middle - first) / side for middle, first, side in middles]
+    return all(abs(half - round(half)) < NEARLY for half in halves)
 
 
 def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) -> str | None:

@@ -23,6 +23,7 @@ from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings.wear import warning_of_slip
+from fretsolve.setup.worn_volume import error_by_grid
 from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
 ALPHA = 1e-7
@@ -248,6 +249,25 @@ def test_jumps_beyond_the_tolerance_are_warned_of(tmp_path: Path) -> None:
     assert "give a smaller jump, or jump: auto" in done.stderr
     # within the tolerance nothing is said
     assert "wear_error" not in invoke("run", path, "-q", "--overwrite").stderr
+
+
+def test_the_error_by_cells_that_stick_is_shown_and_warned_of(tmp_path: Path) -> None:
+    path = write_case(tmp_path, WORN)
+    done = invoke("run", path, "-q", "--set", "load_path.2.cycle.represents=400000", "--set", "grid.size=1 mm")
+    with open_result(path.with_suffix(".h5")) as worn:
+        error, volume = error_by_grid(worn), worn.history["wear_volume"][-1]
+        told = " ".join(wear_totals(worn))
+    assert error is not None
+    assert 0.01 * volume < error < 0.2 * volume
+    assert f", ± {error:.1e} by the cells that stick mm^3" in told
+    assert f"which may have changed wear_volume by {100 * error / volume:.2g} %; finer cells" in done.stderr
+    # unlike bodies have no closed form of the limit
+    unlike = path.read_text().replace("200 GPa", "70 GPa", 1)
+    path = write_case(tmp_path, unlike, "unlike.yaml")
+    assert invoke("run", path, "-q").exit_code == 0
+    with open_result(path.with_suffix(".h5")) as worn:
+        assert error_by_grid(worn) is None
+        assert "by the cells" not in " ".join(wear_totals(worn))
 
 
 @pytest.mark.parametrize(

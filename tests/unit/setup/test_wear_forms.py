@@ -192,6 +192,24 @@ def test_jumps_that_need_very_many_solved_cycles_are_told(jumps, told):
         assert texts[0].startswith(f"load_path.2.cycle.{told}")
 
 
+def test_a_stick_zone_of_few_cells_is_told_of():
+    def told(points, cycles, center=(0.0, 0.0), jumps=None):
+        grid = {"points": points, "size": 1.0, "center": center}
+        setup = worn("Qx", 36.0, cycles, grid=grid, jumps=jumps)
+        return [text for text in case_warnings(setup) if "as a whole" in text]
+
+    assert told(64, 1e4) == []  # little is worn
+    (centred,) = told(32, 1e6)
+    assert centred.startswith(
+        "grid.points: c is 4.5 cells, which stick or slip as a whole: the worn volume may change by"
+    )
+    assert centred.endswith("with a center of [0.00969 mm, 0.00531 mm], a part of a cell aside")
+    (shifted,) = told(32, 1e6, (0.00969, 0.00531))
+    assert shifted.endswith("more of them change it less")
+    assert told(256, 1e6) == []
+    assert told(256, 1e6, jumps={"tolerance": 1e-3}) != []
+
+
 def test_a_small_tolerance_is_told_of_without_a_closed_form():
     warned = case_warnings(worn("Mz", 20.0, 1e5, jumps={"tolerance": 1e-9}))
     assert any("cycle.tolerance: about 50000 cycles would have to be solved" in text for text in warned)
