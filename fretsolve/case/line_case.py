@@ -270,7 +270,6 @@ class LineCycleSpec(CycleSpec):
 LineLoadStep = Annotated[
     Annotated[LineStageSpec, Tag("(stage)")] | Annotated[LineCycleSpec, Tag("(cycle)")], Discriminator(step_tag)
 ]
-LineCycle.model_rebuild()
 
 
 NEVER_KNOWN = frozenset(name for name, meaning in LINE_MEANINGS.items() if meaning.startswith("always NaN"))

@@ -37,6 +37,7 @@ from fretsolve.result.layout import (
     copy_chunks,
     create_column,
     create_field,
+    has_cycles,
     quantities_of,
 )
 from fretsolve.result.piece import RUN, Part, Piece, damage_reported, part_of
@@ -170,7 +171,7 @@ def write_result(
 def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
     """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
     case = json.loads(header.effective_case)
-    if not any("cycle" in step for step in case.get("load_path", ())):
+    if not has_cycles(case):
         return
     from fretsolve.result.cycles.steps import stages_of  # few results need them
     from fretsolve.result.cycles.table import cycle_table

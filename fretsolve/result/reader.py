@@ -19,7 +19,7 @@ from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.checks import changed_content, content_of, require, require_known
 from fretsolve.result.header import LARGEST_HEADER, RunHeader, present_case, read_sealed, require_header_texts
-from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, is_single, quantities_of
+from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, has_cycles, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, contiguous_parts, parts_folder, read_rows
 from fretsolve.result.piece import Part, Piece, damage_reported
@@ -91,13 +91,15 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def cycles(self) -> CycleTable | None:
         """The table of the cycles that are complete, None if there is none."""
+        case = self.effective_case
+        if not has_cycles(case):
+            return None
         from fretsolve.result.cycles.steps import stages_of  # few results need them
         from fretsolve.result.cycles.table import cycle_table
 
         def slip(step: int) -> NDArray[Any] | None:
             return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
 
-        case = self.effective_case
         line = case.get("plane") == "strain"
         return cycle_table(self.history, stages_of(case), slip, ended=self.status == "complete", line=line)
 

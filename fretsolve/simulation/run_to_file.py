@@ -23,7 +23,6 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
 from fretsolve.system.foreign_files import require_regular
@@ -66,8 +65,12 @@ def solve_missing(
             show(*unshown.pop(0))
 
     so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
-    barred = setup.case.solver.error_bars
-    states = run_with_error_bars(setup, *so_far, threads, warn) if barred else run(setup, *so_far, threads)
+    if setup.case.solver.error_bars:
+        from fretsolve.simulation.error_bars import run_with_error_bars  # other runs do not need it
+
+        states = run_with_error_bars(setup, *so_far, threads, warn)
+    else:
+        states = run(setup, *so_far, threads)
     failure: NoSolutionError | None = None
     with ThreadPoolExecutor(1, "saving") if beside else nullcontext() as thread:
         pending: Future[None] | None = None

@@ -326,4 +326,3 @@ def step_tag(value: object) -> str:
 LoadStep = Annotated[
     Annotated[StageSpec, Tag("(stage)")] | Annotated[CycleSpec, Tag("(cycle)")], Discriminator(step_tag)
 ]
-Cycle.model_rebuild()

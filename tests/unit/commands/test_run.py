@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import invoke, refused, saved_steps
+from command_line import invoke, python, refused, saved_steps
 from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
@@ -214,6 +214,18 @@ def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypa
 def test_quiet_run_without_warnings_prints_nothing(tmp_path: Path) -> None:
     result = invoke("run", write_case(tmp_path, CASE.replace("points: 16", "points: 32")), "-q")
     assert (result.exit_code, result.output) == (0, "")
+
+
+def test_plain_run_loads_nothing_that_other_cases_need(tmp_path: Path) -> None:
+    code = (
+        "import sys; from fretsolve.cli.main import main; sys.argv = ['fretsolve', 'run', sys.argv[1]]\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "parts = 'wear', 'stress', 'fatigue', 'sweep', 'study', 'simulation.error_bars', 'result.cycles'\n"
+        "others = *(f'fretsolve.{part}' for part in parts), 'pint', 'matplotlib', 'xarray'\n"
+        "print([name for name in others if name in sys.modules])"
+    )
+    assert python(code, write_case(tmp_path)).splitlines()[-1] == "[]"
+    assert (tmp_path / "case.h5").exists()
 
 
 def test_quiet_run_tells_what_makes_its_result_doubtful(tmp_path: Path) -> None:
