@@ -83,14 +83,20 @@ def set_result_aside(out: Path) -> Path:
     return aside
 
 
-def write_part(folder: Path, header: RunHeader, state: State, sources: Sequence[Path] = ()) -> Part:
-    """Commit a part of all increments of `sources` up to `state`, or of `state` alone. Raises OSError, FileError."""
-    first = state.summary.step
-    if sources:
-        with Piece(sources[0]) as piece:
-            first = int(piece.rows()["step"][0])
-    part = Part(folder / part_name(first, state.summary.step), first, state.summary.step)
-    write_increments(part.path, header, sources, [] if sources else [state], state, digest=header.digest)
+def write_part(folder: Path, header: RunHeader, states: Sequence[State]) -> Part:
+    """Commit a part of `states`. Raises OSError."""
+    first, last = states[0].summary.step, states[-1].summary.step
+    part = Part(folder / part_name(first, last), first, last)
+    write_increments(part.path, header, [], states, states[-1], digest=header.digest)
+    return part
+
+
+def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], last_state: State) -> Part:
+    """Commit a part of all increments of the files `sources` up to `last_state`. Raises OSError, FileError."""
+    with Piece(sources[0]) as piece:
+        first = int(piece.rows()["step"][0])
+    part = Part(folder / part_name(first, last_state.summary.step), first, last_state.summary.step)
+    write_increments(part.path, header, sources, [], last_state, digest=header.digest)
     return part
 
 

@@ -56,6 +56,11 @@ class Part:
     first: int
     last: int
 
+    @property
+    def increments(self) -> int:
+        """How many increments it holds."""
+        return self.last - self.first + 1
+
 
 def part_of(path: Path) -> Part | None:
     """Return the committed part at `path`, or None if the name is not one of a part."""

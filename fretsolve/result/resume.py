@@ -16,11 +16,11 @@ from fretsolve.result.parts import (
     HEADER_NAME,
     all_parts,
     contiguous_parts,
+    merge_parts,
     part_name,
     parts_folder,
     set_aside,
     set_result_aside,
-    write_part,
 )
 from fretsolve.result.piece import Part, Piece
 from fretsolve.result.reader import open_result, read_attributes, read_header
@@ -182,7 +182,7 @@ class SavedRun:
         self.remove_parts()
         self.write_header()
         if self.last_state is not None:
-            self.parts = [write_part(self.folder, self.header, self.last_state, [self.out])]
+            self.parts = [merge_parts(self.folder, self.header, [self.out], self.last_state)]
         atomic_files.remove(self.out)
 
     def _take_up_stopped(self) -> None:

@@ -18,7 +18,7 @@ import h5py
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader
 from fretsolve.result.lock import RunLock
-from fretsolve.result.parts import HEADER_NAME, all_parts, write_increments, write_part, write_result
+from fretsolve.result.parts import HEADER_NAME, all_parts, merge_parts, write_increments, write_part, write_result
 from fretsolve.result.piece import Piece
 from fretsolve.result.resume import TO_GO_ON, SavedRun
 from fretsolve.result.state import State
@@ -153,18 +153,26 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         with self._reported("cannot save the increment", self._saved.folder):
             if not (self._saved.folder / HEADER_NAME).exists():
                 self._saved.write_header()
-            while self._unsaved:
-                state = self._unsaved[0]
-                self._saved.parts.append(write_part(self._saved.folder, self.header, state))
-                del self._unsaved[0]
-                single = [part.path for part in self._saved.parts if part.first == part.last]
-                if len(single) >= MERGE_EVERY:
-                    merged = write_part(self._saved.folder, self.header, state, single)
-                    with Piece(merged.path) as piece:
-                        piece.verify()
-                    self._saved.parts = [*(part for part in self._saved.parts if part.path not in single), merged]
-                    atomic_files.remove(*single)
+            if self._unsaved:
+                self._saved.parts.append(write_part(self._saved.folder, self.header, self._unsaved))
+                self._unsaved.clear()
+                self._merge_small_parts()
         self._saved_at = time.monotonic()
+
+    def _merge_small_parts(self) -> None:
+        """Merge the parts after the last one of MERGE_EVERY increments or more, once they hold as many together."""
+        large = [index for index, part in enumerate(self._saved.parts, start=1) if part.increments >= MERGE_EVERY]
+        kept = large[-1] if large else 0
+        small = self._saved.parts[kept:]
+        if sum(part.increments for part in small) < MERGE_EVERY:
+            return
+        assert self.last_state is not None  # since there are parts
+        files = [part.path for part in small]
+        merged = merge_parts(self._saved.folder, self.header, files, self.last_state)
+        with Piece(merged.path) as piece:
+            piece.verify()
+        self._saved.parts[kept:] = [merged]
+        atomic_files.remove(*files)
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
         """Write OUT from the parts and remove them. message, kind: why the run failed.

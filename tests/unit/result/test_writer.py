@@ -121,6 +121,27 @@ def test_parts_are_merged_and_keep_one_restart(out: Path) -> None:
                 assert (result.field("pressure", step) == state.fields.pressure).all()
 
 
+def test_increments_of_a_pause_share_a_part(out: Path) -> None:
+    count, ends = 2 * MERGE_EVERY + 8, [3, MERGE_EVERY - 2, MERGE_EVERY, 2 * MERGE_EVERY + 7]
+    header = fake_header(increments=count)
+    states = list(fake_states(count))
+    with HistoryWriter.open(out, header, pause=1000.0) as writer:
+        for state in states[:-1]:
+            writer.append(state)
+            if state.summary.step + 1 in ends:
+                assert not writer.is_saved(state.summary.step)
+                writer.save()
+                assert writer.is_saved(state.summary.step)
+    # the first three were merged; the last one alone is as large as a merged one
+    names = [part.path.name for part in all_parts(parts_folder(out))]
+    assert names == ["000000-000031.h5", "000032-000070.h5"]
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        writer.append(states[-1])
+        writer.finish("complete")
+    write_increments(out.with_name("whole.h5"), header, count=count)
+    assert out.read_bytes() == out.with_name("whole.h5").read_bytes()
+
+
 def test_a_clock_that_jumps_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out.h5"
     jumps = itertools.cycle([4e9, 0.0, 1e9, -1e9])
