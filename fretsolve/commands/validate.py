@@ -31,6 +31,8 @@ from fretsolve.system.progress import print_warnings
 if TYPE_CHECKING:
     from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
+NO_STICK_RADIUS = "no closed form gives the stick radius under a tangential load between unlike bodies"
+
 
 def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     """Print a report on each case, or its errors; return the exit code of the worst."""
@@ -129,7 +131,7 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
             f" {stick.stage + 1} ({stick.source})"
         )
     elif hertz is not None and coupled and not setup.case.friction_varies:
-        yield "no closed form gives the stick radius under a tangential load between unlike bodies"
+        yield NO_STICK_RADIUS
 
 
 def _sphere_under_bulk(setup: ProblemSetup) -> str:
@@ -202,6 +204,8 @@ def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
             yield f"bulk stress shifts its middle to x = {middle:.6g} mm"
     elif setup.model.bulk is not None:
         yield from _why_no_line_form(forms)
+    elif setup.model.has_shear and setup.model.terms.normal_tangential_coupling:
+        yield NO_STICK_RADIUS
 
 
 def _why_no_line_form(forms: LineClosedForms) -> Iterator[str]:

@@ -46,6 +46,10 @@ def test_stick_radius_between_unlike_bodies_has_a_closed_form_under_p_alone(tmp_
     assert none not in validated(tmp_path)[0]
     pressed, _ = validated(tmp_path, UNLIKE, "load_path=[{P: 400 N}]", "expect=[]")
     assert none not in pressed and "(Spence" in pressed
+    line = ("plane=strain", "surface={cylinder: {radius: 10 mm}}", "expect=[]")
+    path = "load_path=[{P: 100 N/mm}, {Qx: 5 N/mm}]"
+    assert none in validated(tmp_path, UNLIKE, *line, path)[0]
+    assert none not in validated(tmp_path, *line, path)[0]
 
 
 def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:
