@@ -84,54 +84,21 @@ class StaggeredIteration:
         while True:
             # ST2: tolerance of a twentieth of the last change
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
-            gap_error, shear_is_solved = 0.0, True
-            # ST3: N1 to N8 between these surfaces
-            if self._is_pressed_already(increment, start, work):
-                assert self._surfaces is not None  # only coupled increments start with a gap
-                work.gap_scale, gap_error = self._surfaces.largest_uz(start), self._tolerance
-            elif self._coupled or work.staggered_iterations or start.normal != increment.normal:
-                found = self.level.normal.solve(
-                    self._undeformed if self._surfaces is None else self._surfaces.separation,
-                    increment.normal,
-                    work.pressure,
-                    tolerance,
-                    self.max_iterations,
-                    work.rigid[:3],
-                    self._kept_tolerance,
-                    self._known_pressure(start, work),
-                )
-                self._accept_pressure(found, work, tolerance)
-                gap_error = min(found.residual, tolerance)
+            # ST3: the pressure between these surfaces
+            gap_error, shear_error = self._press(increment, start, work, tolerance), 0.0
             if self._must_solve_shear(increment, start, work):
-                # ST4: friction limit b, such as mu p, and loads that it can carry (T12)
-                self._friction.limit(work.pressure, out=self._friction_limit)
-                control = self._carried(increment, start, work)
-                # ST5: elastic slip at the new pressure, and an estimate of the shear
-                tolerance, scales = self._slip_scales(start, work, tolerance)
-                self._prepare_shear(increment, start, work, control, scales.motion)
-                # ST6: TG1 to TG8 at the new pressure
-                found = self.level.tangential.solve(
-                    self._elastic_slip,
-                    control,
-                    self._friction_limit,
-                    work.shear,
-                    tolerance,
-                    self.max_iterations,
-                    scales,
-                )
-                self._last_slip_scale = found.scale
-                work.iterations_tangential += found.iterations
-                work.rigid[3:] = start.rigid[3:] + found.rigid
-                if not found.converged:
+                # ST4 to ST6: the shear under this pressure
+                try:
+                    shear_error = self._shear(increment, start, work, tolerance)
+                except NotConvergedError:
                     if solved_together():
                         return
-                    raise NotConvergedError(self._why_not_solved(found, tolerance, control))
-                shear_is_solved = min(found.residual, tolerance) <= 3.0 * target
+                    raise
             # ST7: the surfaces deformed by the new shear, and their change c
             self._finish(work)
             # ST8: stop, where the change leaves the gap small enough and the last shear was solved well enough: after a
             # small step the change alone says little
-            if gap_error + work.change <= max(3.0 * target, ROUNDING) and shear_is_solved:
+            if gap_error + work.change <= max(3.0 * target, ROUNDING) and shear_error <= 3.0 * target:
                 return
             # else solve both together, or give up
             if work.staggered_iterations == ENOUGH_ITERATIONS:
@@ -141,6 +108,43 @@ class StaggeredIteration:
                     self._surfaces.begin_again(work, self._friction_limit)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(self._why_not_settled(work))
+
+    def _press(self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float) -> float:
+        """Solve for the pressure between the present surfaces, and return the error of the gap over its scale."""
+        if self._is_pressed_already(increment, start, work):
+            assert self._surfaces is not None  # only coupled increments start with a gap
+            work.gap_scale = self._surfaces.largest_uz(start)
+            return self._tolerance
+        if not self._coupled and not work.staggered_iterations and start.normal == increment.normal:
+            return 0.0
+        # N1 to N8
+        separation = self._undeformed if self._surfaces is None else self._surfaces.separation
+        arguments = increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
+        known = self._known_pressure(start, work)
+        found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known)
+        self._accept_pressure(found, work, tolerance)
+        return min(found.residual, tolerance)
+
+    def _shear(self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float) -> float:
+        """Solve for the shear under the present pressure, and return the error of the slip over its scale.
+
+        tolerance: the least one. Raises SlidingError, NotConvergedError.
+        """
+        # ST4: friction limit b, such as mu p, and loads that it can carry (T12)
+        self._friction.limit(work.pressure, out=self._friction_limit)
+        control = self._carried(increment, start, work)
+        # ST5: elastic slip at the new pressure, and an estimate of the shear
+        tolerance, scales = self._slip_scales(start, work, tolerance)
+        self._prepare_shear(increment, start, work, control, scales.motion)
+        # ST6: TG1 to TG8 at the new pressure
+        arguments = self._elastic_slip, control, self._friction_limit, work.shear
+        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales)
+        self._last_slip_scale = found.scale
+        work.iterations_tangential += found.iterations
+        work.rigid[3:] = start.rigid[3:] + found.rigid
+        if not found.converged:
+            raise NotConvergedError(self._why_not_solved(found, tolerance, control))
+        return min(found.residual, tolerance)
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""

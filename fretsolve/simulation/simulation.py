@@ -20,13 +20,13 @@ from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.model.surface import map_border
-from fretsolve.result.state import Change, State, Summary, Zone
+from fretsolve.result.state import Change, Fields, State, Summary, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
 from fretsolve.simulation.located_errors import locate
 from fretsolve.simulation.slip_and_work import mean_pressure
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
-from fretsolve.system.arrays import DoubleArray, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""
@@ -39,6 +39,8 @@ LEAST_CELLS = 96 * 96
 of the time. Up to 64 x 64 a saved run takes as long either way, since the estimate's part is saved, too."""
 
 if TYPE_CHECKING:
+    from fretsolve.friction.bound import FrictionBound
+    from fretsolve.friction.law import FrictionOnGrid
     from fretsolve.simulation.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
 
@@ -72,15 +74,8 @@ def states_of(
 
     measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
     """
-    load_wisdom()
-    limits = setup.case.solver.tolerance, setup.case.solver.max_iterations
-    separation, precision = setup.separation(), precision_of(setup)
-    border = map_border(setup.case.surface, setup.grid.x, setup.grid.y)
-    kernels = load(setup.compiled)
-    solver = _solver_type(setup.model)(
-        setup.grid, separation, setup.model, *limits, threads, border, precision, kernels
-    )
-    contact = _contact(setup, solver)
+    separation = setup.separation()
+    contact = _contact(setup, _increment_solver(setup, separation, threads))
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     change = start.change if start is not None else None
@@ -95,21 +90,13 @@ def states_of(
         rigid = contact.rigid_start(fields, _rigid(summaries))
         trend = _trend(change, path, summaries)
         try:
-            bound = None if friction is None else friction.bound(fields, _coefficient(increment, setup, summaries))
-            if bound is not None and setup.model.friction_evolves:
-                from fretsolve.friction.weakening import require_stable  # few cases need it
-
-                require_stable(setup.case.friction, fields.pressure, bound, contact.solver.level.operator)
+            coefficient = _coefficient(increment, setup, summaries)
+            bound = None if friction is None else _bound(friction, fields, coefficient, setup, contact.solver)
             gap = fields.gap if step and starts_with_gap else None
-            begin = InitialState(
-                fields.pressure, fields.shear, displacement, rigid, before, trend=trend, friction=bound, gap=gap
-            )
+            kept = fields.pressure, fields.shear, displacement, rigid, before
+            begin = InitialState(*kept, trend=trend, friction=bound, gap=gap)
             if increment.stretch is not None:
-                from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
-
-                # scaled slips of friction along two axes do not turn as a whole
-                turns = setup.model.orthotropy is None
-                begin = with_mismatch(begin, increment.stretch, setup.grid, turns=turns)
+                begin = _with_mismatch(begin, increment.stretch, setup)
             if wear is not None:
                 begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)
@@ -118,10 +105,7 @@ def states_of(
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
-        if measured_plans() > plans:
-            # Before the state is yielded: a resumed run must transform by the same plans.
-            save_wisdom()
-            plans = measured_plans()
+        plans = _with_plans_saved(plans)  # before the state is yielded: a resumed run must transform by the same ones
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
         trend = change = None  # before the arrays of the new state are made
@@ -129,16 +113,62 @@ def states_of(
         last = fields
         fields, displacement, work = fields_of(solved, last, setup)
         change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
-        work_total = (summaries[-1].work_total if step else 0.0) + work
-        summary = _summary(solved, increment, sizes, work, work_total, _working_seconds() - began)
+        total = (summaries[-1].work_total if step else 0.0) + work
+        summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
         if wear is not None:
-            pressure = mean_pressure(last.pressure, fields.pressure)
-            summary = wear.count(summary, fields, solved.solution, pressure)
+            mean = mean_pressure(last.pressure, fields.pressure)
+            summary = wear.count(summary, fields, solved.solution, mean)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
+
+
+def _increment_solver(setup: ProblemSetup, separation: FloatArray, threads: int) -> IncrementSolver:
+    """Return the solver of a problem's increments; separation: of the undeformed surfaces."""
+    load_wisdom()
+    return _solver_type(setup.model)(
+        setup.grid,
+        separation,
+        setup.model,
+        setup.case.solver.tolerance,
+        setup.case.solver.max_iterations,
+        threads,
+        map_border(setup.case.surface, setup.grid.x, setup.grid.y),
+        precision_of(setup),
+        load(setup.compiled),
+    )
+
+
+def _bound(
+    friction: FrictionOnGrid, fields: Fields, coefficient: float | None, setup: ProblemSetup, solver: IncrementSolver
+) -> FrictionBound:
+    """Return the friction limit in an increment that starts from `fields`; coefficient: that the load path sets.
+
+    Raises WeakeningError where friction falls so fast with slip that slip runs away.
+    """
+    bound = friction.bound(fields, coefficient)
+    if setup.model.friction_evolves:
+        from fretsolve.friction.weakening import require_stable  # few cases need it
+
+        require_stable(setup.case.friction, fields.pressure, bound, solver.level.operator)
+    return bound
+
+
+def _with_plans_saved(plans: int) -> int:
+    """Save the plans of FFTW if there are more than `plans`, and return how many there are."""
+    if measured_plans() > plans:
+        save_wisdom()
+    return measured_plans()
+
+
+def _with_mismatch(begin: InitialState, stretch: Vector, setup: ProblemSetup) -> InitialState:
+    """Return the start of an increment in which bulk stress changes the mismatch of the surfaces by `stretch`."""
+    from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
+
+    # scaled slips of friction along two axes do not turn as a whole
+    return with_mismatch(begin, stretch, setup.grid, turns=setup.model.orthotropy is None)
 
 
 def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Summary]) -> float | None:
