@@ -1,7 +1,7 @@
 """Convolution on a small grid: all fields in one plan, and the padded spectra as whole arrays.
 
 Where the arrays fit into the cache, a convolution costs the calls that it is made of, not its transforms. So all fields
-are transformed by one call along y and one along x, out of arrays whose padding stays zero, and NumPy computes the
+are transformed by one call along y and one along x, out of arrays whose padding stays zero, and one call computes the
 products. On 16, 32 and 64 cells per side, two components take 0.4, 0.7 and 1.0 of the time of the blocks of
 `PaddedConvolution`; without numba, on 32, 64 and 128, 0.2, 0.4 and 0.6.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,13 @@ from fretsolve.system.arrays import ComplexArray, FloatArray
 
 
 class BatchedConvolution:
-    """Buffers and plans for fields (nx, ny) on the grid `padded`, made when they are first needed."""
+    """Buffers and plans for fields (nx, ny) on the grid `padded`, made when they are first needed.
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any]):
-        self._shape, self._padded, self._dtype = shape, padded, dtype
+    kernels: operations on spectra.
+    """
+
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any], kernels: ModuleType):
+        self._shape, self._padded, self._dtype, self._kernels = shape, padded, dtype, kernels
         self._forward, self._backward = cache(self._make_forward), cache(self._make_backward)
         self._factors: dict[tuple[KernelMatrix, tuple[bool, bool]], NDArray[np.inexact]] = {}
 
@@ -40,13 +44,15 @@ class BatchedConvolution:
         for row, field in zip(forward.rows, fields, strict=True):
             row[...] = field
         forward.execute()
-        _multiply(self._factors_of(kernels, turned), forward, backward)
+        factors = self._factors_of(kernels, turned)
+        spectra, _ = forward.of(factors)
+        self._kernels.combine(factors, spectra, *backward.of(factors))
         backward.execute()
         for row, displacement in zip(backward.rows, displacements, strict=True):
             displacement[...] = row
 
     def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
-        """Return the kernels (m, n, mx, my//2 + 1) with their factors i and -i; real ones twice, for both parts."""
+        """Return the kernels (m, n, mx * (my//2 + 1)) with their factors i and -i; real ones twice, for both parts."""
         found = self._factors.get((kernels, turned))
         if found is None:
             values = np.array([[_whole(kernel, self._padded[0]) for kernel in row] for row in kernels])
@@ -57,6 +63,7 @@ class BatchedConvolution:
                 found = values * turns
             else:
                 found = np.repeat(values, 2, axis=-1)
+            found = found.reshape(*found.shape[:2], -1)
             self._factors[kernels, turned] = found
         return found
 
@@ -88,32 +95,25 @@ class BatchedConvolution:
 class _Transforms:
     """Two plans that run one after the other, between `rows`, the cells' part of padded rows, and a spectrum.
 
-    numbers: the spectrum and an array of its shape for products; parts: these two with real and imaginary parts as
-    neighbours.
+    Spectra are (count, mx * (my//2 + 1)) where they are multiplied.
     """
 
     def __init__(
         self, rows: FloatArray, spectrum: ComplexArray, product: ComplexArray, plans: tuple[pyfftw.FFTW, pyfftw.FFTW]
     ):
-        self.rows, self.numbers = rows, (spectrum, product)
-        self.parts = spectrum.view(rows.dtype), product.view(rows.dtype)
+        self.rows = rows
+        flat = tuple(array.reshape(-1, spectrum[0].size) for array in (spectrum, product))
+        self._numbers, self._parts = flat, tuple(array.view(rows.dtype) for array in flat)
         self._first, self._second = (one.execute for one in plans)
+
+    def of(self, factors: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
+        """Return the spectrum and an array of its shape for products; for real factors their parts, as neighbours."""
+        return self._numbers if factors.dtype.kind == "c" else self._parts
 
     def execute(self) -> None:
         """Transform all of them."""
         self._first()
         self._second()
-
-
-def _multiply(factors: NDArray[np.inexact], forward: _Transforms, backward: _Transforms) -> None:
-    """Compute the spectra of `backward` as ``factors @`` those of `forward`; real factors multiply their parts."""
-    complex_factors = factors.dtype.kind == "c"
-    spectra, _ = forward.numbers if complex_factors else forward.parts
-    results, product = backward.numbers if complex_factors else backward.parts
-    np.multiply(factors[:, 0], spectra[0], out=results)
-    for column in range(1, len(spectra)):
-        np.multiply(factors[:, column], spectra[column], out=product)
-        results += product
 
 
 def _whole(kernel: KernelSpectrum, length: int) -> FloatArray:

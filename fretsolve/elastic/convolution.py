@@ -70,7 +70,8 @@ class PaddedConvolution:
         self._kernels = self._team.kernels.spectral
         mx, my = self.padded
         most = MOST_BATCHED_POINTS * (COMPILED if self._team.kernels.compiled else 1.0)
-        self._batched = BatchedConvolution(shape, self.padded, self._float) if mx * my <= most else None
+        small = mx * my <= most
+        self._batched = BatchedConvolution(shape, self.padded, self._float, self._kernels) if small else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = _parts(self._pairs, size * my)

@@ -171,3 +171,20 @@ def _multiply_triple(kernels, odd, fields):
             field_z[n, i] = z * direct_z[n, mirrored] + x * zx + y * zy
             field_x[n, i] = z * zx + x * direct_x[n, mirrored] + y * xy
             field_y[n, i] = z * zy + x * xy + y * direct_y[n, mirrored]
+
+
+@compiled
+def combine(factors, spectra, results, product):
+    """Compute ``results = factors spectra``, (m, k) of (m, n, k) and (n, k)."""
+    rows, columns, count = factors.shape
+    for row in range(rows):
+        if columns == 1:
+            for k in range(count):
+                results[row, k] = factors[row, 0, k] * spectra[0, k]
+        elif columns == 2:
+            for k in range(count):
+                results[row, k] = factors[row, 0, k] * spectra[0, k] + factors[row, 1, k] * spectra[1, k]
+        else:
+            for k in range(count):
+                sums = factors[row, 0, k] * spectra[0, k] + factors[row, 1, k] * spectra[1, k]
+                results[row, k] = sums + factors[row, 2, k] * spectra[2, k]

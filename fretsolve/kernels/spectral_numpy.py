@@ -10,6 +10,7 @@ from itertools import permutations
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fretsolve.system.arrays import ComplexArray, FloatArray
 
@@ -95,3 +96,16 @@ def multiply_symmetric(kernels: Matrix[FloatArray], odd: Matrix[bool], fields: t
     for row, product in products:
         field = fields[row]
         field += product
+
+
+def combine(
+    factors: NDArray[np.inexact],
+    spectra: NDArray[np.inexact],
+    results: NDArray[np.inexact],
+    product: NDArray[np.inexact],
+) -> None:
+    """Compute ``results = factors spectra``, (m, k) of (m, n, k) and (n, k); product: (m, k), overwritten."""
+    np.multiply(factors[:, 0], spectra[0], out=results)
+    for column in range(1, len(spectra)):
+        np.multiply(factors[:, column], spectra[column], out=product)
+        results += product
