@@ -148,9 +148,9 @@ def clear(first, stop, solution, displacement, direction, image):
 
 @kernel
 def constrain(first, stop, constraints, motions, x, y, normal, zone, weight):
-    """Compute ``c = T N`` in the zone, 0 outside, and return ``c' W c`` (T9)."""
+    """Compute ``c = T N`` in the zone, 0 outside, and return ``c' W c``, 3 x 3 (T9)."""
     _, components, _, ny = constraints.shape
-    gram = np.zeros((len(motions), len(motions)))
+    gram = np.zeros((3, 3))
     for m in range(len(motions)):
         constraint, a, b, c = constraints[m], motions[m, 0], motions[m, 1], motions[m, 2]
         for i in range(first, stop):
@@ -165,8 +165,11 @@ def constrain(first, stop, constraints, motions, x, y, normal, zone, weight):
                     constraint[0, i, j], constraint[1, i, j] = c_x - along * n_x, c_y - along * n_y
         for i in range(first, stop):
             _add_moments(constraint, i, weight[i], constraints[: m + 1], gram[m, : m + 1])
-        gram[: m + 1, m] = gram[m, : m + 1]
-    return gram
+    return (
+        (gram[0, 0], gram[1, 0], gram[2, 0]),
+        (gram[1, 0], gram[1, 1], gram[2, 1]),
+        (gram[2, 0], gram[2, 1], gram[2, 2]),
+    )
 
 
 @kernel

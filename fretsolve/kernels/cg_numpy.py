@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products
 
 
 def constrain(
@@ -22,13 +22,13 @@ def constrain(
     normal: FloatArray,
     zone: BoolArray,
     weight: FloatArray,
-) -> DoubleArray:
-    """Compute ``c = T N`` in the zone, 0 outside, and return ``c' W c``, (m, m) (T9).
+) -> Products:
+    """Compute ``c = T N`` in the zone, 0 outside, and return ``c' W c``, 3 x 3, with 0 beyond m x m (T9).
 
     motions: amplitudes (a, b, c) of each of the rigid motions N, (m, 3): with one component a + b y + c x, with two
     (a - c y, b + c x).
     """
-    gram = np.zeros((len(motions), len(motions)))
+    gram = np.zeros((3, 3))
     for m, (constraint, (a, b, c)) in enumerate(zip(constraints, motions.tolist(), strict=True)):
         if len(constraint) == 1:
             np.add(a + b * y, (c * x)[:, None], out=constraint[0], casting="same_kind")
@@ -37,7 +37,8 @@ def constrain(
             _take_tangential(constraint, normal)
         constraint *= zone
         gram[m, : m + 1] = gram[: m + 1, m] = _moments(constraint * weight, constraints[: m + 1])
-    return gram
+    (aa, ab, ac), (_, bb, bc), (_, _, cc) = gram.tolist()
+    return (aa, ab, ac), (ab, bb, bc), (ac, bc, cc)
 
 
 def clear(solution: FloatArray, displacement: FloatArray, direction: FloatArray, image: FloatArray) -> None:

@@ -11,9 +11,9 @@ from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
 
 @inlined
 def gram(first, stop, weight, normal, x, y):
-    """Return the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
+    """Return the weighted sums of products of the tangential parts of the rigid motions, 3 x 3 (TG2)."""
     _, ny = weight.shape
-    result = np.zeros((3, 3))
+    all_xx, all_yy, all_xy, all_xt, all_yt, all_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(first, stop):
         xx, yy, xy, xt, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(ny):
@@ -25,38 +25,37 @@ def gram(first, stop, weight, normal, x, y):
             xt -= w * (y[j] + n_x * along)
             yt += w * (x[i] - n_y * along)
             tt += w * (x[i] * x[i] + y[j] * y[j] - along * along)
-        result[0, 0] += xx
-        result[1, 1] += yy
-        result[0, 1] += xy
-        result[0, 2] += xt
-        result[1, 2] += yt
-        result[2, 2] += tt
-    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
-    return result
+        all_xx += xx
+        all_yy += yy
+        all_xy += xy
+        all_xt += xt
+        all_yt += yt
+        all_tt += tt
+    return (all_xx, all_xy, all_xt), (all_xy, all_yy, all_yt), (all_xt, all_yt, all_tt)
 
 
 @inlined
 def sum_motions(first, stop, field, x, y):
     """Return the sums of the field times each of the rigid motions."""
     _, _, ny = field.shape
-    sums = np.zeros(3)
+    all_x, all_y, all_turned = 0.0, 0.0, 0.0
     for i in range(first, stop):
         sum_x, sum_y, turned = 0.0, 0.0, 0.0
         for j in range(ny):
             sum_x += field[0, i, j]
             sum_y += field[1, i, j]
             turned -= y[j] * field[0, i, j]
-        sums[0] += sum_x
-        sums[1] += sum_y
-        sums[2] += turned + x[i] * sum_y
-    return sums
+        all_x += sum_x
+        all_y += sum_y
+        all_turned += turned + x[i] * sum_y
+    return all_x, all_y, all_turned
 
 
 @kernel
 def take_slip(first, stop, slip, elastic_slip, rigid, x, y, normal, weight):
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2)."""
     _, ny = weight.shape
-    sums = np.zeros(3)
+    all_x, all_y, all_turned = 0.0, 0.0, 0.0
     for i in range(first, stop):
         sum_x, sum_y, turned = 0.0, 0.0, 0.0
         for j in range(ny):
@@ -71,10 +70,10 @@ def take_slip(first, stop, slip, elastic_slip, rigid, x, y, normal, weight):
             sum_x += t_x
             sum_y += t_y
             turned -= y[j] * t_x
-        sums[0] += sum_x
-        sums[1] += sum_y
-        sums[2] += turned + x[i] * sum_y
-    return sums, gram(first, stop, weight, normal, x, y)
+        all_x += sum_x
+        all_y += sum_y
+        all_turned += turned + x[i] * sum_y
+    return (all_x, all_y, all_turned), gram(first, stop, weight, normal, x, y)
 
 
 @kernel

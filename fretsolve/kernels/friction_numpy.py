@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, vector_lengths
+from fretsolve.system.arrays import BoolArray, FloatArray, Products, Sums, vector_lengths
 
 
 def take_slip(
@@ -22,7 +22,7 @@ def take_slip(
     y: FloatArray,
     normal: FloatArray,
     weight: FloatArray,
-) -> tuple[DoubleArray, DoubleArray]:
+) -> tuple[Sums, Products]:
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2).
 
     Return the weighted sums of T slip times each of the rigid motions, and `gram`.
@@ -70,8 +70,8 @@ def move(
     np.divide(1.0, forward, out=weight, where=contact, casting="same_kind")
 
 
-def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
-    """Return the weighted sums of products of the tangential parts of the rigid motions, (3, 3) (TG2)."""
+def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray) -> Products:
+    """Return the weighted sums of products of the tangential parts of the rigid motions, 3 x 3 (TG2)."""
     across_x, across_y = x[:, None], y[None, :]
     along = normal[1] * across_x - normal[0] * across_y
     w_x, w_y = weight * normal[0], weight * normal[1]
@@ -79,12 +79,13 @@ def gram(weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray) -
     xx, yy, xy = total - (w_x * normal[0]).sum(), total - (w_y * normal[1]).sum(), -(w_x * normal[1]).sum()
     xt, yt = -(weight * across_y + w_x * along).sum(), (weight * across_x - w_y * along).sum()
     tt = (weight * (across_x**2 + across_y**2 - along**2)).sum()
-    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+    xx, yy, xy, xt, yt, tt = map(float, (xx, yy, xy, xt, yt, tt))
+    return (xx, xy, xt), (xy, yy, yt), (xt, yt, tt)
 
 
 def balance(
     shear: FloatArray, weight: FloatArray, normal: FloatArray, x: FloatArray, y: FloatArray
-) -> tuple[DoubleArray, DoubleArray]:
+) -> tuple[Sums, Products]:
     """Return the sums of the shear times each of the rigid motions, and `gram` (TG7)."""
     return sum_motions(shear, x, y), gram(weight, normal, x, y)
 
@@ -98,10 +99,10 @@ def add_motion(
     shear += weight * _tangential(motion, normal)
 
 
-def sum_motions(field: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+def sum_motions(field: FloatArray, x: FloatArray, y: FloatArray) -> Sums:
     """Return the sums of the field times each of the rigid motions."""
     along_y, along_x = field[0].sum(axis=0, dtype=np.float64), field[1].sum(axis=1, dtype=np.float64)
-    return np.array([along_y.sum(), along_x.sum(), along_x @ x - along_y @ y])
+    return float(along_y.sum()), float(along_x.sum()), float(along_x @ x - along_y @ y)
 
 
 def violation(slip: FloatArray, normal: FloatArray, slipping: BoolArray) -> tuple[float, float, float]:

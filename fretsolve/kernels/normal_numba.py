@@ -11,17 +11,17 @@ from fretsolve.kernels.numba_options import kernel, larger, largest_of
 def sum_gaps(first, stop, separation, uz, rigid, x, y, contact):
     """Return the sums over the contact of the gap times 1, y, x (N2)."""
     _, ny = uz.shape
-    sums = np.zeros(3)
+    all_one, all_y, all_x = 0.0, 0.0, 0.0
     for i in range(first, stop):
         along, one, turned = rigid[0] + rigid[2] * x[i], 0.0, 0.0
         for j in range(ny):
             gap = separation[i, j] + uz[i, j] - along - rigid[1] * y[j] if contact[i, j] else 0.0
             one += gap
             turned += gap * y[j]
-        sums[0] += one
-        sums[1] += turned
-        sums[2] += one * x[i]
-    return sums
+        all_one += one
+        all_y += turned
+        all_x += one * x[i]
+    return all_one, all_y, all_x
 
 
 @kernel
@@ -54,40 +54,39 @@ def largest_change(first, stop, before, after, contact):
 
 @kernel
 def gram(first, stop, weight, x, y):
-    """Return the weighted sums of products of 1, y, x, (3, 3)."""
+    """Return the weighted sums of products of 1, y, x, 3 x 3."""
     _, ny = weight.shape
-    result = np.zeros((3, 3))
+    total, all_y, all_x, yy, xy, xx = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(first, stop):
-        one, first, second = 0.0, 0.0, 0.0
+        one, along, squared = 0.0, 0.0, 0.0
         for j in range(ny):
             w = 1.0 * weight[i, j]
             one += w
-            first += w * y[j]
-            second += w * y[j] * y[j]
-        result[0, 0] += one
-        result[0, 1] += first
-        result[1, 1] += second
-        result[0, 2] += one * x[i]
-        result[1, 2] += first * x[i]
-        result[2, 2] += one * x[i] * x[i]
-    result[1, 0], result[2, 0], result[2, 1] = result[0, 1], result[0, 2], result[1, 2]
-    return result
+            along += w * y[j]
+            squared += w * y[j] * y[j]
+        total += one
+        all_y += along
+        yy += squared
+        all_x += one * x[i]
+        xy += along * x[i]
+        xx += one * x[i] * x[i]
+    return (total, all_y, all_x), (all_y, yy, xy), (all_x, xy, xx)
 
 
 @kernel
 def sum_modes(first, stop, field, x, y):
     """Return the sums of the field times 1, y, x."""
     _, ny = field.shape
-    sums = np.zeros(3)
+    all_one, all_y, all_x = 0.0, 0.0, 0.0
     for i in range(first, stop):
         one, turned = 0.0, 0.0
         for j in range(ny):
             one += field[i, j]
             turned += field[i, j] * y[j]
-        sums[0] += one
-        sums[1] += turned
-        sums[2] += one * x[i]
-    return sums
+        all_one += one
+        all_y += turned
+        all_x += one * x[i]
+    return all_one, all_y, all_x
 
 
 @kernel

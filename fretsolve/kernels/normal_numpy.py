@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, FloatArray, Products, Sums
 
 
 def sum_gaps(
     separation: FloatArray, uz: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray, contact: BoolArray
-) -> DoubleArray:
+) -> Sums:
     """Return the sums over the contact of the gap times 1, y, x (N2)."""
     gap = np.empty_like(uz)
     _gap(separation, uz, rigid, x, y, gap)
@@ -46,17 +46,18 @@ def largest_change(before: FloatArray, after: FloatArray, contact: BoolArray) ->
     return float(np.abs(change, out=change).max())
 
 
-def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray) -> DoubleArray:
-    """Return the weighted sums of products of 1, y, x, (3, 3)."""
+def gram(weight: FloatArray | BoolArray, x: FloatArray, y: FloatArray) -> Products:
+    """Return the weighted sums of products of 1, y, x, 3 x 3."""
     along_x, along_y = weight.sum(axis=1, dtype=np.float64), weight.sum(axis=0, dtype=np.float64)
-    one_y, one_x, mixed = along_y @ y, along_x @ x, x @ (weight @ y)
-    return np.array([[along_x.sum(), one_y, one_x], [one_y, along_y @ y**2, mixed], [one_x, mixed, along_x @ x**2]])
+    one_y, one_x, mixed = float(along_y @ y), float(along_x @ x), float(x @ (weight @ y))
+    yy, xx = float(along_y @ y**2), float(along_x @ x**2)
+    return (float(along_x.sum()), one_y, one_x), (one_y, yy, mixed), (one_x, mixed, xx)
 
 
-def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray) -> DoubleArray:
+def sum_modes(field: FloatArray, x: FloatArray, y: FloatArray) -> Sums:
     """Return the sums of the field times 1, y, x."""
     along_x, along_y = field.sum(axis=1, dtype=np.float64), field.sum(axis=0, dtype=np.float64)
-    return np.array([along_x.sum(), along_y @ y, along_x @ x])
+    return float(along_x.sum()), float(along_y @ y), float(along_x @ x)
 
 
 def stretch(pressure: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:

@@ -108,4 +108,4 @@ def combine(
     np.multiply(factors[:, 0], spectra[0], out=results)
     for column in range(1, len(spectra)):
         np.multiply(factors[:, column], spectra[column], out=product)
-        results += product
+        np.add(results, product, out=results)

@@ -34,9 +34,10 @@ LARGEST_GROWTH = 3.0
 LEAST_TOLERANCE = 1e-8
 """Tolerance from which the rounding of `Change` does no harm."""
 
-LEAST_CELLS = 96 * 96
-"""Cells from which an increment of a run that may be saved is so estimated. It takes mode I.3 on 128 x 128 cells to 0.8
-of the time. Up to 64 x 64 a saved run takes as long either way, since the estimate's part is saved, too."""
+LEAST_CELLS = 48 * 48
+"""Cells from which an increment of a run that may be saved is so estimated. It takes mode I.3 on 48 x 48 cells to 0.92
+of the time, on 64 x 64 to 0.85, on 128 x 128 to 0.8; on 32 x 32 to 1.07. Of the increments that are saved at once only
+the last one is saved with the estimate's part."""
 
 if TYPE_CHECKING:
     from fretsolve.friction.bound import FrictionBound

@@ -24,7 +24,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, largest_error, solve_modes
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray, Products, Vector
 
 REDUCTION, SETTLED_REDUCTION = 0.2, 0.03
 """Factors by which CG reduces the gap (N5): while cells still join or leave the zone, and once none do, since then a
@@ -61,7 +61,7 @@ class NormalSolver:
         self._gap, self.uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)
-        self._gram = np.zeros((3, 3))
+        self._gram: Products = ((0.0, 0.0, 0.0),) * 3
 
     def solve(
         self,
@@ -92,7 +92,7 @@ class NormalSolver:
             self._update_displacement(pressure, last_tolerance * size)
         else:
             self.operator.normal(pressure, self.uz)
-        cells = self._gram[0, 0] if known is not None else None
+        cells = self._gram[0][0] if known is not None else None
         while True:
             # N2: forced rigid displacements by least squares of the gap, N' g = 0
             rigid = self._rigid_displacement(separation, control, rigid)
@@ -111,7 +111,7 @@ class NormalSolver:
             # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, the zone is widened
             if residual > tolerance:
                 self._prepare_cg(control, errors.largest)
-                settled, cells = self._gram[0, 0] == cells, self._gram[0, 0]
+                settled, cells = self._gram[0][0] == cells, self._gram[0][0]
                 reduction = max(SETTLED_REDUCTION if settled else REDUCTION, 0.3 * tolerance / residual)
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
@@ -174,7 +174,7 @@ class NormalSolver:
         """
         imposed, forced = control.imposed_displacement, control.forced_index
         found = np.where(control.forced, rigid, imposed)
-        if self._gram[0, 0]:
+        if self._gram[0][0]:
             if is_singular(self._gram, forced):
                 imposed = found  # a row of cells keeps its tilt
             gaps = self.modes.gap_sums(separation, self.uz[0], imposed, self._contact)
@@ -283,8 +283,8 @@ class NormalSolver:
         forced = control.forced_index
         if not forced or not self._contact.any():
             return
-        gram = self.modes.gram(pressure) * self.modes.cell_area
-        missing = control.imposed_resultant - gram[0]
+        gram = self.modes.gram(pressure)
+        missing = control.imposed_resultant / self.modes.cell_area - gram[0]
         self.modes.stretch(pressure, solve_modes(gram, missing, forced))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.solvers.rigid_modes import WELL_APART
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products
 
 Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
@@ -68,11 +68,11 @@ class ProjectedCG:
         count = len(motions)
         if len(self._all_constraints) < count:
             self._all_constraints = np.zeros((count, *self.solution.shape), self.solution.dtype)
-        self._constraints, gram = self._all_constraints[:count], np.zeros((count, count))
+        self._constraints, self._inverse_gram = self._all_constraints[:count], np.zeros((0, 0))
         if count:
             motions = _scaled(motions, x, y, len(self.solution))
             gram = self._kernels.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight)
-        self._inverse_gram = _pseudo_inverse(gram)
+            self._inverse_gram = _pseudo_inverse(gram, count)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
         """Reduce the largest length of the residual by `reduction`, or to `floor`, in at most `limit` iterations.
@@ -120,7 +120,9 @@ def _scaled(motions: DoubleArray, x: FloatArray, y: FloatArray, components: int)
     scaled = motions.copy()
     ends_x, ends_y = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
     for motion, (a, b, c) in zip(scaled, motions.tolist(), strict=True):
-        if components == 1:
+        if not c and (components == 2 or not b):
+            largest = max(abs(a), abs(b))  # the same in all cells
+        elif components == 1:
             largest = max(abs(a + b * y_end + c * x_end) for y_end in ends_y for x_end in ends_x)
         else:
             largest = max(*(abs(a - c * y_end) for y_end in ends_y), *(abs(b + c * x_end) for x_end in ends_x))
@@ -128,22 +130,20 @@ def _scaled(motions: DoubleArray, x: FloatArray, y: FloatArray, components: int)
     return scaled
 
 
-def _pseudo_inverse(gram: DoubleArray) -> DoubleArray:
-    """Return the inverse of a symmetric matrix on the combinations that count.
+def _pseudo_inverse(gram: Products, count: int) -> DoubleArray:
+    """Return the inverse of the first `count` rows and columns of a symmetric matrix on the combinations that count.
 
     One constraint, or two that are far from dependent, are inverted by hand: a call of LAPACK takes as long as an
     iteration on a small grid.
     """
-    if len(gram) == 1:
-        return np.array([[1.0 / gram[0, 0] if gram[0, 0] > 0.0 else 0.0]])
-    if len(gram) == 2:
-        (a, b), (_, c) = gram.tolist()
+    (a, b, _), (_, c, _), _ = gram
+    if count == 1:
+        return np.array([[1.0 / a if a > 0.0 else 0.0]])
+    if count == 2:
         determinant = a * c - b * b
         if determinant > WELL_APART * a * c:
             return np.array([[c / determinant, -b / determinant], [-b / determinant, a / determinant]])
-    if not len(gram):
-        return gram
-    values, vectors = np.linalg.eigh(gram)
+    values, vectors = np.linalg.eigh(np.array(gram)[:count, :count])
     counts = values > DEPENDENT_CONSTRAINTS * values[-1]
     inverse: DoubleArray = (vectors[:, counts] / values[counts]) @ vectors[:, counts].T
     return inverse

@@ -15,7 +15,7 @@ from fretsolve.elastic.rounding import TINY
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums, Vector
 
 OPEN = 1e-6
 """Scale of gaps without contact, as a part of the rigid displacement: only rounding passes."""
@@ -64,9 +64,9 @@ class _Modes:
         x, y = (0.5 * float(ends[0] + ends[-1]) if ends.size else 0.0 for ends in places)
         return x, y
 
-    def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
+    def gram(self, weight: FloatArray | BoolArray) -> Products:
         """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
-        gram: DoubleArray = self._kernels.normal.gram(weight, self.x, self.y)
+        gram: Products = self._kernels.normal.gram(weight, self.x, self.y)
         return gram
 
 
@@ -75,8 +75,12 @@ class NormalModes(_Modes):
 
     def resultants(self, pressure: FloatArray) -> Vector:
         """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
-        sums: Vector = self._kernels.normal.sum_modes(pressure, self.x, self.y)
-        return sums * self.cell_area
+        return np.array(self.sums(pressure)) * self.cell_area
+
+    def sums(self, field: FloatArray) -> Sums:
+        """Return the sums of a field (nx, ny) times each mode over the cells."""
+        sums: Sums = self._kernels.normal.sum_modes(field, self.x, self.y)
+        return sums
 
     def gap(
         self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
@@ -97,9 +101,9 @@ class NormalModes(_Modes):
         """Return the largest displacement of a cell (mm) that phi_x and phi_y may cause."""
         return float(abs(rigid[1]) * np.abs(self.y).max() + abs(rigid[2]) * np.abs(self.x).max())
 
-    def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Vector:
+    def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Sums:
         """Return the sums over the contact of the gap times each mode."""
-        sums: Vector = self._kernels.normal.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
+        sums: Sums = self._kernels.normal.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
         return sums
 
     def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
@@ -114,19 +118,19 @@ class NormalModes(_Modes):
 class TangentialModes(_Modes):
     """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
 
-    def sums(self, field: FloatArray) -> Vector:
+    def sums(self, field: FloatArray) -> Sums:
         """Return the sums of field (2, nx, ny) times each mode over the cells."""
-        sums: Vector = self._kernels.friction.sum_motions(field, self.x, self.y)
+        sums: Sums = self._kernels.friction.sum_motions(field, self.x, self.y)
         return sums
 
     def resultants(self, shear: FloatArray) -> Vector:
         """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa) (T3)."""
-        return self.sums(shear) * self.cell_area
+        return np.array(self.sums(shear)) * self.cell_area
 
-    def gram(self, weight: FloatArray | BoolArray) -> DoubleArray:
+    def gram(self, weight: FloatArray | BoolArray) -> Products:
         """Return the weighted sums of products of the modes, 3 x 3."""
         (total, y, x), (_, yy, _), (_, _, xx) = super().gram(weight)
-        return np.array([[total, 0.0, -y], [0.0, total, x], [-y, x, xx + yy]])
+        return (total, 0.0, -y), (0.0, total, x), (-y, x, xx + yy)
 
     def displacement(self, rigid: Vector, out: FloatArray) -> None:
         """Write (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x) into `out` (2, nx, ny)."""
@@ -134,7 +138,7 @@ class TangentialModes(_Modes):
         out[1] = rigid[1] + rigid[2] * self.x[:, None]
 
 
-def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
+def solve_modes(gram: Products | DoubleArray, right: Sums | Vector, forced: list[int]) -> Vector:
     """Return the amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
 
     Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation. One mode, or two
@@ -143,46 +147,46 @@ def solve_modes(gram: DoubleArray, right: Vector, forced: list[int]) -> Vector:
     amplitudes = np.zeros(3)
     if len(forced) == 1:
         (mode,) = forced
-        amplitudes[mode] = right[mode] / gram[mode, mode] if gram[mode, mode] > 0.0 else 0.0
+        amplitudes[mode] = right[mode] / gram[mode][mode] if gram[mode][mode] > 0.0 else 0.0
     elif len(forced) == 2 and (determinant := _determinant(gram, *forced)) > 0.0:
         one, other = forced
-        amplitudes[one] = (gram[other, other] * right[one] - gram[one, other] * right[other]) / determinant
-        amplitudes[other] = (gram[one, one] * right[other] - gram[one, other] * right[one]) / determinant
+        amplitudes[one] = (gram[other][other] * right[one] - gram[one][other] * right[other]) / determinant
+        amplitudes[other] = (gram[one][one] * right[other] - gram[one][other] * right[one]) / determinant
     elif forced:
         block, scale = _with_unit_diagonal(gram, forced)
         values, vectors = np.linalg.eigh(block)
         kept = values > SINGULAR
-        components = (right[forced] / scale) @ vectors
+        components = (np.asarray(right)[forced] / scale) @ vectors
         components = np.divide(components, values, out=np.zeros_like(values), where=kept)
         amplitudes[forced] = vectors @ components / scale
     return amplitudes
 
 
-def is_singular(gram: DoubleArray, forced: list[int]) -> bool:
+def is_singular(gram: Products | DoubleArray, forced: list[int]) -> bool:
     """Return whether some combination of the forced modes has almost no weight in their Gram matrix (3 x 3)."""
     if len(forced) < 2:
-        return bool(forced) and not gram[forced[0], forced[0]] > 0.0
+        return bool(forced) and not gram[forced[0]][forced[0]] > 0.0
     if len(forced) == 2 and _determinant(gram, *forced) > 0.0:
         return False
     return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
 
 
-def largest_error(found: Vector, control: LoadControl, scale: float, arms: Vector) -> float:
+def largest_error(found: Sums | Vector, control: LoadControl, scale: float, arms: Vector) -> float:
     """Return the largest error of the imposed ones of three resultants over `scale`, a moment: times its arm."""
     errors = (abs(float(found[mode]) - control.values[mode]) / float(arms[mode]) for mode in control.forced_index)
     return max(errors) / scale
 
 
-def _determinant(gram: DoubleArray, one: int, other: int) -> float:
+def _determinant(gram: Products | DoubleArray, one: int, other: int) -> float:
     """Return the determinant of two modes' Gram matrix; 0 if they may be nearly dependent."""
-    own = float(gram[one, one]) * float(gram[other, other])
-    determinant = own - float(gram[one, other]) ** 2
+    own = float(gram[one][one]) * float(gram[other][other])
+    determinant = own - float(gram[one][other]) ** 2
     return determinant if determinant > WELL_APART * own else 0.0
 
 
-def _with_unit_diagonal(gram: DoubleArray, forced: list[int]) -> tuple[DoubleArray, Vector]:
+def _with_unit_diagonal(gram: Products | DoubleArray, forced: list[int]) -> tuple[DoubleArray, Vector]:
     """Return the block of the forced modes, scaled so that its diagonal is 1 or 0, and the scale of each mode."""
-    block = gram[forced][:, forced]
+    block = np.asarray(gram)[forced][:, forced]
     scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
     scale[scale == 0.0] = 1.0
     return block / scale / scale[:, None], scale

@@ -16,6 +16,11 @@ IndexArray = NDArray[np.intp]
 Vector = NDArray[np.float64]
 """Three values, one per rigid mode."""
 
+Sums = tuple[float, float, float]
+Products = tuple[Sums, Sums, Sums]
+"""Sums over cells of a field times each of three rigid modes, and of the products of the modes, as kernels return them:
+numba takes 3 us for an array that it returns, a tenth of that for a tuple. Mode I.3 on 32 x 32 points gains 4 %."""
+
 
 def vector_lengths(vectors: FloatArray) -> FloatArray:
     """Return the lengths (..) of vectors (2, ..). NumPy's `hypot`, safe from overflow, takes three times as long."""

@@ -25,10 +25,10 @@ weight, axis = random.random((48, 48)), random.normal(size=48)
 calls = {
     "sum_motions": lambda: friction_numba.sum_motions(0, 48, shear, axis, axis),
     "gram": lambda: friction_numba.gram(0, 48, weight, normal, axis, axis),
-    "balance": lambda: np.append(*friction_numba.balance(0, 48, shear, weight, normal, axis, axis)),
+    "balance": lambda: friction_numba.balance(0, 48, shear, weight, normal, axis, axis),
 }
 for name in sys.argv[1:]:
-    print(name, calls[name]().tobytes().hex())
+    print(name, calls[name]())
 """
 
 
