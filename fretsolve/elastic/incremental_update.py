@@ -19,8 +19,9 @@ from fretsolve.system.arrays import FloatArray
 SHARE = 0.3
 """Part of the tolerance that the rounding of one update may take. The updates that follow it are smaller."""
 
-NOTHING = 1e-3
-"""Part of the tolerance below which a displacement is not added."""
+NOTHING = 0.05
+"""Part of the tolerance below which a displacement is not added. Its bound is several times as large as itself. On
+64 x 64 points mode I.3 takes 3 % fewer applications than with 1e-3, and hardly fewer still with more."""
 
 
 def add_displacement(

@@ -7,6 +7,7 @@ import pytest
 
 from fretsolve.elastic.batched_convolution import BatchedConvolution
 from fretsolve.elastic.kernel_spectrum import KernelSpectrum
+from fretsolve.kernels import load
 
 SHAPE, PADDED = (5, 4), (10, 8)
 
@@ -34,12 +35,13 @@ def summed(offsets: np.ndarray, field: np.ndarray) -> np.ndarray:
     return result
 
 
+@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_two_fields_and_two_displacements(dtype):
+def test_two_fields_and_two_displacements(dtype, compiled):
     kernels = [[spectrum_of(offsets_of(False, 2 * row + column), False)[0] for column in (0, 1)] for row in (0, 1)]
     fields = np.random.default_rng(9).normal(size=(2, *SHAPE)).astype(dtype)
     found = np.empty_like(fields)
-    convolution = BatchedConvolution(SHAPE, PADDED, np.dtype(dtype))
+    convolution = BatchedConvolution(SHAPE, PADDED, np.dtype(dtype), load(compiled).spectral)
     for _ in range(2):  # its padding is still zero at the second time
         convolution.apply(tuple(map(tuple, kernels)), fields, found, (False, False))
     for row in (0, 1):
@@ -51,6 +53,7 @@ def test_an_odd_kernel_takes_its_field_times_i():
     offsets = offsets_of(True, 11)
     kernel, _ = spectrum_of(offsets, True)
     field, found = np.random.default_rng(9).normal(size=(1, *SHAPE)), np.empty((1, *SHAPE))
-    BatchedConvolution(SHAPE, PADDED, np.dtype(float)).apply(((kernel,),), field, found, (True, False))
+    convolution = BatchedConvolution(SHAPE, PADDED, np.dtype(float), load(False).spectral)
+    convolution.apply(((kernel,),), field, found, (True, False))
     assert np.abs(summed(offsets, field[0])).max() > 1.0
     np.testing.assert_allclose(np.abs(found[0]), np.abs(summed(offsets, field[0])), atol=1e-12)

@@ -58,7 +58,7 @@ class TestNormalModes:
         modes = [np.ones(GRID.shape), *np.broadcast_arrays(GRID.y[None, :], GRID.x[:, None])]
         exact = [[np.sum(weight * a * b) for b in modes] for a in modes]
         np.testing.assert_allclose(self.MODES.gram(weight), exact)
-        np.testing.assert_allclose(self.MODES.gram(weight > 0.5)[0, 0], np.count_nonzero(weight > 0.5))
+        np.testing.assert_allclose(self.MODES.gram(weight > 0.5)[0][0], np.count_nonzero(weight > 0.5))
 
 
 class TestTangentialModes:
