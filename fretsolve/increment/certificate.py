@@ -158,9 +158,13 @@ class Examiner:
         """
         elastic = max(map(self._kernels.cg.largest, (solution.uz[None], solution.displacement)))
         least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
-        moved = np.abs(solution.motion) * self._arms
-        motion = float(max(*moved, solution.mismatch, LEAST_MOTION * elastic, least, TINY))
+        motion = float(max(*self.moved(solution), solution.mismatch, LEAST_MOTION * elastic, least, TINY))
         return motion, max(largest, LEAST_SLIP * motion, least)
+
+    def moved(self, solution: Solution) -> Vector:
+        """Return how far the surfaces move past each other rigidly in the increment (mm), by each mode."""
+        moved: Vector = np.abs(solution.motion) * self._arms
+        return moved
 
     def _slip(self, solution: Solution, contact: BoolArray) -> FloatArray:
         """Return the slip increment of the cells in contact, 0 elsewhere (T2)."""

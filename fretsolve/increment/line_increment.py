@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.keys.body_spec import Body
-from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, least_slip
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.certificate import Examiner, Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
@@ -71,18 +70,12 @@ class LineExaminer(Examiner):
         load = float(self.forces(solution.pressure, solution.shear)[0])
         return replace(errors, gap_scale=self.material.A * load / math.pi) if load > 0.0 else errors
 
-    def slip_scales(self, solution: Solution, largest: float) -> tuple[float, float]:
-        """Return the lengths (mm) that slips are measured against.
-
-        They are A/pi times the largest change of a force, or the mismatch by bulk stress.
-        """
+    def moved(self, solution: Solution) -> Vector:
+        """Return A/pi times the change of each force (mm), since the rigid displacements hold the free constant."""
         changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before) / math.pi
         material = self.material
-        moved = changed * [material.A, material.A, material.A + material.B]
-        elastic = max(map(self._kernels.cg.largest, (solution.uz[None], solution.displacement)))
-        least = least_slip(elastic, solution.rigid, self.grid.farthest, self.tolerance)
-        motion = float(max(*moved, solution.mismatch, LEAST_MOTION * elastic, least, TINY))
-        return motion, max(largest, LEAST_SLIP * motion, least)
+        moved: Vector = changed * [material.A, material.A, material.A + material.B]
+        return moved
 
 
 class LineIncrementSolver(IncrementSolver):
