@@ -28,8 +28,8 @@ jumps before, as all but its first part dies out slowly; 1 to 2.3 measured betwe
 
 UNSEEN_TAIL = 4.5
 """Excess of the first cycle after a jump over the same fall, where each cycle is followed by a jump. With it the errors
-of eight of nine cases by which it was not chosen (other bodies, P in and out of phase with Q, line contacts, running
-in) are within `wear_error`; where P is out of phase with Q between unlike bodies, the error is 1.4 times as large."""
+of nine cases by which it was not chosen (other bodies, P in and out of phase with Q, line contacts, running in) are
+within `wear_error`; it is nearest, at 0.7 to 0.75 of it, where P is out of phase with Q between unlike bodies."""
 
 DYING_OUT = 0.75
 """Part of the excess that is left one cycle later, from the second one after a jump on; 0.7 to 0.77 measured."""
