@@ -20,7 +20,7 @@ MOST_RATE = 4.0
 """Largest rate of a cell over that of its path of slip. Where the pressure at the end of a cycle is less than a quarter
 of the mean one, the rest is worn whatever the pressure becomes: as before the jump. Where P is out of phase with Q that
 is a fifth of the wear or more, and `wear_error` does not count it. In three such cases errors are 0.2 to 0.75 of it at
-a tolerance of 1 %; where all wear is of that kind, it is 0 and the error 0.01 %. If the change of the rest were counted,
+a tolerance of 1 %; where all wear is of that kind, it is 0 and the error 0.01 %. If the change of the rest counted,
 like bodies would take 128 jumps, not 9, and be off by 0.3 %, not 0.1 %. With 2, volumes were up to 3 % wrong where P is
 out of phase with Q, against 0.6 % now; without a limit like bodies need nine times the increments there, for cells of
 hardly any pressure."""
