@@ -205,6 +205,9 @@ def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
             part = key[2] if len(key) > 2 else "Qx"
             message = f"stage {key[1]} belongs to a cycle with an amplitude, so it has increments and spacing alone"
             raise LookupError(f"{message}; {dotted(place)}.amplitude.{part} sets what moves")
+        if key[2:3] == ("cycle",) and "cycle" in place:
+            innermost = place[: len(place) - place[::-1].index("cycle")]
+            raise LookupError(f"stage {key[1]} is within a cycle; {dotted((*innermost, *key[3:]))} is of the cycle")
         return place + key[2:]
     if key[:2] == ("surface", 0) and isinstance(data.get("surface"), dict):
         return key[:1] + key[2:]

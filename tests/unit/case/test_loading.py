@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -173,6 +174,14 @@ def test_stages_are_counted_as_in_results(path: Path, stage: int, key: tuple[str
 def test_a_stage_that_is_not_there(path: Path, number: str) -> None:
     with pytest.raises(CaseError, match=r"^override stage.*: the load path has no stage .*; its stages are 1 to 2$"):
         load_case(path, [f"stage.{number}.increments=7"])
+
+
+@pytest.mark.parametrize(("stage", "cycle"), [(2, "load_path.1.cycle"), (3, "load_path.1.cycle.stages.1.cycle")])
+def test_a_stage_within_a_cycle_names_the_cycle(path: Path, stage: int, cycle: str) -> None:
+    path.write_text(CASE.replace("load_path: [{P: 1}, {Qx: 2, increments: 3}]", f"load_path:\n{CYCLES}"))
+    within = f"stage {stage} is within a cycle; {cycle}.times is of the cycle"
+    with pytest.raises(CaseError, match=re.escape(within)):
+        load_case(path, [f"stage.{stage}.cycle.times=2"])
 
 
 def test_every_stage_is_named_by_the_load_path(path: Path) -> None:

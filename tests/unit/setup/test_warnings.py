@@ -35,6 +35,7 @@ WARNINGS = {
     ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
     ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
+    ("friction=0",): "20 N is not below the 0 N (friction is 0) that friction carries",
     ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",
     ("load_path.1={Mz: 7.1 N mm}",): "load_path.1.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
     ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "load_path.2: 30 N is not below the 20 N",
